@@ -1,5 +1,5 @@
-//! Identification on irregular clocks against the same recordings on a regular one: the median ratio of the times, taken in
-//! turn, of the linear motor and of one with Coulomb friction, of single recordings and joint fits.
+//! Measures identification of recordings with irregular sampling times against recordings with a constant period: the median
+//! ratio of alternating runs, for the linear motor and with Coulomb friction, for single recordings and joint fits.
 #![allow(missing_docs, reason = "a bench has no public interface")]
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a bench prints and may stop")]
 
@@ -16,19 +16,19 @@ use support::{median, ratio, seconds};
 
 const PERIOD_S: f64 = 1e-3;
 
-/// The sampling times of a recording.
+/// Sampling times of a recording.
 #[derive(Clone, Copy)]
 enum Clock {
     Regular,
-    /// Times are off by up to 0.3 of a period: nearly every step has a length of its own.
+    /// Jitter of up to 0.3 periods: nearly every step has a different length.
     Jittered,
-    /// The same, rounded to a tenth of a period: there are some ten lengths of steps.
+    /// Jitter of up to 0.3 periods, quantized to 0.1 periods: some ten different lengths of steps.
     Quantized,
-    /// Jittered, and a tenth of the samples is missing at once.
+    /// Jitter of up to 0.3 periods, and a gap of a tenth of the samples.
     Gap,
 }
 
-/// Recordings of the M2 motor under a switching voltage, at 40 dB.
+/// Returns recordings of the M2 motor under a random piecewise-constant voltage, with about 40 dB of noise.
 fn records(clock: Clock, (count, samples): (u64, u32), friction: f64) -> Vec<Record> {
     (0..count).map(|seed| record(clock, samples, friction, seed)).collect()
 }
@@ -79,8 +79,8 @@ fn main() {
         for size @ (count, samples) in [(1, 165), (1, 1000), (1, 3000), (1, 20_000), (10, 165), (10, 1000)] {
             let run = |records: &[Record]| drop(identify(records, &spec).unwrap());
             let regular = records(Clock::Regular, size, friction);
-            let own = median((0..5).map(|_| seconds(|| run(&regular))).collect());
-            print!("{name}, {count:>2} x {samples:>6}: regular {:>8.1} ms", 1e3 * own);
+            let base = median((0..5).map(|_| seconds(|| run(&regular))).collect());
+            print!("{name}, {count:>2} x {samples:>6}: regular {:>8.1} ms", 1e3 * base);
             for (clock, of) in clocks {
                 let irregular = records(of, size, friction);
                 let found = identify(&irregular, &spec).unwrap().verification;

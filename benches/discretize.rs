@@ -1,4 +1,4 @@
-//! Nanoseconds a candidate for step maps, side by side as the kernel makes them and one by one.
+//! Measures the time per candidate to compute step maps, in vectors of 8 as in the kernel and one by one.
 #![allow(missing_docs, reason = "a bench has no public interface")]
 
 mod support;

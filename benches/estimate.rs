@@ -1,5 +1,5 @@
-//! Steiglitz–McBride and the refinement with its covariance: time for a recording of 3001 samples, and per sample from
-//! 1e3 to 1e6 samples. `benches/baseline/estimate.py` is the same in numpy and scipy; run both in turn for a ratio:
+//! Measures Steiglitz–McBride and the refinement with covariance: time for a recording of 3001 samples, and per sample from
+//! 1e3 to 1e6 samples. `benches/baseline/estimate.py` does the same in numpy and scipy; alternate both for a ratio:
 //! `cargo bench --bench estimate && python benches/baseline/estimate.py examples/m2-step.csv`.
 #![allow(missing_docs, reason = "a bench has no public interface")]
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a bench prints and may stop")]
@@ -15,7 +15,7 @@ use motorfit::motor::{Discretization, Parameters, Space};
 use motorfit::record::Record;
 use support::{median, seconds};
 
-/// The M2 motor under a switching voltage, at 40 dB.
+/// Returns a recording of the M2 motor under a square-wave voltage, with 40 dB of noise.
 fn record(samples: u32) -> Record {
     let time_s: Vec<f64> = (0..samples).map(|n| f64::from(n) * 1e-3).collect();
     let voltage = (0..samples).map(|n| if n >= 100 && (n / 400) % 2 == 0 { 10.5 } else { 0.0 }).collect();

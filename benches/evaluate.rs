@@ -1,5 +1,5 @@
-//! Rates of the evaluators in candidate-steps per second (only samples that are really simulated count), and the
-//! ratios that matter: SIMD against the scalar oracle, against the FMA peak of the same run, and over threads.
+//! Measures the CPU evaluators in candidate-steps per second, counting only samples that are simulated, and ratios: SIMD
+//! against the scalar oracle, against the FMA peak of the same run, and against itself on two threads.
 #![allow(missing_docs, reason = "a bench has no public interface")]
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a bench prints and may stop")]
 
@@ -9,7 +9,7 @@ use criterion::{BenchmarkId, Criterion, Throughput};
 use motorfit::evaluate::{Evaluator, Level, Scalar, Simd, fma_loop};
 use support::{candidates, evaluate, m2_problem, median, ratio, seconds};
 
-/// Operations on the FMA ports for one candidate-step: see `evaluate/kernel.rs`.
+/// Operations on the FMA ports per candidate-step, as counted in `evaluate/kernel.rs`.
 const OPERATIONS: f64 = 8.0;
 
 fn pool(threads: usize) -> rayon::ThreadPool {
@@ -45,14 +45,14 @@ fn ratios() {
     let problem = m2_problem();
     let values = candidates(960);
     let steps = (960 * problem.active()) as f64;
-    println!("\nratios, medians of calls in turn (A B B A), one thread unless said:");
+    println!("\nratios, medians of alternating calls (A B B A), on one thread unless noted:");
     for level in Level::available() {
         let run = |evaluator: &mut dyn Evaluator| {
             let mut costs = vec![0.0; 960];
             evaluate(evaluator, &problem, &values, &mut costs);
         };
         let simd = pool(1).install(|| median((0..51).map(|_| seconds(|| run(&mut Simd::at(level)))).collect()));
-        // The oracle simulates the dead samples too: its rate counts them.
+        // The oracle also simulates the samples before the input starts; its rate includes them.
         let all = problem.signals()[0].len() as f64 / problem.active() as f64;
         let scalar = pool(1).install(|| ratio(5, || run(&mut Simd::at(level)), || run(&mut Scalar))) / all;
         println!(
@@ -85,28 +85,29 @@ fn ratios() {
     threads();
 }
 
-/// Ours and the FMA loop's gain from a second thread, all four calls in every round.
+/// Measures the speed-up from a second thread of the evaluator and of the FMA loop, all four calls in every round.
 fn threads() {
     let problem = m2_problem();
     let values = candidates(10_000);
     let level = Level::best();
     let (one, two) = (pool(1), pool(2));
     let mut costs = vec![0.0; 10_000];
-    let mut ours = |pool: &rayon::ThreadPool| {
+    let mut evaluator = |pool: &rayon::ThreadPool| {
         seconds(|| pool.install(|| evaluate(&mut Simd::default(), &problem, &values, &mut costs)))
     };
     let half = || {
         let _ = fma_loop(level, 500_000);
     };
-    let theirs = |pool: &rayon::ThreadPool| seconds(|| pool.install(|| rayon::join(half, half).0));
+    let fma = |pool: &rayon::ThreadPool| seconds(|| pool.install(|| rayon::join(half, half).0));
     let (mut gain, mut peak) = (Vec::new(), Vec::new());
     for _ in 0..41 {
-        let (a, b, c, d) = (ours(&one), ours(&two), theirs(&one), theirs(&two));
+        let (a, b, c, d) = (evaluator(&one), evaluator(&two), fma(&one), fma(&two));
         gain.push(a / b);
         peak.push(c / d);
     }
     let (gain, peak) = (median(gain), median(peak));
-    println!("10,000 candidates: two threads are {gain:.2} x one; an FMA loop's {peak:.2} x: {:.2} of it", gain / peak);
+    let ratio = gain / peak;
+    println!("10,000 candidates: speed-up {gain:.2} from a second thread; {peak:.2} of an FMA loop: ratio {ratio:.2}");
 }
 
 fn main() {
@@ -116,6 +117,6 @@ fn main() {
     ratios();
     println!("\nstep:");
     support::extensions(&mut [support::simd()], &support::m2_record(), 40);
-    println!("\nanother voltage at every sample:");
+    println!("\nvoltage that changes at every sample:");
     support::extensions(&mut [support::simd()], &support::restless_record(), 40);
 }

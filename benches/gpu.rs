@@ -1,5 +1,5 @@
-//! GPU evaluation against SIMD in one run, on the best adapter there is: rates end to end, the round trip of the
-//! smallest batch, many small runs against one large one. A software adapter says nothing about a real one.
+//! Measures GPU evaluation on the best adapter against SIMD in the same run: end-to-end rates, the latency of the smallest
+//! batch, and many small runs against a large one. Results of a software adapter do not transfer to a GPU.
 #![allow(missing_docs, reason = "a bench has no public interface")]
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a bench prints and may stop")]
 
@@ -34,7 +34,7 @@ fn main() {
         println!("  25,600 candidates: {rate:.2} G candidate-steps/s, {against:.2} of SIMD f64 on the same cores");
 
         let trip = median((0..5000).map(|_| seconds(|| evaluate(&mut gpu, &tiny, &small, &mut costs[..1]))).collect());
-        println!("  one candidate on six samples, there and back: {:.0} µs", 1e6 * trip);
+        println!("  one candidate on six samples, round trip: {:.0} µs", 1e6 * trip);
 
         let problems: Vec<_> = (0..256).map(|_| m2_problem()).collect();
         let groups: Vec<Group<'_>> = problems
@@ -45,16 +45,17 @@ fn main() {
         let mut many = || gpu.evaluate(&Batch { groups: &groups }, &mut costs).unwrap();
         let apart = median((0..9).map(|_| seconds(&mut many)).collect());
         println!("  256 runs of 100 on 256 recordings: {:.2} of the rate of one run of 25,600", time / apart);
-        // The same samples, too many for a uniform buffer, as one run: what grouping itself costs.
+        // The same samples as one run, too many for a uniform buffer: the difference is the overhead of groups.
         let records: Vec<_> = (0..256).map(|_| support::m2_record()).collect();
         let joint = support::problem_with(&records);
         let joint =
             median((0..9).map(|_| seconds(|| evaluate(&mut gpu, &joint, &large[..500], &mut costs[..100]))).collect());
-        println!("    and {:.2} of that of one run of 100 on all 256 together", joint / apart);
+        println!("    and {:.2} of that of one run of 100 on all 256 recordings jointly", joint / apart);
     }
 }
 
-/// Motors with extensions on the adapter and by SIMD, in turn. In f32 all are plain, because motors with extensions are.
+/// Measures motors with extensions, alternating the adapter and SIMD. f32 is without deviations, because motors with
+/// extensions are evaluated so.
 #[cfg(feature = "gpu")]
 fn extensions() {
     use motorfit::evaluate::gpu::{Gpu, Precision, Selector};

@@ -1,5 +1,5 @@
-//! The optimizers' own work in nanoseconds an agent and generation, evaluation left out, and the whole of
-//! `identify` on the M2 record: without flags, and a GWO run of 100 × 100 with its verdict.
+//! Measures the optimizers' updates per candidate and generation, without the evaluation, and `identify` on the M2 recording:
+//! by default, and as a GWO run of 100 candidates × 100 generations with verification.
 #![allow(missing_docs, reason = "a bench has no public interface")]
 #![allow(clippy::unwrap_used, reason = "a bench may stop")]
 

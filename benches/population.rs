@@ -1,5 +1,5 @@
-//! A population search end to end against the raw rate of its evaluator in the same process: a million agents, and a
-//! thousand runs of a hundred as one batch; on SIMD and on the best adapter.
+//! Measures population searches end to end against the rate of their evaluator alone, in the same process: a population of a
+//! million, and a thousand runs of a hundred candidates as one batch; by SIMD and on the best adapter.
 #![allow(missing_docs, reason = "a bench has no public interface")]
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a bench prints and may stop")]
 #![allow(clippy::cast_precision_loss, reason = "small numbers")]
@@ -13,7 +13,7 @@ use motorfit::identify::Method;
 use motorfit::motor::Space;
 use motorfit::named::Named as _;
 use motorfit::optimize::{Budget, Optimizer, Run, Sample, Sampling, SearchSettings, minimize};
-use motorfit::study::compare::{CompareSpec, Setting, Subject, compare};
+use motorfit::study::compare::{CompareSpec, ComparisonSetting, ComparisonSubject, compare};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use support::{m2_problem, median, seconds};
@@ -23,7 +23,7 @@ fn optimizer(name: &str, population: usize, generations: usize, run: u64) -> Box
     Method::named("method", name).unwrap().optimizer(setup).unwrap()
 }
 
-/// Seconds of a search of `runs` runs, and of evaluating as many candidates with nothing else.
+/// Returns the time of a search of `runs` runs, and that of only evaluating as many candidates \[s\].
 fn search(
     evaluator: &(dyn Fn() -> Box<dyn Evaluator> + Sync),
     problem: &Arc<Problem>,
@@ -33,25 +33,25 @@ fn search(
     let mut all: Vec<Run> = (0..runs as u64).map(|n| Run::new(optimizer(name, population, generations, n))).collect();
     let mut searches = BatchSearchEvaluator::new(evaluator(), vec![problem.clone()]);
     let budget = Budget { generations, slice: usize::MAX };
-    // The first generation makes buffers and compiles shaders: of other runs.
+    // A generation of other runs first, because the first one allocates buffers and compiles shaders.
     let mut warm: Vec<Run> = (0..runs as u64).map(|n| Run::new(optimizer(name, population, 1, n))).collect();
     let once = Budget { generations: 1, ..budget };
     minimize(&mut warm, once, &mut searches, &mut |_| ControlFlow::Continue(())).unwrap();
     drop(warm);
-    let whole = seconds(|| {
+    let search = seconds(|| {
         minimize(&mut all, budget, &mut searches, &mut |_| ControlFlow::Continue(())).unwrap();
     });
-    // Raw: the last populations again, as often.
+    // The evaluator alone: the last populations, evaluated as often.
     let candidates: Vec<Candidates<'_>> = all.iter_mut().map(|run| run.optimizer.ask()).collect();
     let groups: Vec<Group<'_>> =
         candidates.iter().map(|&candidates| Group { problem, candidates, reference: None }).collect();
     let mut costs = vec![0.0; runs * population];
     let mut evaluator = evaluator();
     let mut evaluate = || evaluator.evaluate(&Batch { groups: &groups }, &mut costs).unwrap();
-    // The first makes buffers.
+    // The first call allocates buffers.
     evaluate();
     let raw = median((0..generations.min(5)).map(|_| seconds(&mut evaluate)).collect());
-    [whole, raw * generations as f64]
+    [search, raw * generations as f64]
 }
 
 fn report(device: &str, evaluator: &(dyn Fn() -> Box<dyn Evaluator> + Sync), problem: &Arc<Problem>) {
@@ -70,14 +70,14 @@ fn report(device: &str, evaluator: &(dyn Fn() -> Box<dyn Evaluator> + Sync), pro
     }
 }
 
-/// The paper's preset as one batch, against the raw evaluator on as many candidates of both criteria.
+/// Measures the paper's preset as one batch against the evaluator alone on as many candidates of both criteria.
 fn preset() {
     let share = || {
         let spec = CompareSpec { noise_records: 0, ..CompareSpec::paper() };
-        let subject = Subject::m2().unwrap();
+        let subject = ComparisonSubject::m2().unwrap();
         let records = subject.records.clone();
         let comparison = compare(subject, &spec, &mut |_| ControlFlow::Continue(())).unwrap();
-        let of = |setting: &Setting| {
+        let of = |setting: &ComparisonSetting| {
             let model = spec.model;
             Arc::new(Problem::new(&records, model, spec.space.clone(), setting.criterion).unwrap())
         };

@@ -1,8 +1,7 @@
-//! Reading recordings: megabytes of CSV a second on one core, where the time goes, and what diagnoses take.
+//! Measures reading of recordings, in megabytes of CSV per second on one core, and the time of diagnostics.
 //!
-//! The limit: every byte is hashed (SHA-256), searched for line ends and separators, and every number is parsed to
-//! the last bit. What these cost alone is measured beside the whole. With a file (`-- FILE`) that is read once, and its
-//! memory is shown.
+//! Reading includes SHA-256 of every byte and correctly rounded parsing of every number, which are also measured alone. With
+//! `-- FILE` the file is read once, and the peak memory is printed.
 #![allow(clippy::print_stdout, clippy::unwrap_used, clippy::cast_precision_loss, reason = "a bench prints and stops")]
 
 use motorfit::record::{ReadOptions, diagnose, read, read_bytes};
@@ -11,7 +10,7 @@ use std::fmt::Write as _;
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Seconds of the fastest of five runs: what the code takes when nothing disturbs it.
+/// Returns the time of the fastest of five runs \[s\], which is the least disturbed one.
 fn seconds<T>(mut work: impl FnMut() -> T) -> f64 {
     let once = |_| {
         let start = Instant::now();
@@ -21,7 +20,7 @@ fn seconds<T>(mut work: impl FnMut() -> T) -> f64 {
     (0..5).map(once).fold(f64::INFINITY, f64::min)
 }
 
-/// A recording as CSV with so many significant digits.
+/// Returns a recording as CSV with `digits` significant digits.
 fn text(samples: u32, digits: usize) -> String {
     let mut text = String::from("time_s,voltage_V,current_A,speed_rad_s\n");
     for n in 0..samples {
@@ -33,7 +32,7 @@ fn text(samples: u32, digits: usize) -> String {
     text
 }
 
-/// One file: rate, and memory against what is kept of it.
+/// Prints the reading rate of a file, the size of its signals and the peak memory.
 fn file(path: &str) {
     let megabytes = std::fs::metadata(path).unwrap().len() as f64 / 1e6;
     let start = Instant::now();
@@ -42,9 +41,9 @@ fn file(path: &str) {
     let signals = 2 + record.measured().iter().flatten().count();
     let kept = (record.len() * signals * 8) as f64 / 1e6;
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap_or("not known here").trim();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap_or("not available").trim();
     println!(
-        "{megabytes:.0} MB in {seconds:.2} s: {:.0} MB/s; kept {kept:.0} MB, peak memory {peak}",
+        "{megabytes:.0} MB in {seconds:.2} s: {:.0} MB/s; signals {kept:.0} MB, peak memory {peak}",
         megabytes / seconds
     );
 }
@@ -67,7 +66,7 @@ fn main() {
         let rate = |seconds: f64| megabytes / seconds;
         println!("{name:<28}{megabytes:>9.0}{:>12.0}{:>12.0}{:>12.0}", rate(read), rate(hash), rate(numbers));
     }
-    println!("\n{:<28}{:>9}{:>12}", "diagnoses", "samples", "ms");
+    println!("\n{:<28}{:>9}{:>12}", "diagnostics", "samples", "ms");
     for samples in [501, 3001, 10_001] {
         let record = read_bytes(text(samples, 7).as_bytes(), None, &ReadOptions::default()).unwrap().pop().unwrap();
         println!("{:<28}{samples:>9}{:>12.2}", "two channels", 1e3 * seconds(|| diagnose(&record)));

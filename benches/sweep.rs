@@ -1,9 +1,8 @@
-//! A sweep end to end: a thousand searches against the raw rate of their evaluator in the same process, on SIMD and on
-//! the best adapter, and a production line of recordings against parsing and estimating alone.
+//! Measures sweeps end to end: a thousand searches against the rate of their evaluator alone, in the same process, by SIMD and
+//! on the best adapter; and a production line, one fit per recording, against parsing and estimating alone.
 //!
-//! Limit of the line: what parsing and estimating take on every core; a share of 100 % would mean that reading files,
-//! writing results and waiting cost nothing. `MOTORFIT_BENCH_RECORDINGS=N` sets their number (1000); the
-//! argument `line` or `searches` runs one of the two alone.
+//! The production line would reach 100 % if reading files, writing results and scheduling cost nothing.
+//! `MOTORFIT_BENCH_RECORDINGS=N` sets the number of recordings (1000); the argument `line` or `searches` runs only one part.
 #![allow(missing_docs, reason = "a bench has no public interface")]
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a bench prints and may stop")]
 #![allow(clippy::cast_precision_loss, reason = "small numbers")]
@@ -34,7 +33,7 @@ fn noisy(parameters: &Parameters, seed: u64) -> String {
     write_csv(&with_noise(&clean, sigma, seed).unwrap())
 }
 
-/// The same numbers with as many digits as a logger writes.
+/// Returns the recording with the number of digits of a typical logger.
 fn logged(text: &str) -> String {
     let mut lines = text.lines();
     let mut short = lines.next().unwrap().to_owned() + "\n";
@@ -45,7 +44,7 @@ fn logged(text: &str) -> String {
     short
 }
 
-/// Runs a study in a new folder; seconds of planning and of running.
+/// Runs a study in a new folder and returns the times of planning and running \[s\].
 fn sweep(folder: &Path, study: &str) -> [f64; 2] {
     let path = folder.join("study.toml");
     std::fs::write(&path, study).unwrap();
@@ -55,14 +54,14 @@ fn sweep(folder: &Path, study: &str) -> [f64; 2] {
     let plan = seconds(|| planned = Some(Sweep::plan(&path, &out, None).unwrap().0));
     let sweep = planned.unwrap();
     let run = seconds(|| {
-        // Inside the pool, as the program does.
+        // On the thread pool, as in the program.
         let tally = with_threads(None, || sweep.run(Shard::ALL, &mut |_| ControlFlow::Continue(()))).unwrap();
         assert_eq!((tally.failed, tally.finished), (0, sweep.manifest().runs));
     });
     [plan, run]
 }
 
-/// A thousand searches of 100 agents and 100 generations on the M2 record.
+/// Measures `runs` searches of 100 candidates × 100 generations on the M2 recording.
 fn searches(name: &str, device: &str, runs: u64, mut evaluator: Box<dyn Evaluator>) {
     let problem = m2_problem();
     let folder = tempfile::tempdir().unwrap();
@@ -93,7 +92,7 @@ fn searches(name: &str, device: &str, runs: u64, mut evaluator: Box<dyn Evaluato
     println!("{name}: sweep of {runs} GWO runs of 100 × 100: {:.0} % of the raw evaluator's rate", median(shares));
 }
 
-/// A production line: each recording to parameters with standard errors.
+/// Measures a production line: parameters with standard errors from each recording.
 fn line(name: &str, digits: impl Fn(&str) -> String + Sync, count: u64) {
     let folder = tempfile::tempdir().unwrap();
     let spread = |n: u64| {
@@ -118,7 +117,7 @@ fn line(name: &str, digits: impl Fn(&str) -> String + Sync, count: u64) {
         ..IdentifySpec::default()
     };
     let threads = rayon::current_num_threads();
-    // Alone: the same file and its record again and again, on every core.
+    // Parsing or estimating alone: the same file repeatedly, on every core.
     let alone = |work: &(dyn Fn() + Sync)| {
         let once = || (0..200 * threads).into_par_iter().for_each(|_| work());
         once();

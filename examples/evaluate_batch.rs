@@ -1,4 +1,4 @@
-//! Costs of many candidates at once, on the CPU: the least that a tool of one's own needs.
+//! Evaluates the costs of 10,000 candidates in one batch on the CPU.
 //!
 //! ```sh
 //! cargo run --release --example evaluate_batch
@@ -9,16 +9,16 @@ use motorfit::candidates::Candidates;
 use motorfit::criterion::Criterion;
 use motorfit::evaluate::{Batch, Evaluator, Group, Model, Problem, Simd};
 use motorfit::motor::{Parameters, Space};
-use motorfit::record::read_csv;
+use motorfit::record::read_recording;
 use std::path::Path;
 use std::sync::Arc;
 
 fn main() -> motorfit::Result<()> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/m2-step.csv");
-    let record = read_csv(&path, &[])?;
-    // What is measured, how the motor is simulated, what is free within which bounds, what an error costs.
+    let record = read_recording(&path, &[])?;
+    // A problem consists of recordings, a model, a search space and a criterion.
     let problem = Arc::new(Problem::new(&[record], Model::default(), Space::table2(), Criterion::default())?);
-    // Ten thousand candidates, one a row: R, L, K, B, J. Here the true motor with another resistance.
+    // One candidate per row, R, L, K, B, J: the true motor with resistances from 0.1 to 1 ohm.
     let values: Vec<f64> = (0..10_000)
         .flat_map(|n| Parameters { r: 0.1 + 0.9 * f64::from(n) / 9_999.0, ..Parameters::M2 }.to_array())
         .collect();

@@ -1,4 +1,4 @@
-//! Many motors in one batch: each recording is a group of its own, and one call evaluates them all.
+//! Identifies many motors at once: each recording is a group of the batch, and one call evaluates all groups.
 //!
 //! ```sh
 //! cargo run --release --example many_motors
@@ -10,12 +10,12 @@ use motorfit::device::BatchSearchEvaluator;
 use motorfit::evaluate::{Model, Problem, Simd};
 use motorfit::experiment::{Excitation, simulated};
 use motorfit::motor::{Discretization, Parameters, Space};
-use motorfit::optimize::{Budget, GwoOptions, Run, SearchSettings, Tuned, minimize};
+use motorfit::optimize::{Budget, ConfiguredSearch, GwoOptions, Run, SearchSettings, minimize};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
 fn main() -> motorfit::Result<()> {
-    // Thirty-two motors of a production line, each a little different.
+    // Thirty-two motors whose resistance and inertia differ slightly.
     let motors: Vec<Parameters> = (0..32)
         .map(|n| Parameters { r: 0.5 + 0.01 * f64::from(n), j: 1e-4 + 1e-6 * f64::from(n), ..Parameters::M2 })
         .collect();
@@ -25,10 +25,10 @@ fn main() -> motorfit::Result<()> {
         Ok(Arc::new(Problem::new(&[record], Model::default(), Space::table2(), Criterion::default())?))
     };
     let problems: Vec<Arc<Problem>> = motors.iter().map(problem).collect::<Result<_, _>>()?;
-    // One search for each, in lock step: the populations of all motors are one batch.
+    // One search per motor; in each generation the populations of all searches are one batch.
     let run = |run: u64| -> motorfit::Result<Run> {
         let setup = SearchSettings { bounds: Space::table2().bounds(), population: 60, generations: 80, seed: 1, run };
-        Ok(Run::new(Tuned::from(GwoOptions::default()).begin(setup)?))
+        Ok(Run::new(ConfiguredSearch::from(GwoOptions::default()).begin(setup)?))
     };
     let mut runs: Vec<Run> = (0..32).map(run).collect::<Result<_, _>>()?;
     let mut searches = BatchSearchEvaluator::new(Box::new(Simd::default()), problems);

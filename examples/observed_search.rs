@@ -1,4 +1,4 @@
-//! A population search that is watched, and ended when it is good enough; the polish and the verdict follow.
+//! Ends a population search from an observer once its cost is low enough; refinement and verification follow.
 //!
 //! ```sh
 //! cargo run --release --example observed_search
@@ -8,18 +8,18 @@
 use motorfit::identify::{IdentifySpec, Method, identify_with};
 use motorfit::motor::Parameter;
 use motorfit::optimize::GwoOptions;
-use motorfit::record::read_csv;
+use motorfit::record::read_recording;
 use std::ops::ControlFlow;
 use std::path::Path;
 
 fn main() -> motorfit::Result<()> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/m2-step.csv");
-    let records = [read_csv(&path, &[])?];
+    let records = [read_recording(&path, &[])?];
     let spec = IdentifySpec { method: Method::from(GwoOptions::default()), ..IdentifySpec::default() };
     let mut generations = 0;
     let found = identify_with(&records, &spec, &mut |progress| {
         generations = progress.generation;
-        // Five percent of what the signals vary: from here on the polish is quicker.
+        // At an nrmse of 5 % the refinement converges faster than the search.
         if progress.cost < 0.05 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })?;
     println!("{} after {generations} generations, {}", found.stop.name(), found.verification.status.name());

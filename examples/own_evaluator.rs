@@ -1,5 +1,5 @@
-//! An evaluator of one's own under our optimizers: here a motor with Coulomb friction, which the linear model lacks,
-//! simulated by this program. Jaya finds its friction beside its inertia.
+//! Minimizes a cost function of the caller by Jaya: inertia and Coulomb friction are estimated from the speed of a motor that
+//! coasts to rest, simulated by this program.
 //!
 //! ```sh
 //! cargo run --release --example own_evaluator
@@ -7,10 +7,10 @@
 #![allow(clippy::print_stdout, reason = "an example prints")]
 
 use motorfit::candidates::Candidates;
-use motorfit::optimize::{Budget, JayaOptions, Run, SearchSettings, Tuned, minimize};
+use motorfit::optimize::{Budget, ConfiguredSearch, JayaOptions, Run, SearchSettings, minimize};
 use std::ops::ControlFlow;
 
-/// Speed of a motor that coasts from 100 rad/s, sampled every 10 ms: `J dω/dt = −B ω − T_c sign(ω)`.
+/// Returns the speed \[rad/s\] of a motor that coasts from 100 rad/s, sampled every 10 ms: `J dω/dt = −B ω − T_c sign(ω)`.
 fn coast(inertia: f64, coulomb: f64) -> Vec<f64> {
     let (viscous, mut speed) = (1e-4, 100.0_f64);
     let mut samples = Vec::with_capacity(200);
@@ -25,7 +25,7 @@ fn coast(inertia: f64, coulomb: f64) -> Vec<f64> {
 
 fn main() -> motorfit::Result<()> {
     let measured = coast(2e-4, 0.01);
-    // What an optimizer asks for comes as a table of candidates, what it is told are their costs.
+    // The evaluator receives the candidates of each search and fills in their costs.
     let mut evaluate = |populations: &[Candidates<'_>], costs: &mut [f64]| {
         let rows = populations.iter().flat_map(|population| (0..population.count()).map(|n| population.row(n)));
         for (row, cost) in rows.zip(costs) {
@@ -36,7 +36,7 @@ fn main() -> motorfit::Result<()> {
     };
     let bounds = vec![(1e-5, 1e-3), (1e-4, 0.1)];
     let setup = SearchSettings { bounds, population: 30, generations: 300, seed: 1, run: 0 };
-    let mut runs = [Run::new(Tuned::from(JayaOptions::default()).begin(setup)?)];
+    let mut runs = [Run::new(ConfiguredSearch::from(JayaOptions::default()).begin(setup)?)];
     let budget = Budget { generations: 300, slice: usize::MAX };
     minimize(&mut runs, budget, &mut evaluate, &mut |_| ControlFlow::Continue(()))?;
     let [run] = runs;

@@ -1,5 +1,5 @@
-//! An optimizer of one's own: CMA-ES from the cmaes crate, with our evaluator for its costs. That crate asks for one
-//! candidate at a time, on all threads; one that hands over whole generations gives them to one `Batch`, or implements
+//! Minimizes the costs of the evaluator by an external optimizer: CMA-ES of the crate cmaes, which evaluates single candidates
+//! on all threads. An optimizer that evaluates complete generations would pass them as one `Batch`, or implement
 //! `motorfit::optimize::Optimizer`.
 //!
 //! ```sh
@@ -15,7 +15,7 @@ use motorfit::experiment::{Excitation, simulated};
 use motorfit::motor::{Discretization, Parameters, Space};
 use std::sync::Arc;
 
-/// The cost of a point in the logarithms of the parameters.
+/// Cost as a function of the logarithms of the parameters.
 #[derive(Clone)]
 struct Cost(Arc<Problem>);
 
@@ -24,7 +24,7 @@ impl ParallelObjectiveFunction for Cost {
         let values: Vec<f64> = logarithms.iter().map(|v| v.exp()).collect();
         let groups = [Group { problem: &self.0, candidates: Candidates::new(&values, 5), reference: None }];
         let mut cost = [f64::INFINITY];
-        // An error of the CPU evaluator would be one of this program: a wrong number of values.
+        // The CPU evaluator fails only for a wrong number of parameters.
         let _ = Simd::default().evaluate(&Batch { groups: &groups }, &mut cost);
         cost[0].min(1e30)
     }

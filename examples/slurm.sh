@@ -6,13 +6,13 @@
 #SBATCH --requeue
 ##SBATCH --gres=gpu:1
 #
-# A study as an array job of SLURM, a shard a task, merged when all of them have ended:
+# Submits a study as an array job of SLURM, one shard per task, and a job that merges the results when all tasks have ended:
 #
 #   examples/slurm.sh STUDY.toml DIR SHARDS
 #
-# DIR and the recordings lie where every node sees them. A task that is killed, preempted or out of time goes on where it
-# was when it is requeued; the same command once more submits what is left. For studies with device = "gpu" take one # off
-# the line with gres. MOTORFIT names the program if it is not on the path.
+# DIR and the recordings must be on a file system that every node sees. A task that is killed, preempted or out of time
+# resumes when it is requeued; running the same command again submits the unfinished runs. For studies with device = "gpu"
+# remove one # from the line with gres. MOTORFIT names the program if it is not on the path.
 set -euo pipefail
 motorfit=${MOTORFIT:-motorfit}
 

@@ -1,20 +1,20 @@
-// The loop over the samples of one round. Sums are kept per BLOCK of samples and then added, so that their rounding
-// does not grow with the recording.
+// Simulation of the linear motor over the samples of one round. Errors are summed per BLOCK of samples before they are added to
+// the total, which bounds the rounding error by the block length.
 
-// The state and the sums of a block of samples.
+// The state and the sums of errors of a block of samples.
 struct Run {
     x: Lanes2,
     part: Lanes2,
 }
 
-// One sample: its errors into the sums, then one step of the state.
+// Adds the errors of one sample to the sums, then advances the state by one step.
 fn follow(run: Run, map: Map, g: Lanes2, sample: Sample, weight: Pair) -> Run {
     let e = residual(sample, observe(run.x, g));
     let part = Lanes2(lose(e.i, weight.x, run.part.i), lose(e.w, weight.y, run.part.w));
     return Run(advance(run.x, map, g, sample), part);
 }
 
-// What one invocation does; `place` is its place in the subgroup where samples are shared in it.
+// Runs one invocation. `place` is its index in the subgroup if samples are broadcast in it.
 fn work(job: u32, lane: u32, place: u32) {
     if job >= round.jobs {
         return;

@@ -1,17 +1,17 @@
-// The loop over the samples of one round for motors with extensions. Sums are kept per BLOCK of samples and then added,
-// so that their rounding does not grow with the recording.
+// Simulation of motors with extensions over the samples of one round. Errors are summed per BLOCK of samples before they are
+// added to the total, which bounds the rounding error by the block length.
 
-// What one sample leaves for the next.
+// The data carried from one sample to the next.
 struct Run {
     x: Lanes2,
     part: Lanes2,
     sum: Lanes2,
     given: Given,
-    // The sample, counted from the first that is simulated.
+    // Index of the sample, counted from the first simulated one.
     n: i32,
 }
 
-// A block of candidates under one step.
+// The coefficients of a block of candidates for one step length.
 struct Map {
     step: Step,
     drive: Drive,
@@ -19,7 +19,7 @@ struct Map {
     average: MovingAverage,
 }
 
-// One sample: its errors into the sums, then one step of the state.
+// Adds the errors of one sample to the sums, then advances the state by one step.
 fn follow(run: Run, map: Map, g: Lanes2, sample: Sample, weight: Pair) -> Run {
     let shown = show(map.average, run.x, run.sum, run.n);
     let e = residual(sample, shown.seen);
@@ -34,7 +34,7 @@ fn follow(run: Run, map: Map, g: Lanes2, sample: Sample, weight: Pair) -> Run {
     return Run(advance(run.x, map.step, acts), part, shown.sum, given, run.n + 1);
 }
 
-// What one invocation does; `place` is its place in the subgroup where samples are shared in it.
+// Runs one invocation. `place` is its index in the subgroup if samples are broadcast in it.
 fn work(job: u32, lane: u32, place: u32) {
     if job >= round.jobs {
         return;

@@ -1,16 +1,16 @@
-// A delayed voltage on an even clock: at each step the three last samples that have arrived, each with its gain. Up to the
-// step of the first movement the voltage is the one before it. Each candidate has three steps that no taps give; what they
-// add was computed beforehand. Twin: src/motor/delay_taps.rs.
-// Constants: whole samples of the dead time, the step of the first movement, the gains of three samples for the current
-// (3) and the speed (3); then three times a step that no taps give and what it adds (2).
+// A delayed voltage for uniform steps: at each step a weighted sum of the last three samples that have arrived. Until the step
+// of the first movement the voltage is the one before it. For each candidate the contributions of three special steps, which
+// the weighted sum does not represent, are computed beforehand. Same operations in Rust: src/motor/delay_taps.rs.
+// Constants: integer part of the dead time in samples, step of the first movement, gains of three samples for the current (3)
+// and the speed (3); then for each of three special steps its index and its contributions (2).
 
 struct Delay {
-    // Where the commanded voltages lie, and their number.
+    // Offset of the commanded voltages, and their number.
     first: i32,
     count: i32,
     // The last sample that has arrived at step n is n + shift.
     shift: Counts,
-    // The voltage before the first movement, and the step up to which it lasts.
+    // Sample of the first movement, voltage before it, and the step until which that voltage acts.
     movement: i32,
     before: Lanes,
     moves: Counts,
@@ -50,13 +50,13 @@ fn load_delay(head: u32, constants: u32, drive: Drive) -> Delay {
     return delay;
 }
 
-// The voltage at the motor of the sample that arrives at step n.
+// Returns the motor voltage of the sample that arrives at step n.
 fn arrived(delay: Delay, drive: Drive, n: i32) -> Lanes {
     let at = clamp(Counts(n) + delay.shift, Counts(), Counts(delay.count));
     return output(drive, commanded(Counts(delay.first) + at));
 }
 
-// Those that arrived before step n.
+// Returns the motor voltages of the two samples that arrived before step n.
 fn given_before(delay: Delay, drive: Drive, n: i32) -> Given {
     if DELAYED {
         return Given(arrived(delay, drive, n - 2), arrived(delay, drive, n - 1));
@@ -68,7 +68,8 @@ fn choose(other: Lanes2, own: Lanes2, is_own: Choice) -> Lanes2 {
     return Lanes2(select(other.i, own.i, is_own), select(other.w, own.w, is_own));
 }
 
-// What acts on the motor at step n: g of the torque, and the voltages given, of which `last` has just arrived.
+// Returns the contribution of the inputs to both states at step n: g of the torque, the voltages `given`, and `last`, which has
+// just arrived.
 fn delayed(delay: Delay, g: Lanes2, given: Given, last: Lanes, n: i32) -> Lanes2 {
     let waits = Counts(n) < delay.moves;
     let at = Counts(n) + delay.shift;

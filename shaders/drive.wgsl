@@ -1,4 +1,4 @@
-// The drive: deadband, saturation, a gain of its own for negative voltages, offset. Twin: src/motor/drive.rs.
+// The drive: deadband, saturation, a different gain for negative voltages, offset. Same operations in Rust: src/motor/drive.rs.
 
 struct Drive {
     deadband: Lanes,
@@ -13,7 +13,7 @@ fn load_drive(constants: u32) -> Drive {
     );
 }
 
-// The voltage at the motor for a commanded one.
+// Returns the motor voltage for a commanded voltage.
 fn output(drive: Drive, voltage: Lanes) -> Lanes {
     let size = abs(voltage);
     let reached = select(size, drive.saturation, drive.saturation < size);

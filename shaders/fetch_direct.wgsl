@@ -1,4 +1,4 @@
-// Every invocation reads each sample: where the hardware reads at once what all of them want, nothing is faster.
+// Every invocation reads every sample. This is fastest on hardware that reads a common address once for all invocations.
 
 fn walk(begin: Run, map: Map, g: Lanes2, first: u32, end: u32, weight_shift: u32, place: u32) -> Run {
     var run = begin;
@@ -8,7 +8,7 @@ fn walk(begin: Run, map: Map, g: Lanes2, first: u32, end: u32, weight_shift: u32
     return run;
 }
 
-// Whether an invocation has nothing to do.
+// Returns true if an invocation has no candidates.
 fn is_idle(lane: u32, blocks: u32) -> bool {
     return lane >= blocks;
 }

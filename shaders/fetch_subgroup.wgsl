@@ -1,5 +1,5 @@
-// Each invocation of eight reads one sample of eight and shows it to the others: for software adapters, which read a
-// sample once for every invocation, and so spend more on reading than on arithmetic.
+// Each of eight invocations reads one of eight samples and broadcasts it to the others. This is for software adapters, which
+// read a sample once for every invocation and spend more time on reading than on arithmetic.
 
 fn walk(begin: Run, map: Map, g: Lanes2, first: u32, end: u32, weight_shift: u32, place: u32) -> Run {
     var run = begin;
@@ -22,7 +22,7 @@ fn walk(begin: Run, map: Map, g: Lanes2, first: u32, end: u32, weight_shift: u32
     return run;
 }
 
-// Whether an invocation has nothing to do, for itself or for the others of its eight.
+// Returns true if an invocation has no candidates and none of its group of eight invocations has any.
 fn is_idle(lane: u32, blocks: u32) -> bool {
     return lane / 8u * 8u >= blocks;
 }

@@ -1,10 +1,11 @@
-// Coulomb friction and brush drop: reactions that are constant over a step and as large as it takes to end it at zero,
-// clipped to their limits: they can stop the motor, or the current, but not reverse it. Twin: src/motor/friction.rs.
+// Coulomb friction and brush drop: set-valued reactions that are constant over a step. Each takes the value that ends the step
+// at zero, clipped to its limits, so that it can stop the motor, or the current, but not reverse it. Same operations in Rust:
+// src/motor/friction.rs.
 
 struct Reactions {
-    // The most that a reaction takes off its own state.
+    // Largest magnitude that a reaction subtracts from its own state.
     limits: Lanes2,
-    // The change of the other state for each unit that it takes off its own.
+    // Change of the other state per unit subtracted from the own state.
     adds: Lanes2,
 }
 
@@ -14,7 +15,7 @@ fn load_reactions(at: u32, constants: u32) -> Reactions {
     return Reactions(Lanes2(brushes, friction), Lanes2(maps[at + 10u], maps[at + 11u]));
 }
 
-// By choices, because the least of two numbers takes twice the operations on devices that promise what it is of NaN.
+// Clips by `select`, because `min` and `max` take twice the operations on devices that define them for NaN.
 fn clip(value: Lanes, limit: Lanes) -> Lanes {
     let low = select(-limit, value, value > -limit);
     return select(limit, low, low < limit);

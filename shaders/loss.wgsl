@@ -1,11 +1,12 @@
-// Errors and what they add to a sum.
+// Errors, and their contributions to the sums.
 
-// The error of what the sensors show: x and y of a sample are measured current and speed, or what the reference leaves
-// of them.
+// Returns the error of the sensor outputs. The components x and y of a sample are measured current and speed, or the residuals
+// of the reference in an evaluation of deviations.
 fn residual(sample: Sample, x: Lanes2) -> Lanes2 {
     return Lanes2(sample.x - x.i, sample.y - x.w);
 }
 
+// Adds the weighted square or magnitude of an error to a sum.
 fn lose(e: Lanes, weight: Scalar, sum: Lanes) -> Lanes {
     var part = e * e;
     if ABSOLUTE {

@@ -1,13 +1,13 @@
-// Sensors that show the moving average of the last samples, of which the oldest counts in part: running sums, and a ring
-// of past states for each block, its length a power of two above all windows or all samples. Before the first sample a
-// sensor has seen the initial state. Twin: src/motor/sensor.rs.
-// Constants: of the current's window and of the speed's its whole samples, the weight of the oldest, and one over it.
+// Sensors whose output is the moving average of the last samples, of which the oldest has a fractional weight. Each block has
+// running sums and a ring buffer of past states; its length is a power of two above the longest window, or at least the number
+// of samples. Before the first sample the state is the initial one. Same operations in Rust: src/motor/sensor.rs.
+// Constants for the windows of current and speed: integer part, weight of the oldest sample, reciprocal of the window.
 
 struct MovingAverage {
-    // Where the ring begins, and its length less one.
+    // Offset of the ring buffer, and its length minus one.
     first: i32,
     mask: i32,
-    // Whether this invocation's block is its own, not another's that it repeats.
+    // True if this invocation has a block of candidates and does not repeat the last block.
     is_owner: bool,
     initial: Pair,
     whole_i: Lanes, part_i: Lanes, share_i: Lanes,
@@ -33,12 +33,12 @@ fn load_average(head: u32, constants: u32, own: u32, is_owner: bool) -> MovingAv
     return average;
 }
 
-// The running sums before the first sample.
+// Returns the running sums before the first sample.
 fn sums_before(average: MovingAverage) -> Lanes2 {
     return Lanes2(average.whole_i * average.initial.x, average.whole_w * average.initial.y);
 }
 
-// The value that leaves a window at sample n.
+// Returns the value that leaves a window at sample n.
 fn oldest(average: MovingAverage, channel: i32, whole: Lanes, initial: Scalar, n: i32) -> Lanes {
     let back = Counts(n) - Counts(whole);
     let kept = past(Counts(average.first + channel) + (back & Counts(average.mask)) * CHANNELS);
@@ -51,7 +51,7 @@ fn keep(average: MovingAverage, channel: i32, n: i32, value: Lanes) {
     }
 }
 
-// What the sensors show, and their sums.
+// The sensor outputs, and the running sums.
 struct Shown {
     seen: Lanes2,
     sum: Lanes2,

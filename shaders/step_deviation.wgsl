@@ -1,8 +1,9 @@
-// One step in deviations from a reference motor. Between changes of the inputs the deviation tends to a rest of its
-// own, r; what is carried is s, the deviation less r: s+ = s + (D s + P z), where z (in the sample) is the reference's
-// own increment and P z how much further than it a candidate would have gone from the reference's state. Near the
-// reference all terms are small, and so is their rounding; in the steady state s and z are 0, and nothing cancels.
-// Map fields: D (4), P (4), the rest per unit of voltage at the start (2) and the end (2) of a step, of torque (2).
+// One step of the deviation from a reference trajectory. Under constant inputs the deviation tends to an equilibrium r. The
+// state is s, the deviation minus r: s+ = s + (D s + P z), where z (z and w of the sample) is the increment of the reference,
+// and P z is the difference between the increments of candidate and reference from the reference's state
+// (src/evaluate/gpu/reference.rs). Near the reference all terms are small, and so are their rounding errors; in the steady
+// state s and z are 0.
+// Map fields: D (4), P (4), equilibrium per unit of voltage at the start (2) and the end (2) of a step, and of torque (2).
 
 struct Map {
     d00: Lanes, d01: Lanes, d10: Lanes, d11: Lanes,
@@ -16,7 +17,7 @@ fn load_map(at: u32) -> Map {
     );
 }
 
-// r for the inputs of a segment.
+// Returns the equilibrium r for the inputs of a segment.
 fn gain(at: u32, input: vec4<Scalar>) -> Lanes2 {
     return Lanes2(
         maps[at + 8u] * input.x + maps[at + 10u] * input.y + maps[at + 12u] * input.z,
@@ -24,12 +25,12 @@ fn gain(at: u32, input: vec4<Scalar>) -> Lanes2 {
     );
 }
 
-// The deviation itself.
+// Returns the deviation.
 fn observe(s: Lanes2, r: Lanes2) -> Lanes2 {
     return Lanes2(s.i + r.i, s.w + r.w);
 }
 
-// s after the inputs, and with them r, have changed.
+// Returns s after a change of the inputs, which changes r and not the deviation.
 fn enter(s: Lanes2, before: Lanes2, r: Lanes2) -> Lanes2 {
     return Lanes2(s.i + (before.i - r.i), s.w + (before.w - r.w));
 }

@@ -1,6 +1,6 @@
-// One step of a motor with extensions: that of the linear motor, then the reactions of brushes and friction.
-// Map fields: D (4), gains of the voltage at the start (2) and the end (2) of the step, of the torque (2), and what the
-// reactions add to the other state (2).
+// One step of a motor with extensions: the step of the linear motor, then the reactions of brushes and friction.
+// Map fields: D (4), gains of the voltage at the start (2) and the end (2) of the step and of the torque (2), contributions of
+// the reactions to the other state (2).
 
 struct Step {
     d00: Lanes, d01: Lanes, d10: Lanes, d11: Lanes,
@@ -11,7 +11,7 @@ fn load_step(at: u32, constants: u32) -> Step {
     return Step(maps[at], maps[at + 1u], maps[at + 2u], maps[at + 3u], load_reactions(at, constants));
 }
 
-// What the inputs of a segment add at each step; with a delayed voltage, what the torque does.
+// Returns the contribution of the inputs of a segment at each step; of the torque only, if the voltage is delayed.
 fn gain(at: u32, drive: Drive, load: Lanes, input: vec4<Scalar>) -> Lanes2 {
     let torque = load + input.z;
     let g = Lanes2(maps[at + 8u] * torque, maps[at + 9u] * torque);

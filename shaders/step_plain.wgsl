@@ -1,5 +1,5 @@
-// One step in full: x+ = x + (D x + g). The states are current and speed themselves.
-// Map fields: D (4), gains of the voltage at the start (2) and the end (2) of the step, of the torque (2).
+// One step without deviations: x+ = x + (D x + g). The states are current and speed.
+// Map fields: D (4), gains of the voltage at the start (2) and the end (2) of the step and of the torque (2).
 
 struct Map {
     d00: Lanes, d01: Lanes, d10: Lanes, d11: Lanes,
@@ -16,12 +16,12 @@ fn gain(at: u32, input: vec4<Scalar>) -> Lanes2 {
     );
 }
 
-// What the sensors see of the state that is carried: all of it.
+// Returns the sensor outputs, which are the state here.
 fn observe(x: Lanes2, g: Lanes2) -> Lanes2 {
     return x;
 }
 
-// The state that is carried after the inputs have changed: the same.
+// Returns the state after a change of the inputs, which does not change it here.
 fn enter(x: Lanes2, before: Lanes2, g: Lanes2) -> Lanes2 {
     return x;
 }

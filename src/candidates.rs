@@ -1,6 +1,6 @@
 //! The table of candidates that optimizers propose and evaluators read.
 
-/// Candidates, one a row: `values[row * width + axis]`, in the unit of each axis.
+/// Candidates as rows of a matrix, shape `[count, width]`: `values[row * width + axis]`, in the unit of each axis.
 #[derive(Debug, Clone, Copy)]
 pub struct Candidates<'a> {
     values: &'a [f64],
@@ -8,15 +8,15 @@ pub struct Candidates<'a> {
 }
 
 impl<'a> Candidates<'a> {
-    /// A view of row-major `values` with `width` values a candidate.
+    /// Creates a view of row-major `values` with `width` values per candidate.
     ///
     /// # Panics
-    /// When `values` is not a whole number of rows, which is a fault of the calling program.
+    /// Panics if the length of `values` is not a multiple of `width`.
     #[must_use]
     pub fn new(values: &'a [f64], width: usize) -> Self {
         assert!(
             if width == 0 { values.is_empty() } else { values.len().is_multiple_of(width) },
-            "{} values are not whole rows of {width}",
+            "{} values do not fill rows of {width}",
             values.len()
         );
         Self { values, width }
@@ -28,13 +28,13 @@ impl<'a> Candidates<'a> {
         self.values.len().checked_div(self.width).unwrap_or(0)
     }
 
-    /// Values a candidate.
+    /// Returns the number of values per candidate.
     #[must_use]
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// All values, row after row.
+    /// Returns all values, row by row.
     #[must_use]
     pub fn values(&self) -> &'a [f64] {
         self.values
@@ -43,16 +43,16 @@ impl<'a> Candidates<'a> {
     /// Returns the candidates `from..to`.
     ///
     /// # Panics
-    /// When there are not so many, as slices do.
+    /// Panics if the range is reversed or ends beyond [`Candidates::count`].
     #[must_use]
     pub fn rows(&self, from: usize, to: usize) -> Self {
         Self { values: &self.values[from * self.width..to * self.width], width: self.width }
     }
 
-    /// Returns one candidate.
+    /// Returns the candidate at index `row`, one value per axis.
     ///
     /// # Panics
-    /// When there is no such row, as slices do.
+    /// Panics if `row` is not less than [`Candidates::count`].
     #[must_use]
     pub fn row(&self, row: usize) -> &'a [f64] {
         &self.values[row * self.width..(row + 1) * self.width]

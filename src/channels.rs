@@ -1,13 +1,13 @@
-//! Pairs of values of the two channels, as objects with the keys `current` and `speed`.
+//! Pairs of values, one for each output channel, serialized as objects with the keys `current` and `speed`.
 
 use serde::{Deserialize, Serialize, Serializer};
 
 /// A value for the current and one for the speed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Channels<T> {
-    /// Of the current.
+    /// Value for the current.
     pub current: T,
-    /// Of the speed.
+    /// Value for the speed.
     pub speed: T,
 }
 
@@ -20,7 +20,7 @@ impl<T> From<[T; 2]> for Channels<T> {
 /// Serializes a pair `[current, speed]` as an object.
 ///
 /// # Errors
-/// Those of the serializer.
+/// Propagates the errors of the serializer.
 pub fn by_name<T: Serialize, S: Serializer>([current, speed]: &[T; 2], serializer: S) -> Result<S::Ok, S::Error> {
     Channels { current, speed }.serialize(serializer)
 }

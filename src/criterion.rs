@@ -1,9 +1,9 @@
-//! Criteria: one number for how far a simulation is from a measurement.
+//! Criteria: scalar costs of the output error between a measurement and a simulation.
 //!
-//! With `e_c = (measured − simulated)/s_c` over the channels present, N samples, step h and time t:
-//! euclidean `√ΣΣe²` (root of the paper's Eq. 13), ISE `hΣΣe²`, IAE `hΣΣ|e|`, ITSE `hΣΣt e²`, ITAE `hΣΣt|e|`,
+//! With the scaled residuals `e_c = (measured − simulated)/s_c` of the measured channels, N samples, step h and time t:
+//! euclidean `√ΣΣe²` (root of Eq. 13), ISE `hΣΣe²`, IAE `hΣΣ|e|`, ITSE `hΣΣt e²`, ITAE `hΣΣt|e|`,
 //! MSE `ΣΣe²/N` (Eq. 14, with N samples), NRMSE `√MSE`. Evaluators return one weighted sum per channel; this module
-//! holds the weights that go in and the combination that comes out, so that every evaluator means the same.
+//! defines the weights and turns the sums into a cost, so that all evaluators share one definition.
 
 use crate::named::named;
 use crate::numeric::{count, noise_sigma, peak, rms, standard_deviation};
@@ -12,53 +12,53 @@ use crate::{Error, Result};
 use std::str::FromStr;
 
 named! {
-    /// A norm of errors. A row says whether |e| is summed instead of e², and which cost the sum becomes.
+    /// A norm of the residuals. The row holds `true` if |e| is summed instead of e², and the reduction of the sum to a cost.
     #[non_exhaustive]
-    pub enum Norm: (bool, Total) {
-        /// Square root of the sum of squares.
-        Euclidean = "euclidean" => (false, Total::Root),
+    pub enum Norm: (bool, Reduction) {
+        /// Square root of the sum of squared errors.
+        Euclidean = "euclidean" => (false, Reduction::Root),
         /// Integral of the squared error.
-        Ise = "ise" => (false, Total::Integral),
+        Ise = "ise" => (false, Reduction::Integral),
         /// Integral of the absolute error.
-        Iae = "iae" => (true, Total::Integral),
-        /// Integral of time times squared error.
-        Itse = "itse" => (false, Total::IntegralOverTime),
-        /// Integral of time times absolute error.
-        Itae = "itae" => (true, Total::IntegralOverTime),
+        Iae = "iae" => (true, Reduction::Integral),
+        /// Integral of the squared error multiplied by time.
+        Itse = "itse" => (false, Reduction::IntegralOverTime),
+        /// Integral of the absolute error multiplied by time.
+        Itae = "itae" => (true, Reduction::IntegralOverTime),
         /// Mean squared error.
-        Mse = "mse" => (false, Total::Mean),
-        /// Root of the mean squared error.
-        Nrmse = "nrmse" => (false, Total::RootMean),
+        Mse = "mse" => (false, Reduction::Mean),
+        /// Square root of the mean squared error.
+        Nrmse = "nrmse" => (false, Reduction::RootMean),
     }
 }
 
 named! {
-    /// The divisor of each channel's error.
+    /// The divisor of the residuals of each channel.
     #[non_exhaustive]
     pub enum Scale (default Std) {
-        /// Nothing.
+        /// No scaling: the divisor is 1.
         None = "none",
-        /// The largest |measured|.
+        /// The largest magnitude of the measured signal.
         Peak = "peak",
         /// The population standard deviation of the measured signal.
         Std = "std",
-        /// The standard deviation of the noise, given or estimated.
+        /// The standard deviation of the measurement noise, given or estimated.
         Noise = "noise",
     }
 }
 
-/// The cost that a sum of losses over N samples becomes.
+/// Reduction of a sum of losses over N samples to a cost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Total {
-    /// Its square root.
+enum Reduction {
+    /// Square root of the sum.
     Root,
-    /// The sum; each loss is weighted by the step after it.
+    /// Integral over time: the sum, each loss weighted by the step that follows its sample.
     Integral,
-    /// The same, each loss weighted by time too.
+    /// Integral over time with each loss also multiplied by time.
     IntegralOverTime,
-    /// The sum over N.
+    /// The sum divided by N.
     Mean,
-    /// The square root of that.
+    /// Square root of the sum divided by N.
     RootMean,
 }
 
@@ -70,60 +70,64 @@ impl Default for Norm {
 }
 
 impl Norm {
-    /// Returns whether errors are weighted by the time that has passed.
+    /// Returns true if the losses are multiplied by time, as in ITSE and ITAE.
     #[must_use]
     pub fn is_time_weighted(self) -> bool {
-        self.row().1 == Total::IntegralOverTime
+        self.row().1 == Reduction::IntegralOverTime
     }
 }
 
-/// A criterion: its norm, its scale, and what these need.
+/// A criterion: a norm, the scale of the channels and their options.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Criterion {
     /// The norm of the errors.
     pub norm: Norm,
     /// The scale of each channel.
     pub scale: Scale,
-    /// From when time counts in ITSE and ITAE \[s\]; `None` is the start of the recording. Samples before weigh 0.
+    /// Origin of time in ITSE and ITAE \[s\]; `None` is the start of the recording. Earlier samples have weight 0.
     pub time_origin_s: Option<f64>,
-    /// The noise for [`Scale::Noise`].
+    /// The measurement noise, used by [`Scale::Noise`] only.
     pub noise: Noise,
 }
 
 impl FromStr for Criterion {
     type Err = Error;
 
-    /// Reads `CRITERION:SCALE`, or a criterion with the usual scale.
+    /// Parses `CRITERION:SCALE`, or `CRITERION` with the default scale, regardless of case.
+    ///
+    /// # Errors
+    /// Returns a `Usage` error if either name is unknown.
     fn from_str(text: &str) -> Result<Self> {
-        let usual = Scale::default().name();
-        let (norm, scale) = text.split_once(':').unwrap_or((text, usual));
-        let is = |name: &str, asked: &str| name.eq_ignore_ascii_case(asked.trim());
+        let default = Scale::default().name();
+        let (norm, scale) = text.split_once(':').unwrap_or((text, default));
+        let is = |name: &str, given: &str| name.eq_ignore_ascii_case(given.trim());
         let norm = Norm::ALL.into_iter().find(|one| is(one.name(), norm));
         let scale = Scale::ALL.into_iter().find(|one| is(one.name(), scale));
         let (Some(norm), Some(scale)) = (norm, scale) else {
-            let message = format!("\"{}\" is no criterion", excerpt(text));
+            let message = format!("\"{}\" is not a criterion", excerpt(text));
             let [norms, scales] = [Norm::ALL.map(Norm::name).join(", "), Scale::ALL.map(Scale::name).join(", ")];
-            let remedy = format!("Write CRITERION:SCALE, as in euclidean:peak, of {norms}, and of {scales}.");
+            let remedy =
+                format!("Write CRITERION:SCALE, as in euclidean:peak; criteria are {norms}; scales are {scales}.");
             return Err(Error::usage(message, remedy));
         };
         Ok(Self { norm, scale, ..Self::default() })
     }
 }
 
-/// The noise of a recording.
+/// The measurement noise of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Noise {
-    /// Estimated from each signal.
+    /// The standard deviation is estimated from each signal.
     #[default]
     Estimated,
-    /// σ of current \[A\] and speed \[rad/s\]; `None` is estimated.
+    /// Standard deviations σ of current \[A\] and speed \[rad/s\]; `None` is estimated from the signal.
     Sigma([Option<f64>; 2]),
-    /// `rms·10^(−dB/20)` of each signal.
+    /// Signal-to-noise ratio \[dB\]: `σ = rms·10^(−dB/20)` of each signal.
     Decibels(f64),
 }
 
 impl Noise {
-    /// σ of channel `channel` (0 current, 1 speed).
+    /// Returns the standard deviation σ of the noise of `channel` (0 current, 1 speed), in the unit of `signal`.
     #[must_use]
     pub fn sigma(&self, channel: usize, signal: &[f64]) -> f64 {
         match self {
@@ -134,51 +138,54 @@ impl Noise {
     }
 }
 
-/// The largest cost that counts as one: beyond it, or without a number, a candidate has diverged and costs +∞.
+/// Largest finite cost. A candidate whose cost is larger or NaN has diverged; its cost is +∞.
 pub const COST_MAX: f64 = 1e30;
 
 impl Criterion {
-    /// Returns whether |e| is added up rather than e².
+    /// Returns true if |e| is summed rather than e².
     #[must_use]
     pub fn is_absolute(&self) -> bool {
         self.norm.row().0
     }
 
-    /// Returns whether the sum approximates an integral over time.
+    /// Returns true if the sum approximates an integral over time.
     #[must_use]
     pub fn is_integral(&self) -> bool {
-        matches!(self.norm.row().1, Total::Integral | Total::IntegralOverTime)
+        matches!(self.norm.row().1, Reduction::Integral | Reduction::IntegralOverTime)
     }
 
-    /// The weight of the sample at `time_s` (from the start of the recording) followed by a step of `step_s`.
+    /// Returns the weight of the loss of a sample at `time_s` after the start of the recording \[s\], which is followed by
+    /// a step of `step_s` \[s\].
     #[must_use]
     pub fn weight(&self, time_s: f64, step_s: f64) -> f64 {
         match self.norm.row().1 {
-            Total::IntegralOverTime => (time_s - self.time_origin_s.unwrap_or(0.0)).max(0.0) * step_s,
-            Total::Integral => step_s,
+            Reduction::IntegralOverTime => (time_s - self.time_origin_s.unwrap_or(0.0)).max(0.0) * step_s,
+            Reduction::Integral => step_s,
             _ => 1.0,
         }
     }
 
-    /// Turns `s_c`, what a channel is divided by, into the factor of the channel's sum.
+    /// Returns the factor of a channel's sum of losses for the divisor `s_c`: `1/s_c` or `1/s_c²`.
     #[must_use]
     pub fn factor(&self, divisor: f64) -> f64 {
         if self.is_absolute() { 1.0 / divisor } else { 1.0 / (divisor * divisor) }
     }
 
-    /// The cost from the total of all scaled sums over `samples` samples; +∞ when it is no number or above 1e30.
+    /// Returns the cost for the total of the scaled sums of all channels over `samples` samples; +∞ if it is NaN or
+    /// greater than [`COST_MAX`].
     #[must_use]
     pub fn cost(&self, total: f64, samples: usize) -> f64 {
         let cost = match self.norm.row().1 {
-            Total::Root => total.sqrt(),
-            Total::Integral | Total::IntegralOverTime => total,
-            Total::Mean => total / count(samples),
-            Total::RootMean => (total / count(samples)).sqrt(),
+            Reduction::Root => total.sqrt(),
+            Reduction::Integral | Reduction::IntegralOverTime => total,
+            Reduction::Mean => total / count(samples),
+            Reduction::RootMean => (total / count(samples)).sqrt(),
         };
         if cost <= COST_MAX { cost } else { f64::INFINITY }
     }
 
-    /// Returns the scale of a channel (0 current, 1 speed); not positive when the signal does not define it.
+    /// Returns the divisor `s_c` of a channel (0 current, 1 speed), in the unit of the signal; not positive if the signal
+    /// does not define it, as a constant signal under [`Scale::Std`].
     #[must_use]
     pub fn divisor(&self, channel: usize, measured: &[f64]) -> f64 {
         match self.scale {

@@ -1,11 +1,11 @@
-//! The library's one error: what happened, where, and what to do about it.
+//! The error type of the library: a kind, a message, the location in a file and a hint.
 
 use crate::setting::{Spelling, Text};
 use crate::text::printable;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// Result of this library.
+/// Result with the error of this library.
 pub type Result<T> = std::result::Result<T, Error>;
 
 /// Kinds of errors; each has one exit code on the command line.
@@ -14,18 +14,18 @@ pub type Result<T> = std::result::Result<T, Error>;
 pub enum ErrorKind {
     /// A setting is wrong (exit code 2).
     Usage,
-    /// A file cannot be read, trusted or written (exit code 3).
+    /// A file cannot be read or written, or its data are invalid (exit code 3).
     Data,
-    /// The data do not determine what was asked for (exit code 4).
+    /// The data do not identify the requested parameters (exit code 4).
     NotIdentified,
-    /// The device that was asked for is not there (exit code 5).
+    /// The requested device is not available (exit code 5).
     Device,
 }
 
-/// An error with its place and its hint.
+/// An error with its location in a file and a hint.
 ///
-/// `Display` gives place and message on one line, free of control characters; [`Error::hint`] says what to do. Both name
-/// settings as the library does; a front end spells them by [`Error::spelled`] and [`Text::spelled`].
+/// `Display` writes location and message on one line without control characters; [`Error::hint`] is the suggested remedy.
+/// Both name settings by the library's names; a front end spells them by [`Error::spelled`] and [`Text::spelled`].
 #[derive(Debug, Clone)]
 pub struct Error(Box<Inner>);
 
@@ -41,58 +41,58 @@ struct Inner {
 }
 
 impl Error {
-    /// An error of a kind, with what happened and what to do.
+    /// Creates an error of a kind from a message and a hint.
     pub fn new(kind: ErrorKind, message: impl Into<Text>, hint: impl Into<Text>) -> Self {
         let (message, hint) = (message.into().printable(), hint.into().printable());
         Self(Box::new(Inner { kind, path: None, part: None, line: None, column: None, message, hint }))
     }
 
-    /// A wrong setting.
+    /// Creates an error of the kind [`ErrorKind::Usage`]: a setting is wrong.
     pub fn usage(message: impl Into<Text>, hint: impl Into<Text>) -> Self {
         Self::new(ErrorKind::Usage, message, hint)
     }
 
-    /// Bad data.
+    /// Creates an error of the kind [`ErrorKind::Data`]: a file or its data are invalid.
     pub fn data(message: impl Into<Text>, hint: impl Into<Text>) -> Self {
         Self::new(ErrorKind::Data, message, hint)
     }
 
-    /// Data that do not determine what was asked for.
+    /// Creates an error of the kind [`ErrorKind::NotIdentified`]: the data do not identify the requested parameters.
     pub fn not_identified(message: impl Into<Text>, remedy: impl Into<Text>) -> Self {
         Self::new(ErrorKind::NotIdentified, message, remedy)
     }
 
-    /// The file it happened in.
+    /// Returns the error located in a file, unless it has a file already.
     #[must_use]
     pub fn in_file(mut self, path: &Path) -> Self {
         self.0.path.get_or_insert_with(|| path.to_path_buf());
         self
     }
 
-    /// The part of the file it happened in: a sheet, a test.
+    /// Returns the error located in a part of the file, such as a sheet or a test, unless it has a part already.
     #[must_use]
     pub fn in_part(mut self, part: &str) -> Self {
         self.0.part.get_or_insert_with(|| part.to_owned());
         self
     }
 
-    /// The line it happened at, where it is known, counted from 1 with the heading.
+    /// Returns the error located at a line, counted from 1 with the heading; `None` keeps the present line.
     #[must_use]
     pub fn at_line(mut self, line: impl Into<Option<u64>>) -> Self {
         self.0.line = line.into().or(self.0.line);
         self
     }
 
-    /// The column it happened in, by its heading.
+    /// Returns the error located in the column with this heading.
     #[must_use]
     pub fn in_column(mut self, column: impl Into<String>) -> Self {
         self.0.column = Some(column.into());
         self
     }
 
-    /// Returns the error with something to look at before what its hint says.
+    /// Returns the error with `first` prepended to its hint.
     #[must_use]
-    pub(crate) fn hinted_first(mut self, first: &Text) -> Self {
+    pub(crate) fn with_hint_prefix(mut self, first: &Text) -> Self {
         self.0.hint = first.clone().printable().and(" ").and(&self.0.hint);
         self
     }
@@ -103,43 +103,43 @@ impl Error {
         self.0.kind
     }
 
-    /// The file.
+    /// Returns the file, if the error is located in one.
     #[must_use]
     pub fn path(&self) -> Option<&Path> {
         self.0.path.as_deref()
     }
 
-    /// The part of the file: a sheet, a test.
+    /// Returns the part of the file, such as a sheet or a test.
     #[must_use]
     pub fn part(&self) -> Option<&str> {
         self.0.part.as_deref()
     }
 
-    /// The line of the file, counted from 1 with the heading.
+    /// Returns the line of the file, counted from 1 with the heading.
     #[must_use]
     pub fn line(&self) -> Option<u64> {
         self.0.line
     }
 
-    /// The column of the file, by its heading.
+    /// Returns the heading of the column of the file.
     #[must_use]
     pub fn column(&self) -> Option<&str> {
         self.0.column.as_deref()
     }
 
-    /// Returns the message, without the place, free of control characters.
+    /// Returns the message without the location, free of control characters.
     #[must_use]
     pub fn message(&self) -> &Text {
         &self.0.message
     }
 
-    /// Returns the remedy, free of control characters.
+    /// Returns the hint, free of control characters.
     #[must_use]
     pub fn hint(&self) -> &Text {
         &self.0.hint
     }
 
-    /// Place and message on one line.
+    /// Returns location and message on one line.
     #[must_use]
     pub fn text(&self) -> Text {
         let inner = &self.0;
@@ -154,7 +154,7 @@ impl Error {
         Text::from(printable(&place)).and(joint).and(&inner.message)
     }
 
-    /// Place and message in the words of a front end.
+    /// Returns location and message with settings spelled by a front end.
     #[must_use]
     pub fn spelled(&self, spelling: Spelling) -> String {
         self.text().spelled(spelling)

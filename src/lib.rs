@@ -1,23 +1,39 @@
-//! Parameters of DC motors from recordings of voltage, current and speed.
+//! Identification of the parameters of DC motors from recordings of voltage, current and speed.
 //!
-//! Five uses:
+//! The model is the linear motor `L di/dt = v − R i − K ω`, `J dω/dt = K i − B ω − T` (Eqs. 6 and 7), optionally with
+//! extensions such as Coulomb friction, dead time and drive nonlinearities ([`motor::Extension`]). All quantities are in SI
+//! units.
 //!
-//! - **Identify a motor.** [`identify`](identify::identify) takes [`Record`](record::Record)s and returns R, L, K, B and J of the linear
-//!   motor `L di/dt = v − R i − K ω`, `J dω/dt = K i − B ω − T` (Eqs. 6 and 7), and parameters of its extensions, with standard
-//!   errors, a comparison with a search of the whole box, and a level of trust.
-//! - **Evaluate candidates.** [`evaluate::Evaluator`] computes the costs of a batch of candidate motors, shape `[candidates]`, by SIMD or
-//!   on a GPU, for an optimizer of your own.
-//! - **Optimize.** [`optimize::Optimizer`] (ask and tell) has the Grey Wolf Optimizer, Jaya, a genetic algorithm, a particle swarm and
-//!   random search, for a cost of your own.
-//! - **Estimate directly.** [`estimate`] has Steiglitz–McBride and the output-error refinement with its covariance.
-//! - **Compare and sweep.** [`study`] compares methods with statistics, and runs studies and production lines as one batch.
+//! # Five uses
 //!
-//! The motor, the experiment and the methods come from D. M. Munciño, E. A. Damian-Ramírez, M. Cruz-Fernández, L. A. Montoya-Santiyanes
-//! and J. Rodríguez-Reséndiz, "Metaheuristic and Heuristic Algorithms-Based Identification Parameters of a Direct Current Motor",
-//! *Algorithms* 17(5), 209, 2024, "the paper" in these pages. Everything is in SI units.
+//! 1. **Identify one motor.** [`identify::identify`] takes one or more [`record::Record`]s and returns R, L, K, B, J and the
+//!    parameters of extensions with standard errors, a comparison with a global search, and a level of trust.
+//!    [`estimate`] has its estimators: Steiglitz–McBride and the output-error refinement with its covariance.
+//! 2. **Identify many motors.** [`study::sweep`] runs a study, or the recordings of a production line, as one batch that can be
+//!    interrupted and resumed. [`device::BatchSearchEvaluator`] evaluates any number of searches, each on its own recordings, in
+//!    one batch.
+//! 3. **Simulate populations.** [`evaluate::Evaluator`] simulates a batch of candidate motors and returns their costs, shape
+//!    `[candidates]`: by SIMD on all cores ([`evaluate::Simd`]) or by WGSL compute shaders on a GPU (`evaluate::gpu::Gpu`).
+//!    [`experiment`] simulates recordings.
+//! 4. **Compare methods.** [`study::compare`] runs the Grey Wolf Optimizer, Jaya, a genetic algorithm, a particle swarm, random
+//!    search and Steiglitz–McBride under equal budgets and compares them with statistics. [`study::throughput()`] measures the
+//!    evaluation rates of CPU and GPU.
+//! 5. **Write extensions.** [`optimize::Optimizer`] is the ask/tell interface for optimizers, [`optimize::minimize()`] drives
+//!    them on any cost function ([`optimize::Evaluate`]), and [`evaluate::Evaluator`] can be implemented for other devices. New
+//!    effects, criteria, file formats and rules are rows of tables (`docs/extending.md`).
 //!
-//! Data flow one way: record → motor → criterion → optimize → evaluate → estimate → device → analysis → identify → study → report. A
-//! module uses those before it only.
+//! # Source
+//!
+//! The motor, the experiment and the methods are those of D. M. Munciño, E. A. Damian-Ramírez, M. Cruz-Fernández, L. A.
+//! Montoya-Santiyanes and J. Rodríguez-Reséndiz, "Metaheuristic and Heuristic Algorithms-Based Identification Parameters of a
+//! Direct Current Motor", *Algorithms* 17(5), 209, 2024, called "the paper" in these pages.
+//!
+//! # Modules
+//!
+//! Data flow one way: record → motor → criterion → optimize → evaluate → estimate → device → analysis → identify → study →
+//! report. A module uses only those before it.
+//!
+//! # Example
 //!
 //! ```
 //! use motorfit::identify::{IdentifySpec, identify};
@@ -31,7 +47,7 @@
 //! # Ok::<(), motorfit::Error>(())
 //! ```
 
-// Conversions of counts are those of `numeric`.
+// Counts are converted by the functions of `numeric`.
 #![cfg_attr(not(test), warn(clippy::cast_precision_loss, clippy::cast_sign_loss))]
 
 pub mod analysis;

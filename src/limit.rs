@@ -1,22 +1,22 @@
-//! Limits of sizes that a user, a file or a caller can give.
+//! Upper limits of sizes that users, files or callers can request.
 
-/// A limit of a size. Its number is that of the code that holds to it.
+/// A limit of a size. The number is the constant that the code enforces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limit {
-    /// The size, with its unit.
+    /// The limited size with its unit, such as `bytes of a study`.
     pub of: &'static str,
-    /// The largest value.
+    /// Largest accepted value, in that unit.
     pub most: u64,
-    /// The consequence of a larger one, a sentence without a full stop.
+    /// Consequence of a larger value, as a sentence without a full stop.
     pub beyond: &'static str,
 }
 
-/// Makes the row of a limit.
+/// Creates a row of the table of limits.
 pub(crate) const fn limit(of: &'static str, most: u64, beyond: &'static str) -> Limit {
     Limit { of, most, beyond }
 }
 
-/// Makes the row of a limit that is counted in memory.
+/// Creates a row of the table of limits from a `usize`.
 pub(crate) const fn limit_of(of: &'static str, most: usize, beyond: &'static str) -> Limit {
     limit(of, most as u64, beyond)
 }

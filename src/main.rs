@@ -1,4 +1,4 @@
-//! The command line program.
+//! Entry point of the command-line program.
 
 #![cfg_attr(not(test), warn(clippy::cast_precision_loss, clippy::cast_sign_loss))]
 

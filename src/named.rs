@@ -1,17 +1,17 @@
-//! Tables of things that are chosen by name: each variant is a row with its name and its text.
+//! Enums as tables: each variant is a row with a name, by which users choose it, and a description.
 
 use crate::text::{alternatives, excerpt, nearest};
 use crate::{Error, Result};
 
-/// Something that is chosen by its name.
+/// A row of a table that users choose by name.
 pub trait Named: Clone + PartialEq {
-    /// Returns every row, in the order in which they are listed.
+    /// Returns all rows in the order of the table.
     fn all() -> Vec<Self>;
 
-    /// Returns the name in settings and results.
+    /// Returns the name of the row in settings and results.
     fn name(&self) -> &'static str;
 
-    /// Returns the text of the row, without a full stop.
+    /// Returns the description of the row, without a full stop.
     fn text(&self) -> &'static str;
 
     /// Returns the names of all rows.
@@ -20,10 +20,11 @@ pub trait Named: Clone + PartialEq {
         Self::all().iter().map(Self::name).collect()
     }
 
-    /// Returns the row of this name.
+    /// Returns the row with a name.
     ///
     /// # Errors
-    /// `Usage` with the nearest name, or all of them, where there is none; `setting` names what the row is chosen for.
+    /// Returns a `Usage` error if no row has the name; the message begins with `setting`, and the hint has the most similar
+    /// name or all names.
     fn named(setting: &str, name: &str) -> Result<Self> {
         Self::all().into_iter().find(|row| row.name() == name).ok_or_else(|| {
             let names = Self::names();
@@ -36,8 +37,8 @@ pub trait Named: Clone + PartialEq {
     }
 }
 
-/// Defines an enum as a table: each variant with its text, which is its documentation, and its name. Rows may hold more:
-/// `enum Thing: Facts { … Variant = "name" => FACTS, … }` has `row(self) -> Facts`.
+/// Defines an enum as a table: each variant has a name, and its doc comment is its description. Rows may hold further data:
+/// `enum Thing: Facts { … Variant = "name" => FACTS, … }` defines `row(self) -> Facts`.
 macro_rules! named {
     (
         $(#[$meta:meta])*
@@ -70,7 +71,7 @@ macro_rules! named {
         $crate::named::named!(@table $(#[$meta])* $visibility $type { $($(#[doc = $text])+ $variant = $name,)+ });
 
         impl $type {
-            /// Returns what else the row holds.
+            /// Returns the further data of the row.
             const fn row(self) -> $row_type {
                 match self {
                     $(Self::$variant => $row,)+
@@ -89,10 +90,10 @@ macro_rules! named {
         }
 
         impl $type {
-            /// Every row, in the order in which they are listed.
+            /// All rows in the order of the table.
             pub const ALL: [Self; [$($name),+].len()] = [$(Self::$variant),+];
 
-            /// Returns the name in settings and results.
+            /// Returns the name of the row in settings and results.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self {

@@ -1,30 +1,30 @@
-//! The library's settings by name, and texts that refer to them.
+//! The settings of the library, and texts that refer to them.
 //!
-//! A message of the library names no flag, key or keyword. It refers to a [`Setting`] or a [`Command`], and a front end
-//! gives the [`Spelling`]: a flag on the command line, `fix = {K = …}` in a study, `fix="K=…"` in Python.
+//! Messages of the library contain no flag, key or keyword. They refer to a [`Setting`] or a [`Command`], and each front end
+//! has its own [`Spelling`]: a flag on the command line, `fix = {K = …}` in a study, `fix="K=…"` in Python.
 
 use crate::text::printable;
 use std::fmt;
 
-/// The form that the value of a setting has.
+/// Syntax of the value of a setting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
     /// On or off.
     Switch,
     /// One number.
     Number,
-    /// One word or a text of its own syntax.
+    /// One word, or a text with a syntax of the setting.
     Word,
     /// Words separated by commas.
     List,
-    /// `KEY=VALUE`, separated by commas.
+    /// `KEY=VALUE` pairs separated by commas.
     Values,
 }
 
-/// Makes the enum of the settings from one table.
+/// Defines the enum of the settings from one table: variant, name, form and description.
 macro_rules! settings {
     ($($setting:ident $name:literal $form:ident $about:literal)*) => {
-        /// A setting of the library, of its reading of files or of one of its studies.
+        /// A setting of an identification, of the import of files or of a study.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         #[non_exhaustive]
         pub enum Setting {
@@ -35,13 +35,13 @@ macro_rules! settings {
             /// All settings.
             pub const ALL: &[Self] = &[$(Self::$setting),*];
 
-            /// Returns the name, words joined by underscores.
+            /// Returns the name in lower case, words joined by underscores.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self { $(Self::$setting => $name,)* }
             }
 
-            /// Returns the form of its value.
+            /// Returns the syntax of the value.
             #[must_use]
             pub const fn form(self) -> Form {
                 match self { $(Self::$setting => Form::$form,)* }
@@ -51,64 +51,64 @@ macro_rules! settings {
 }
 
 settings! {
-    Columns "columns" Word "The quantities that columns hold, and their units."
-    Rate "rate" Number "Samples per second."
+    Columns "columns" Word "The quantities of columns, and their units."
+    Rate "rate" Number "The sample rate \\[Hz\\] of files without a time column."
     Sheet "sheet" Word "The sheet of a workbook."
     BadRows "bad_rows" Word "The treatment of rows that cannot be read."
     Gaps "gaps" Word "The treatment of gaps in time."
-    DropRepeats "drop_repeats" Switch "Whether rows that repeat a time are left out."
-    Crop "crop" Word "The interval of time that is used."
-    Offset "offset" Word "Offsets of sensors that are subtracted."
-    Mask "mask" List "Samples that do not count."
-    Decimate "decimate" Number "Every Nth sample is kept."
+    DropRepeats "drop_repeats" Switch "True to skip rows that repeat the time of the row before."
+    Crop "crop" Word "The time interval that is used."
+    Offset "offset" Word "Sensor offsets to subtract."
+    Mask "mask" List "Samples that are excluded from the cost."
+    Decimate "decimate" Number "The factor N of decimation: every Nth sample is kept."
     Filter "filter" Word "A low-pass filter on all signals."
-    Split "split" Number "The fraction of each recording that is fitted."
-    Method "method" Word "The method that finds the optimum."
+    Split "split" Number "The fraction of each recording that is fitted; the rest validates."
+    Method "method" Word "The identification method."
     Methods "methods" List "The methods of a comparison or a study."
-    Set "set" List "Settings of a method."
-    Polish "polish" Word "The refinement."
-    Population "population" Number "Candidates in a generation."
-    Generations "generations" Number "Generations of a search."
+    Set "set" List "Tuning parameters of a method."
+    Polish "polish" Word "The local refinement of the optimum."
+    Population "population" Number "The number of candidates per generation."
+    Generations "generations" Number "The number of generations of a search."
     Seed "seed" Number "The seed of the random numbers."
     Bounds "bounds" Values "Bounds of parameters."
-    Fix "fix" Values "Parameters held fixed."
+    Fix "fix" Values "Parameters with a fixed value."
     Criterion "criterion" Word "The criterion that a search minimizes."
     Criteria "criteria" List "The criteria of a comparison."
-    Scale "scale" Word "The divisor of each channel's error."
-    Noise "noise" Word "Noise of the sensors."
-    TimeOrigin "time_origin" Number "The time at which time weights begin, in seconds."
-    Discretization "discretization" Word "The one-step method."
+    Scale "scale" Word "The divisor of the residuals of each channel."
+    Noise "noise" Word "The measurement noise."
+    TimeOrigin "time_origin" Number "The origin of time in time-weighted criteria \\[s\\]."
+    Discretization "discretization" Word "The discretization of the motor model."
     Initial "initial" Word "The state at the first sample."
     With "with" List "Extensions of the motor."
-    PerRecording "per_recording" List "Parameters that each recording has for itself."
-    Device "device" Word "The device that evaluates."
-    Precision "precision" Word "The precision of the evaluation."
-    Threads "threads" Number "Threads."
-    Runs "runs" Number "Runs of each method."
-    Target "target" Number "The cost that runs are to reach."
+    PerRecording "per_recording" List "Parameters that are estimated for each recording separately."
+    Device "device" Word "The device that evaluates candidates."
+    Precision "precision" Word "The floating-point precision of the evaluation."
+    Threads "threads" Number "The number of threads."
+    Runs "runs" Number "The number of runs of each method."
+    Target "target" Number "The cost at which a run counts as successful."
     Sample "sample" Word "Candidates sampled from the bounds."
-    Slice "slice" List "The two parameters of a slice of the cost."
+    Slice "slice" List "The two parameters of a slice of the cost function."
     Parameters "parameters" Values "The parameters of a simulated motor."
-    Start "start" Values "The parameters at which a refinement starts."
+    Start "start" Values "The starting point of a refinement."
     Input "input" Word "The input of a simulation."
-    Duration "duration" Number "The length of a simulation in seconds."
-    Period "period" Number "The time between samples in seconds."
-    Populations "populations" List "The batch sizes of a benchmark."
-    Samples "samples" List "The lengths of the recordings of a benchmark."
-    Seconds "seconds" Number "The time that a benchmark may take."
+    Duration "duration" Number "The duration of a simulation \\[s\\]."
+    Period "period" Number "The sampling period \\[s\\]."
+    Populations "populations" List "The population sizes of a benchmark."
+    Samples "samples" List "The lengths of the recordings of a benchmark, in samples."
+    Seconds "seconds" Number "The time budget of a benchmark \\[s\\]."
     Limits "limits" Values "Tolerances of parameters."
     Shard "shard" Word "The shard of a sweep."
     Out "out" Word "The folder for results."
 }
 
 impl Setting {
-    /// Returns a reference to this setting with a value, as an example or as what was given.
+    /// Returns a reference to this setting with a value, either an example or the given one.
     pub fn to(self, value: impl Into<String>) -> Reference {
         Reference::Setting(self, Some(value.into()))
     }
 }
 
-/// An operation of the library that a hint may send the reader to.
+/// An operation of the library that a hint may refer to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Command {
@@ -124,19 +124,19 @@ pub enum Command {
     RunSweep,
 }
 
-/// References in a text.
+/// A reference to a setting or an operation inside a text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Reference {
-    /// A setting, with a value where one is meant.
+    /// A setting, optionally with a value.
     Setting(Setting, Option<String>),
     /// An operation.
     Command(Command),
 }
 
-/// The words of a front end for a reference.
+/// Function of a front end that spells a reference.
 pub type Spelling = fn(&Reference) -> String;
 
-/// Spells a reference where there is no front end: `fix K=…`.
+/// Spells a reference by the library's own names, such as `fix K=…`.
 fn neutral(reference: &Reference) -> String {
     match reference {
         Reference::Setting(setting, None) => setting.name().to_owned(),
@@ -158,12 +158,12 @@ enum Part {
     Reference(Reference),
 }
 
-/// A text of words and references to settings. `Display` gives it with the names of the library.
+/// A text with references to settings and operations. `Display` spells them by the library's own names.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Text(Vec<Part>);
 
 impl Text {
-    /// Returns the text in the words of a front end.
+    /// Returns the text with its references spelled by a front end.
     #[must_use]
     pub fn spelled(&self, spelling: Spelling) -> String {
         let word = |part: &Part| match part {
@@ -173,7 +173,7 @@ impl Text {
         self.0.iter().map(word).collect()
     }
 
-    /// Returns the text with words for those references that `words` has words for.
+    /// Returns the text with those references replaced by words for which `words` returns `Some`.
     #[must_use]
     pub fn respelled(&self, words: fn(&Reference) -> Option<String>) -> Self {
         let part = |part: &Part| match part {
@@ -193,14 +193,14 @@ impl Text {
         }
     }
 
-    /// Returns the text with another behind it.
+    /// Returns the text with another one appended.
     #[must_use]
     pub fn and(mut self, more: impl Into<Self>) -> Self {
         self.push(more);
         self
     }
 
-    /// Returns whether it says nothing.
+    /// Returns true if the text is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
@@ -262,8 +262,8 @@ impl From<Setting> for Text {
     }
 }
 
-/// Makes a [`Text`]. Literals and `(format, arguments)` are words, `[Setting]` and `[Setting = format, arguments]` refer
-/// to a setting, `[Command::Name]` to an operation, and `{expression}` is whatever a text can be made of:
+/// Creates a [`Text`]. Literals and `(format, arguments)` are words, `[Setting]` and `[Setting = format, arguments]` refer
+/// to a setting, `[Command::Name]` to an operation, and `{expression}` is any value that converts into a text:
 /// `text!("{symbol} is at its bound; widen it with " [Bounds = "{symbol}=0.1:1"])`.
 macro_rules! text {
     (@ $text:expr;) => { $text };
@@ -290,12 +290,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_front_end_spells_references_and_no_word_beside_them() {
+    fn a_front_end_spells_references_only() {
         let symbol = "K";
-        let text = text!("hold {symbol} with " [Fix = "{symbol}=…"] " or " [TimeOrigin] "; " [Command::Devices]);
-        assert_eq!(text.to_string(), "hold K with fix K=… or time_origin; the list of devices");
+        let text = text!("set {symbol} by " [Fix = "{symbol}=…"] " or " [TimeOrigin] "; " [Command::Devices]);
+        assert_eq!(text.to_string(), "set K by fix K=… or time_origin; the list of devices");
         let shout: Spelling = |reference| neutral(reference).to_uppercase();
-        assert_eq!(text.spelled(shout), "hold K with FIX K=… or TIME_ORIGIN; THE LIST OF DEVICES");
+        assert_eq!(text.spelled(shout), "set K by FIX K=… or TIME_ORIGIN; THE LIST OF DEVICES");
     }
 
     #[test]
@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn each_setting_has_a_name_of_its_own() {
+    fn names_of_settings_are_unique() {
         let mut names: Vec<&str> = Setting::ALL.iter().map(|setting| setting.name()).collect();
         names.sort_unstable();
         names.dedup();

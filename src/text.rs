@@ -1,15 +1,15 @@
-//! Text that came from a file or a command line, made safe to show on a terminal.
+//! Formatting of text and numbers for messages; text of files and arguments is made safe to print on a terminal.
 
 use std::fmt::Write as _;
 
-/// Returns whether a character could steer a terminal or turn the reading order around.
+/// Returns true for control characters and for characters that change the reading direction or end lines.
 #[must_use]
 pub fn is_unsafe(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}')
 }
 
-/// `text` with every control and bidirectional character written as an escape such as `\u{1b}`.
+/// Returns `text` with every character of [`is_unsafe`] written as an escape such as `\u{1b}`.
 #[must_use]
 pub fn printable(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
@@ -19,7 +19,7 @@ pub fn printable(text: &str) -> String {
     shown
 }
 
-/// [`printable`], cut to a length that fits an error message.
+/// Returns the first 40 characters of `text` as [`printable`], with an ellipsis if more follow.
 #[must_use]
 pub fn excerpt(text: &str) -> String {
     const SHOWN: usize = 40;
@@ -30,7 +30,7 @@ pub fn excerpt(text: &str) -> String {
     shown
 }
 
-/// Returns a word as a shell takes it, free of control characters.
+/// Returns a word quoted for a POSIX shell if it needs quotes, free of control characters.
 #[must_use]
 pub fn shell_quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:,=+@%".contains(c);
@@ -38,19 +38,19 @@ pub fn shell_quoted(word: &str) -> String {
     if !word.is_empty() && word.chars().all(plain) { word } else { format!("'{}'", word.replace('\'', "'\\''")) }
 }
 
-/// [`excerpt`] in quotation marks.
+/// Returns the [`excerpt`] of `text` in quotation marks.
 #[must_use]
 pub fn quoted(text: &str) -> String {
     format!("\"{}\"", excerpt(text))
 }
 
-/// Returns a count with its noun, an `s` behind it for all but one: `1 row`, `2 rows`.
+/// Returns a count with its noun, with a plural `s` unless the count is one: `1 row`, `2 rows`.
 #[must_use]
 pub fn counted(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
-/// A number with `digits` significant digits and an SI prefix: `0.00776` with the unit `H` is `7.76 mH`.
+/// Returns a number with `digits` significant digits and an SI prefix: `0.00776` with the unit `H` gives `7.76 mH`.
 #[must_use]
 pub fn engineering(value: f64, unit: &str, digits: usize) -> String {
     const PREFIXES: [(&str, i32); 9] =
@@ -63,11 +63,11 @@ pub fn engineering(value: f64, unit: &str, digits: usize) -> String {
     format!("{} {prefix}{unit}", significant(value / 10f64.powi(exponent), digits))
 }
 
-/// The most significant digits of a number that are written: no number of double precision has more.
+/// Largest number of significant digits that are written: no `f64` has more significant decimal digits.
 const DIGITS_MAX: usize = 767;
 
-/// A number with `digits` significant digits, at least one and 767 at most; a plain decimal where that is readable, else with
-/// an exponent.
+/// Returns a number with `digits` significant digits (from 1 to 767), as a plain decimal from 1e-5 up to 1e7 and with an
+/// exponent otherwise.
 #[must_use]
 pub fn significant(value: f64, digits: usize) -> String {
     let digits = digits.clamp(1, DIGITS_MAX);
@@ -83,21 +83,21 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-/// Numbers of this size and above are written with an exponent in tables.
+/// Magnitude from which numbers in tables are written with an exponent.
 const LARGE: f64 = 1e7;
 
-/// A number with so many decimals, 767 at most, with an exponent where it is large; 308 digits would be no cell of a table.
+/// Returns a number with `places` decimals (at most 767); with an exponent from 1e7, so that it fits a cell of a table.
 #[must_use]
 pub fn decimals(value: f64, places: usize) -> String {
     let places = places.min(DIGITS_MAX);
     if value.is_finite() && value.abs() >= LARGE { significant(value, places + 1) } else { format!("{value:.places$}") }
 }
 
-/// A number as the shortest decimal that reads back as the same, with an exponent where it is very small or large.
+/// Formats a number as the shortest decimal that parses to the same value, with an exponent if it is very small or large.
 #[derive(Debug, Clone, Copy)]
 pub struct Shortest(pub f64);
 
-/// Sizes of numbers that are written without an exponent.
+/// Range of the magnitudes that are written without an exponent.
 const PLAIN: std::ops::Range<f64> = 1e-7..1e16;
 
 impl std::fmt::Display for Shortest {
@@ -108,7 +108,7 @@ impl std::fmt::Display for Shortest {
     }
 }
 
-/// Bytes in hexadecimal.
+/// Returns bytes as lower-case hexadecimal digits.
 #[must_use]
 pub fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().fold(String::with_capacity(2 * bytes.len()), |mut text, byte| {
@@ -117,7 +117,7 @@ pub fn hexadecimal(bytes: &[u8]) -> String {
     })
 }
 
-/// JSON whose control and bidirectional characters, which it allows raw, are escaped too; line ends stay.
+/// Returns a JSON text with all characters of [`is_unsafe`] but line feeds escaped; JSON allows some of them unescaped.
 #[must_use]
 pub fn printable_json(json: &str) -> String {
     let mut shown = String::with_capacity(json.len());
@@ -134,13 +134,13 @@ pub fn printable_json(json: &str) -> String {
     shown
 }
 
-/// Joins words as a sentence does: `a, b or c`.
+/// Joins words to a list in a sentence: `a, b or c`.
 #[must_use]
 pub fn alternatives(words: &[&str]) -> String {
     listed(words, "or")
 }
 
-/// Joins words as a sentence does, with a conjunction before the last: `a, b and c`.
+/// Joins words to a list in a sentence, with a conjunction before the last: `a, b and c`.
 #[must_use]
 pub fn listed(words: &[&str], conjunction: &str) -> String {
     match words {
@@ -149,11 +149,12 @@ pub fn listed(words: &[&str], conjunction: &str) -> String {
     }
 }
 
-/// The longest word that is compared with others \[bytes\]: the time is the product of both lengths.
+/// Length of the longest word for which an edit distance is computed \[bytes\]; the time is proportional to the product of
+/// both lengths.
 const COMPARED_MAX: usize = 256;
 
-/// The one of some words that another was likely meant to be: two letters off at most, or a third of a long one. A word of
-/// more than 256 bytes is like no other.
+/// Returns the one of `words` with the smallest edit distance to `word` (optimal string alignment, regardless of the case of
+/// `word`) if that is at most 2 or a third of its length. Words of more than 256 bytes are not compared.
 #[must_use]
 pub fn nearest<'a>(word: &str, words: &[&'a str]) -> Option<&'a str> {
     if word.len() > COMPARED_MAX {

@@ -1,4 +1,4 @@
-//! Warnings: what the reader of a result should know, with its place in a recording.
+//! Warnings about recordings and results: code, severity, message, location in a recording and remedy.
 
 use crate::record::{Finding, Quantity, Record, Severity};
 use crate::setting::{Spelling, Text};
@@ -6,41 +6,41 @@ use crate::text::significant;
 use serde_json::{Map, Value, json};
 use std::fmt;
 
-/// Something that the reader of a result should know.
+/// A warning about a recording or a result.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Warning {
-    /// A short name that does not change.
+    /// Stable short name, for programs.
     pub code: &'static str,
-    /// True if parameters are likely wrong because of it; else it is a remark.
+    /// Severity: a report, which makes wrong parameters likely, or a remark.
     #[serde(skip)]
     pub severity: Severity,
-    /// In words.
+    /// Description for people.
     pub message: Text,
-    /// Where it is, of what is found in a recording.
-    pub place: Option<Place>,
-    /// The remedy, where the message does not contain it.
+    /// Location in a recording; `None` if the warning does not come from a diagnosis of one.
+    pub place: Option<Location>,
+    /// Remedy; `None` if the message already contains it.
     pub remedy: Option<Text>,
 }
 
-/// Where in a recording something is.
+/// A location in a recording: signal, times and lines of the file.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Place {
-    /// The recording, where there are several.
+pub struct Location {
+    /// Name of the recording; `None` if there is only one.
     pub recording: Option<String>,
-    /// The signal; `None` where it is about several.
+    /// Signal concerned; `None` if there are several.
     pub quantity: Option<Quantity>,
-    /// From when to when \[s\]; empty where it is all of the recording.
+    /// First and last time of each segment \[s\]; empty if the complete recording is meant.
     pub times_s: Vec<[f64; 2]>,
-    /// The lines of the file for each of the times, where it has lines.
+    /// First and last line of the file for each segment; empty if the samples have no lines.
     pub lines: Vec<[u64; 2]>,
-    /// The figures that it rests on, by name.
+    /// Numbers that support the finding, by name.
     pub figures: Vec<(&'static str, f64)>,
 }
 
-/// Times that are spelled out.
+/// Largest number of segments that are shown in full.
 const TIMES_SHOWN: usize = 3;
 
-impl fmt::Display for Place {
+impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let from_to = |a: String, b: String| if a == b { a } else { format!("{a} to {b}") };
         let mut parts: Vec<String> = self.recording.iter().cloned().collect();
@@ -56,11 +56,11 @@ impl fmt::Display for Place {
         if more > 0 {
             parts.push(format!("{more} more"));
         }
-        f.write_str(&if parts.is_empty() { "the whole recording".to_owned() } else { parts.join(", ") })
+        f.write_str(&if parts.is_empty() { "the complete recording".to_owned() } else { parts.join(", ") })
     }
 }
 
-impl serde::Serialize for Place {
+impl serde::Serialize for Location {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
         let figures: Map<String, Value> =
             self.figures.iter().map(|(name, v)| ((*name).to_owned(), (*v).into())).collect();
@@ -72,7 +72,7 @@ impl serde::Serialize for Place {
     }
 }
 
-impl Place {
+impl Location {
     fn of(record: &Record, finding: &Finding) -> Self {
         let (time, lines) = (&record.samples().time_s, &record.source().lines);
         let ends = |range: &std::ops::Range<usize>| {
@@ -94,25 +94,25 @@ impl Place {
 }
 
 impl Warning {
-    /// A warning without a place.
+    /// Creates a warning without a location.
     pub fn new(code: &'static str, message: impl Into<Text>) -> Self {
         Self { code, severity: Severity::Report, message: message.into(), place: None, remedy: None }
     }
 
-    /// Returns a finding as a warning, its samples as times and lines.
+    /// Creates a warning from a finding, with the samples as times and lines of the file.
     pub(crate) fn found(record: &Record, finding: Finding) -> Self {
-        let place = Some(Place::of(record, &finding));
+        let place = Some(Location::of(record, &finding));
         let Finding { code, severity, message, remedy, .. } = finding;
         Self { code, severity, message, place, remedy: Some(remedy) }
     }
 
-    /// Returns whether it is a finding that may explain why a fit fails or is poor.
+    /// Returns true if this is a reported finding that can cause a failed or poor fit.
     #[must_use]
-    pub fn explains_failure(&self) -> bool {
-        self.severity == Severity::Report && crate::record::explains_failure(self.code)
+    pub fn can_cause_poor_fit(&self) -> bool {
+        self.severity == Severity::Report && crate::record::can_cause_poor_fit(self.code)
     }
 
-    /// Returns the warning on one line, in the words of a front end.
+    /// Returns the warning as one line, with settings spelled as in a front end.
     #[must_use]
     pub fn spelled(&self, spelling: Spelling) -> String {
         let place = self.place.as_ref().map_or_else(String::new, |place| format!("{place}: "));
@@ -123,7 +123,7 @@ impl Warning {
     }
 }
 
-/// Returns the name of a recording in messages: its path and part.
+/// Returns the name of a recording in messages: the path, and the part of the file in parentheses.
 pub(crate) fn name_of(record: &Record) -> String {
     let Some(path) = &record.source().path else { return "the recording".to_owned() };
     record.source().part.iter().fold(path.display().to_string(), |name, part| format!("{name} ({part})"))

@@ -1,5 +1,6 @@
-//! Proves: kV, kA, kS are those of the motor's equations, their standard errors are the delta method's and describe how
-//! estimates spread, and the regression beside them is as far off as theory says.
+//! Proves: kV, kA, kS and kG follow from the motor's equations (relative 1e-12 against steady states and the trace of the
+//! state matrix); their standard errors are those of the delta method and describe the spread of estimates over 200 seeds;
+//! the regression for feedforward constants has the bias and standard errors that theory predicts.
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 #![allow(clippy::cast_precision_loss, reason = "small numbers")]
 
@@ -18,10 +19,10 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 const SIGMA: [f64; 2] = [0.02, 0.5];
 
-/// kS, kV, kA, kG, gain and sum of time constants by other ways: where the motor settles, and the trace of its state matrix.
+/// Returns kS, kV, kA, kG, gain and sum of time constants from steady states and the trace of the state matrix.
 fn oracle([r, l, k, b, j, tc, vb, tl]: [f64; 8]) -> [f64; 6] {
     let motor = Parameters { r, l, k, b, j };
-    // Per newton metre, at which voltage the torque holds the shaft at standstill: speed falls linearly with it.
+    // The steady-state speed is linear in the voltage, so two points give the voltage at which the friction stops the motor.
     let (still, driven) = (motor.steady_state(0.0, tc)[1], motor.steady_state(1.0, tc)[1]);
     let gain = motor.steady_state(1.0, 0.0)[1];
     let (trace, determinant) = (-r / l - b / j, (r * b + k * k) / (l * j));
@@ -41,7 +42,7 @@ fn errors_are_those_of_the_delta_method() {
     for _ in 0..200 {
         let base = [0.9, 0.008, 0.07, 7e-4, 1.4e-4, 0.01, 0.6, 0.02];
         let of = base.map(|v: f64| v * numbers.random_range(-2.0_f64..2.0).exp());
-        // Any matrix times its transpose is a covariance; a tenth of a per mille keeps differences linear.
+        // A matrix times its transpose is a covariance; standard deviations of 1e-4 keep the characteristics linear.
         let root: Vec<Vec<f64>> =
             of.iter().map(|v| (0..8).map(|_| 1e-4 * v * numbers.random_range(-1.0..1.0)).collect()).collect();
         let entry = |a: usize, b: usize| root[a].iter().zip(&root[b]).map(|(x, y)| x * y).sum::<f64>();
@@ -62,8 +63,8 @@ fn errors_are_those_of_the_delta_method() {
                 .map(|(a, b)| slopes[a][c] * entry(a, b) * slopes[b][c])
                 .sum();
             assert!((found.value / expected - 1.0).abs() < 1e-12, "{name}: {} {expected}", found.value);
-            // A central difference of 1e-5 is exact to its square, and to rounding over the step: 1e-10 and 1e-11 of each
-            // term; terms that cancel leave more.
+            // A central difference with a relative step of 1e-5 has a truncation error of 1e-10 and a rounding error of
+            // 1e-11 of each term; cancellation among the terms increases both.
             let error = found.std_error.unwrap();
             assert!((error / variance.sqrt() - 1.0).abs() < 1e-6, "{name}: {error} {}", variance.sqrt());
         }
@@ -71,13 +72,13 @@ fn errors_are_those_of_the_delta_method() {
 }
 
 #[test]
-fn what_is_not_known_is_not_told() {
+fn unknown_covariances_give_no_standard_errors() {
     let motor = Parameters { r: 1.0, l: 0.01, k: 0.05, b: 1e-4, j: 1e-4 };
     let mut covariance: Covariance = [[Some(0.0); 8]; 8];
     covariance[0][0] = Some(1e-4);
     let known = characteristics(Input::Voltage, &motor, [None; 3], &covariance);
     assert!(known.ks.is_none());
-    // kV = K + R B/K moves with R by B/K.
+    // The derivative of kV = K + R B/K with respect to R is B/K.
     assert!((known.kv.std_error.unwrap() - 0.01 * 1e-4 / 0.05).abs() < 1e-15);
     covariance[1][1] = None;
     let unknown = characteristics(Input::Voltage, &motor, [None; 3], &covariance);
@@ -86,7 +87,7 @@ fn what_is_not_known_is_not_told() {
     assert!(unknown.ka.value > 0.0);
 }
 
-/// The M2 motor under a voltage that switches.
+/// Returns a recording of the M2 motor under a square-wave voltage, without noise.
 fn lively(samples: u32) -> Record {
     let time: Vec<f64> = (0..samples).map(|n| f64::from(n) * 1e-3).collect();
     let voltage = (0..samples).map(|n| if (n / 97) % 2 == 0 { 9.0 } else { -3.0 }).collect();
@@ -94,7 +95,7 @@ fn lively(samples: u32) -> Record {
 }
 
 #[test]
-fn estimates_spread_as_their_errors_say() {
+fn estimates_spread_as_their_standard_errors() {
     const SEEDS: u64 = 200;
     let clean = lively(600);
     let [r, l, k, b, j] = Parameters::M2.to_array();
@@ -112,12 +113,12 @@ fn estimates_spread_as_their_errors_say() {
     for (c, z) in z.iter().enumerate().filter(|(_, z)| !z.is_empty()) {
         let mean = z.iter().sum::<f64>() / SEEDS as f64;
         let rms = (z.iter().map(|z| z * z).sum::<f64>() / SEEDS as f64).sqrt();
-        // Standard errors over 200 seeds are 0.071 and 0.05: four of them.
+        // Over 200 seeds the standard errors of mean and rms are 0.071 and 0.05; the bounds are four of them.
         assert!(mean.abs() < 0.28 && (rms - 1.0).abs() < 0.2, "{c}: {mean} {rms}");
     }
 }
 
-/// Motors of one time constant that go from one speed to another under constant voltages, in closed form.
+/// Returns recordings of a first-order motor under constant voltages, in closed form.
 fn decays(kv: f64, tau: f64, period_s: f64) -> Vec<Record> {
     let runs = [(10.0, 20.0), (3.0, 250.0), (-6.0, -20.0), (-2.0, -150.0)];
     let one = |(volts, start): (f64, f64)| {
@@ -131,25 +132,25 @@ fn decays(kv: f64, tau: f64, period_s: f64) -> Vec<Record> {
 }
 
 #[test]
-fn a_difference_flattens_what_is_fast_by_as_much_as_theory_says() {
+fn central_differences_have_the_predicted_bias() {
     let (kv, tau, period) = (0.05, 0.03, 0.001);
     let records = decays(kv, tau, period);
     for (window_s, samples) in [(0.002, 2), (0.008, 8), (0.020, 20)] {
         let found = regression(&records, window_s).unwrap();
         assert_eq!(found.window_samples, samples);
         let half = 0.5 * window_s / tau;
-        // Of an exponential over ±d the central difference is sinh(d/τ)/(d/τ) times its slope.
+        // The central difference of an exponential over ±d is sinh(d/τ)/(d/τ) times its derivative.
         let expected = kv * tau * half / half.sinh();
         assert!((found.ka.value / expected - 1.0).abs() < 1e-9, "{} {expected}", found.ka.value);
         assert!((found.kv.value / kv - 1.0).abs() < 1e-9 && found.ks.value.abs() < 1e-9, "{found:?}");
     }
-    // One voltage says nothing: speed and acceleration add up to it.
+    // Under one constant voltage the regressors are collinear.
     assert_eq!(regression(&records[..1], 0.002), None);
 }
 
 #[test]
-fn ordinary_errors_are_those_of_the_textbook() {
-    // White noise of the voltage is an error of the equation that is independent from sample to sample.
+fn least_squares_standard_errors_describe_the_spread() {
+    // White noise of the voltage is an independent equation error.
     let mut numbers = Xoshiro256PlusPlus::seed_from_u64(3);
     let (mut ka, mut ks, seeds) = (Vec::new(), Vec::new(), 300);
     for _ in 0..seeds {
@@ -170,13 +171,14 @@ fn ordinary_errors_are_those_of_the_textbook() {
     }
     for z in [ka, ks] {
         let rms = (z.iter().map(|z| z * z).sum::<f64>() / f64::from(seeds)).sqrt();
-        // 1/√600 is 0.041: four of them. Noise of the voltage is small against the voltage, so that it attenuates nothing.
+        // The standard error of the rms is 1/√600 = 0.041; the bound is four of them. The noise is small against the
+        // voltage, so that attenuation is negligible.
         assert!((rms - 1.0).abs() < 0.17, "{rms}");
     }
 }
 
 #[test]
-fn the_regression_is_biased_where_the_output_error_is_not() {
+fn the_regression_is_biased_and_the_output_error_estimate_is_not() {
     let clean = lively(2000);
     let [r, l, k, b, j] = Parameters::M2.to_array();
     let [_, kv, ka, ..] = oracle([r, l, k, b, j, 0.0, 0.0, 0.0]);
@@ -185,8 +187,8 @@ fn the_regression_is_biased_where_the_output_error_is_not() {
     assert!((by_error.ka.value / ka - 1.0).abs() < 0.01 && (by_error.kv.value / kv - 1.0).abs() < 0.01);
     let list = regressions(&[clean], Some(by_error.time_constant.value));
     assert_eq!(list.len(), 2);
-    // Without any noise: the inductance delays the torque by 8 ms, which the regression takes for 40 % more inertia and
-    // for friction that is not there (measured: kV −3.9 and −2.7 %, kA +38 and +42 %, kS −1.0 and −1.1 V).
+    // Without noise: the inductance delays the torque by 8 ms, which biases the regression like 40 % more inertia and
+    // negative Coulomb friction (measured: kV −3.9 and −2.7 %, kA +38 and +42 %, kS −1.0 and −1.1 V).
     for found in list {
         let (of_kv, of_ka) = (found.kv.value / kv - 1.0, found.ka.value / ka - 1.0);
         assert!((-0.05..-0.02).contains(&of_kv) && (0.3..0.5).contains(&of_ka), "{of_kv} {of_ka}");
@@ -195,7 +197,7 @@ fn the_regression_is_biased_where_the_output_error_is_not() {
 }
 
 #[test]
-fn the_program_shows_them() {
+fn the_program_reports_characteristics() {
     let document = json(&["identify", EXAMPLE, "--json"]);
     let of = &document["characteristics"];
     let by_error = &of["output_error"];
@@ -209,7 +211,7 @@ fn the_program_shows_them() {
         assert!((value(name) / expected[n] - 1.0).abs() < 1e-9, "{name}");
         assert!(by_error[name]["std_error"].as_f64().unwrap() > 0.0, "{name}");
     }
-    // One step from rest under one voltage: nothing for a regression to tell apart.
+    // After one step from rest the regressors are collinear.
     assert!(of["regression"].as_array().unwrap().iter().all(|r| r["window_samples"].as_u64().unwrap() >= 2));
     let folder = Folder::new();
     let path = folder.file("lively.csv", motorfit::record::write_csv(&with_noise(&lively(1500), SIGMA, 1).unwrap()));
@@ -218,7 +220,7 @@ fn the_program_shows_them() {
     assert!(text.contains("kV 0.0") && text.contains("by regression over"), "{text}");
     let page = std::fs::read_to_string(format!("{out}/report.html")).unwrap();
     assert!(page.contains("Feedforward characteristics") && page.contains("regression over 2.00 ms, 2 samples"));
-    // Without a polish there are values without errors.
+    // Without refinement there are values without standard errors.
     let rough = json(&["identify", EXAMPLE, "--json", "--polish", "none"]);
     assert!(rough["characteristics"]["output_error"]["kV"]["std_error"].is_null());
 }

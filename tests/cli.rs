@@ -1,6 +1,6 @@
-//! Proves: the commands do what the contract says: documents, tables, exit codes; bad input gets its code, a message
-//! with a remedy on stderr, nothing on stdout, no panic and no control characters; Ctrl-C prints the best so far.
-//! Does not prove: that what is identified is right (see optimizers.rs).
+//! Proves: the commands follow their contract of documents, tables and exit codes; bad input gives its exit code and a message
+//! with a remedy on stderr, nothing on stdout, no panic and no control characters; Ctrl-C prints the best candidate found.
+//! Does not prove: that estimates are right (see optimizers.rs, recovery.rs).
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
 
@@ -35,7 +35,7 @@ fn identify_prints_the_contract_s_document() {
     assert_eq!(record["sha256"].as_str().unwrap().len(), 64);
     assert_eq!(document["bounds"]["R"], serde_json::json!([0.1, 1.0]));
     assert_eq!((&document["device"]["kind"], &document["device"]["precision"]), (&"cpu".into(), &"f64".into()));
-    // Five per cent: a population search at 40 dB; its distribution is tested elsewhere.
+    // Tolerance 5 % for a population search at 40 dB; optimizers.rs tests the distribution.
     for (symbol, truth, unit) in [
         ("R", 0.921_042, "ohm"),
         ("L", 0.007_759, "H"),
@@ -52,11 +52,11 @@ fn identify_prints_the_contract_s_document() {
     }
     assert_eq!(document["history"].as_array().unwrap().len(), 100);
     let last = document["history"][99].as_f64().unwrap();
-    // The cost is the oracle's, the history the evaluator's.
+    // The cost is computed by the oracle, the history by the evaluator.
     assert!((document["cost"].as_f64().unwrap() / last - 1.0).abs() < 1e-11);
     assert_eq!(document["searched"]["cost"], document["cost"]);
     assert!(document["fit_percent"]["current"].as_f64().unwrap() > 98.0);
-    // The same optimum, somewhat above its foot.
+    // The search ended in the basin of the optimum.
     assert_eq!(document["verification"]["status"], "agrees");
     assert!((1e-6..1.0).contains(&document["verification"]["cost_gap"].as_f64().unwrap()));
     assert!(document["correlation"].is_null() && document["warnings"].as_array().unwrap().is_empty());
@@ -64,13 +64,13 @@ fn identify_prints_the_contract_s_document() {
 }
 
 #[test]
-fn identify_without_flags_says_how_sure_it_is() {
+fn identify_without_flags_reports_standard_errors() {
     let document = json(&["identify", EXAMPLE, "--json"]);
     for (key, value) in [("method", "auto"), ("polish", "lm"), ("stop", "converged")] {
         assert_eq!(document[key], value, "{key}");
     }
     assert_eq!(document["searched"]["method"], "sm");
-    // The Cramér–Rao bounds at 40 dB, in percent.
+    // Cramér–Rao bounds at 40 dB [%].
     for (symbol, truth, percent) in [
         ("R", 0.921_042, 0.0490),
         ("L", 0.007_759, 0.0900),
@@ -104,14 +104,14 @@ fn identify_without_flags_says_how_sure_it_is() {
     );
     let sm = json(&["identify", EXAMPLE, "--json", "--method", "sm", "--polish", "none"]);
     assert!(sm["parameters"]["R"]["std_error"].is_null() && sm["verification"]["status"] == "agrees");
-    fails(&["identify", EXAMPLE, "--method", "sm", "--fix", "R=0.9"], 2, "cannot hold any");
+    fails(&["identify", EXAMPLE, "--method", "sm", "--fix", "R=0.9"], 2, "cannot fix any");
 }
 
 #[test]
 fn a_failed_fit_names_what_was_found_before_its_hint() {
     let folder = Folder::new();
     let file = folder.path("still.csv");
-    // A motor that never moves: its encoder flickers by one count.
+    // A motor at rest whose encoder flickers by one count.
     let flicker = |n: u32| if n % 190 == 150 { 0.5 } else { 0.0 };
     let row = |n: u32| format!("{},{},{}\n", f64::from(n) * 1e-3, if n < 100 { 0.0 } else { 6.0 }, flicker(n));
     let rows: String = (0..400).map(row).collect();
@@ -120,7 +120,7 @@ fn a_failed_fit_names_what_was_found_before_its_hint() {
     assert_eq!(output.status.code(), Some(4));
     assert!(output.stdout.is_empty());
     let errors = text(&output.stderr);
-    let order = ["[no_motion]", "error:", "Look first", "did not move", "Otherwise:"];
+    let order = ["[no_motion]", "error:", "First check", "did not move", "Otherwise:"];
     let places = order.map(|what| errors.rfind(what).unwrap());
     assert!(errors.find(order[0]) < errors.find(order[1]) && places[1..].is_sorted(), "{errors}");
 }
@@ -131,7 +131,7 @@ fn a_result_that_cannot_be_trusted_names_the_next_command() {
     assert_eq!(good["trust"], serde_json::json!({"level": "good", "reasons": [], "next": null}));
     let folder = Folder::new();
     let file = folder.path("with friction.csv");
-    // Several levels: under one step Coulomb friction is some viscous friction.
+    // Several levels, because under a single step Coulomb friction is like viscous friction.
     let level = |n: u32| [0.0, 8.0, 3.0, -6.0][(n / 250) as usize % 4];
     let rows: String = (0..1500).map(|n| format!("{},{}\n", f64::from(n) * 1e-3, level(n))).collect();
     let input = folder.file("input.csv", format!("time_s,voltage_V\n{rows}"));
@@ -145,7 +145,7 @@ fn a_result_that_cannot_be_trusted_names_the_next_command() {
     assert_eq!(trust["next"], format!("motorfit identify '{file}' --json --strict --with auto"), "{trust}");
     let text = ok(&["identify", &file]);
     assert!(text.starts_with("  trust     ") && text.contains("\n  next      motorfit identify '"), "{text}");
-    // What it says helps.
+    // The advised command gives a trusted result.
     let again = json(&["identify", &file, "--json", "--strict", "--with", "auto"]);
     assert_eq!(
         (&again["trust"]["level"], &again["with"]),
@@ -229,7 +229,7 @@ fn noise_and_time_origin_change_the_cost() {
         json(&all)["cost"].as_f64().unwrap()
     };
     let noise = |value| cost(&["--scale", "noise", "--noise", value]);
-    // Twice the noise is half the cost; 40 dB is what the example was made with, 12 mA and 1.04 rad/s.
+    // Twice the noise halves the cost; the 40 dB of the example are 12 mA and 1.04 rad/s.
     assert!((noise("i=0.01,w=1") / noise("i=0.02,w=2") - 2.0).abs() < 1e-9);
     assert!((noise("40dB") / noise("i=0.012025,w=1.0390") - 1.0).abs() < 0.01);
     let late = |origin| cost(&["--criterion", "itae", "--time-origin", origin]);
@@ -237,7 +237,7 @@ fn noise_and_time_origin_change_the_cost() {
 }
 
 #[test]
-fn bounds_and_held_parameters() {
+fn bounds_and_fixed_parameters() {
     let document = json(&[
         "identify",
         EXAMPLE,
@@ -290,7 +290,7 @@ fn several_recordings_are_one_fit() {
 #[test]
 fn evaluate_gives_costs_of_any_candidates() {
     let folder = Folder::new();
-    // A table from a file: columns in any order, others ignored, comments skipped; the cost is that of identify.
+    // Candidates from a file: columns in any order, others and comments ignored; the cost is that of identify.
     let found = json(&["identify", EXAMPLE, "--json"]);
     let value = |symbol: &str| found["parameters"][symbol]["value"].as_f64().unwrap();
     let row = ["J", "R", "L", "K", "B"].map(|symbol| value(symbol).to_string()).join(",");
@@ -301,7 +301,7 @@ fn evaluate_gives_costs_of_any_candidates() {
     let cells: Vec<f64> = lines[1].split(',').map(|cell| cell.parse().unwrap()).collect();
     assert_eq!(cells[0].to_bits(), value("R").to_bits());
     assert!((cells[5] / found["cost"].as_f64().unwrap() - 1.0).abs() < 1e-9);
-    // Samples: all of them, the best of them, and the same best in JSON.
+    // Sampled candidates: all, the best of them, and the best as JSON.
     let sample = ["-q", "evaluate", EXAMPLE, "--bounds", "table2", "--sample", "lhs:3000"];
     let all = ok(&sample);
     let mut costs: Vec<f64> = all.lines().skip(1).map(|l| l.rsplit(',').next().unwrap().parse().unwrap()).collect();
@@ -313,7 +313,7 @@ fn evaluate_gives_costs_of_any_candidates() {
     let document = json(&[&sample[..], &["--json", "--top", "3", "--threads", "1"]].concat());
     assert_eq!(document["best"][2]["cost"].as_f64().unwrap().to_bits(), costs[2].to_bits());
     assert_eq!((&document["candidates"], &document["device"]["kind"]), (&3000.into(), &"cpu".into()));
-    // No parameter is silently absent: extensions, free or held, and a list where each recording has its own.
+    // Every parameter is listed: extensions, free or fixed, and a list of values for parameters per recording.
     let extended = ["--with", "coulomb,load", "--fix", "TL=0.01", "--per-recording", "R", "--sample", "lhs:50"];
     let document = json(&[&["evaluate", EXAMPLE, EXAMPLE][..], &extended, &["--json", "--top", "1"]].concat());
     let best = &document["best"][0]["parameters"];
@@ -349,7 +349,7 @@ fn evaluate_gives_costs_of_any_candidates() {
 }
 
 #[test]
-fn what_each_recording_has_for_itself_has_a_column_for_each() {
+fn parameters_per_recording_have_a_column_each() {
     let folder = Folder::new();
     let joint = ["-q", "evaluate", EXAMPLE, EXAMPLE, "--per-recording", "R"];
     let sampled = ok(&[&joint[..], &["--sample", "lhs:5"]].concat());
@@ -386,7 +386,7 @@ fn evaluate_reads_parquet_as_it_reads_csv() {
     assert_eq!(expected.lines().count(), 26);
     assert_eq!(evaluate(&golden("-snappy.parquet")), expected);
     assert_eq!(evaluate(&golden("-zstd.parquet")), expected);
-    // R and K as floats, the columns in another order.
+    // R and K in single precision, the columns in another order.
     let floats = evaluate(&golden("-float.parquet"));
     for (ours, theirs) in floats.lines().zip(expected.lines()).skip(1) {
         for (a, b) in ours.split(',').zip(theirs.split(',')) {
@@ -397,7 +397,7 @@ fn evaluate_reads_parquet_as_it_reads_csv() {
     let null = golden("-null.parquet");
     fails(&["evaluate", EXAMPLE, "--top", "1", "--candidates", &null], 3, "row 17, column K: null or not finite");
     fails(&["evaluate", EXAMPLE, "--candidates", &golden("-text.parquet")], 3, "column B: is BYTE_ARRAY");
-    // Broken files: wherever they are cut, and with bytes turned over.
+    // Damaged files: truncated, or with inverted bytes.
     let (folder, whole) = (Folder::new(), std::fs::read(golden("-snappy.parquet")).unwrap());
     for cut in (0..whole.len()).step_by(571) {
         fails(&["evaluate", EXAMPLE, "--candidates", &folder.file("cut.parquet", &whole[..cut])], 3, "Parquet");
@@ -412,7 +412,7 @@ fn evaluate_reads_parquet_as_it_reads_csv() {
 }
 
 #[test]
-fn bench_names_what_it_measured() {
+fn bench_describes_its_measurements() {
     let args = ["bench", "--seconds", "0.3", "--populations", "1,50", "--samples", "10,20", "--no-gpu", "--json"];
     let document = json(&args);
     let contenders = document["contenders"].as_array().unwrap();
@@ -454,7 +454,7 @@ fn bench_names_what_it_measured() {
     ] {
         fails(&[&["bench"][..], &args].concat(), 2, args[0]);
     }
-    // What was measured is printed, whatever becomes of the plot.
+    // Measurements are printed even if the plot cannot be written.
     let nowhere = folder.path("nowhere/rates.svg");
     let bench = ["bench", "--seconds", "0.2", "--populations", "10", "--samples", "10", "--no-gpu", "--svg", &nowhere];
     let output = run(&bench);
@@ -463,7 +463,7 @@ fn bench_names_what_it_measured() {
 }
 
 #[test]
-fn bench_keeps_what_it_measured_and_auto_reads_it() {
+fn bench_stores_a_profile_and_auto_reads_it() {
     let folder = Folder::new();
     let with_cache = |args: &[&str]| {
         let output = motorfit().args(args).env("XDG_CACHE_HOME", folder.path("cache")).output().unwrap();
@@ -503,8 +503,8 @@ fn bench_keeps_what_it_measured_and_auto_reads_it() {
 fn simulate_writes_what_identify_reads() {
     let folder = Folder::new();
     let file = folder.path("m2.csv");
-    // The example in the repository is this command's output, to the byte on this kind of machine and to the last
-    // digits of a logarithm elsewhere.
+    // The example in the repository is the output of this command, byte for byte on this kind of machine, and up to
+    // the last digits of a logarithm on others.
     ok(&[
         "simulate",
         "--parameters",
@@ -530,7 +530,7 @@ fn simulate_writes_what_identify_reads() {
             assert!((a - b).abs() <= 1e-9 * b.abs().max(1.0), "{ours} {kept}");
         }
     }
-    // Its own output is an input, load torque and other units included.
+    // The output can be the input of another simulation, with load torque and other units.
     let input = folder.file("in.csv", "t[ms],U (V),load_torque_mNm\n0,0,0\n1,5,0\n2,5,10\n3,5,10\n4,5,10\n");
     let out = ok(&["simulate", "--parameters", "m2", "--input", &input, "--out", "-"]);
     assert!(out.starts_with("time_s,voltage_V,current_A,speed_rad_s,load_torque_Nm\n"), "{out}");
@@ -602,7 +602,7 @@ fn a_broken_pipe_is_success_and_a_full_device_is_not() {
 
 #[test]
 #[cfg(unix)]
-fn an_interrupt_prints_the_best_so_far() {
+fn an_interrupt_prints_the_best_candidate() {
     let document = interrupted(&["--generations", "1000000000"]);
     assert_eq!(document["stop"], "interrupted");
     assert!(document["parameters"]["R"]["value"].is_f64() && document["evaluations"].as_u64().unwrap() >= 100);
@@ -616,7 +616,8 @@ fn an_interrupt_ends_a_generation_too() {
     assert!((1..5_000_000).contains(&evaluations), "{evaluations}");
 }
 
-/// The document of a search that gets SIGTERM, which is never ignored in the background, as soon as its first line of progress says that it is on its way.
+/// Returns the document of a search that is interrupted at its first line of progress, by SIGTERM, which background jobs do
+/// not ignore.
 #[cfg(unix)]
 fn interrupted(args: &[&str]) -> Value {
     let mut command = motorfit();
@@ -686,7 +687,7 @@ fn a_file_without_permission() {
     let output = if std::fs::File::open(&file).is_err() {
         run(&["identify", &file])
     } else {
-        // The superuser may read everything: become nobody, with a copy of the program that nobody can reach.
+        // The superuser can read every file, so a copy of the program is run as the user nobody.
         let program = folder.path("motorfit");
         std::fs::copy(assert_cmd::cargo::cargo_bin!("motorfit"), &program).unwrap();
         std::fs::set_permissions(folder.0.path(), std::fs::Permissions::from_mode(0o755)).unwrap();
@@ -710,7 +711,7 @@ fn a_suspicious_period_is_pointed_out() {
 }
 
 #[test]
-fn what_cannot_be_identified_is_said() {
+fn unidentifiable_recordings_are_errors() {
     let folder = Folder::new();
     let head = "time_s,voltage_V,current_A,speed_rad_s\n";
     let rows = |voltage: f64| -> String {
@@ -722,12 +723,8 @@ fn what_cannot_be_identified_is_said() {
     fails(&["identify", &still, "--initial", "zero"], 4, "nothing drives the motor");
     let short = folder.file("short.csv", format!("{head}0,1,0,0\n0.001,1,0.1,0.1\n"));
     fails(&["identify", &short], 4, "4 measured values under voltage for 5 free parameters");
-    fails(&["identify", EXAMPLE, "--criterion", "itae", "--time-origin", "100"], 4, "no sample counts");
-    fails(
-        &["identify", &folder.file("far.csv", format!("{head}-1e308,1,0,0\n1e308,1,1,1\n"))],
-        3,
-        "none of a recording",
-    );
+    fails(&["identify", EXAMPLE, "--criterion", "itae", "--time-origin", "100"], 4, "no sample has weight");
+    fails(&["identify", &folder.file("far.csv", format!("{head}-1e308,1,0,0\n1e308,1,1,1\n"))], 3, "are out of range");
     let nonsense = folder.file("nonsense.csv", format!("{head}{}", rows(5.0)));
     fails(&["identify", &nonsense], 4, "the recordings");
     let document = json(&["identify", &nonsense, "--json", "--method", "gwo", "--polish", "none"]);
@@ -754,7 +751,7 @@ fn missing_channels_and_units_are_pointed_out() {
     assert!(codes(&[&speed]).contains(&missing) && codes(&[&current, "--fix", "R=0.92"]).contains(&missing));
     assert!(!codes(&[&speed, "--fix", "R=0.92,K=0.0735"]).contains(&missing));
     assert!(!codes(&[&current, "--fix", "K=0.0735"]).contains(&missing));
-    // Five parameters cannot be given from three combinations, or four: what can is, and the rest is said.
+    // Three or four combinations do not determine five parameters: the identifiable ones are given, the others reported.
     let told = |path: &str| {
         let document = json(&["identify", "--json", path]);
         let identified = |p: &&str| document["parameters"][*p]["identified"] == true;
@@ -763,13 +760,13 @@ fn missing_channels_and_units_are_pointed_out() {
     };
     let (parameters, message) = told(&speed);
     assert!(
-        parameters.is_empty() && message.contains("speed alone fixes three combinations"),
+        parameters.is_empty() && message.contains("speed alone identifies three combinations"),
         "{parameters} {message}"
     );
     let (parameters, message) = told(&current);
     assert!(parameters == "R L" && message.contains("K : B : J = 1 : 2 : 2"), "{parameters} {message}");
-    // A constant that is held leaves too many still.
-    fails(&["identify", &speed, "--fix", "K=0.0735"], 4, "speed alone fixes three combinations");
+    // One fixed constant is not enough.
+    fails(&["identify", &speed, "--fix", "K=0.0735"], 4, "speed alone identifies three combinations");
     for args in [[&speed, "--fix", "R=0.921042,K=0.073472"], [&current, "--fix", "K=0.073472"]] {
         let document = json(&[&["identify", "--json"][..], &args[..]].concat());
         let j = &document["parameters"]["J"];
@@ -815,8 +812,8 @@ fn simulate_writes_through_links_and_spares_protected_files() {
     assert_eq!(simulate(&target).status.code(), Some(3));
 }
 
-/// Without any driver, as on a machine that has no GPU. The example is too small for auto to look for one; how it
-/// carries on after a failure is tested in identify/device.rs.
+/// Without a driver, as on a machine without a GPU. The example is too small for `auto` to open one; its fallback after a
+/// failure is tested in `device`.
 #[test]
 fn without_an_adapter_gpu_is_exit_5_and_auto_carries_on() {
     let bare = |device: &str| {
@@ -865,7 +862,7 @@ fn extensions_alone_are_estimated() {
     for symbol in ["R", "L", "K", "B", "J"] {
         assert_eq!(found["parameters"][symbol]["fixed"], true, "{symbol}");
     }
-    // What auto leaves out may be named.
+    // A parameter of an extension that `auto` does not select may be named.
     json(&["identify", EXAMPLE, "--with", "auto", "--per-recording", "TL", "--json"]);
 }
 
@@ -884,9 +881,9 @@ fn wrong_usage() {
     identify(&["--bounds", "R=nan:1"], "--bounds");
     identify(&["--fix", "R=-1"], "positive");
     identify(&["--fix", "R=1,R=2"], "twice");
-    identify(&["--fix", M2], "nothing to find");
+    identify(&["--fix", M2], "nothing to estimate");
     identify(&["--fix", M2, "--with", "auto"], "Name the extensions");
-    identify(&["--fix", &format!("{M2},TL=0.01"), "--with", "load"], "nothing to find");
+    identify(&["--fix", &format!("{M2},TL=0.01"), "--with", "load"], "nothing to estimate");
     identify(&["--per-recording", "TL"], "--per-recording: TL is not in the model");
     identify(&["--per-recording", "TL,t0", "--with", "load"], "--per-recording: t0 is not in the model");
     identify(&["--per-recording", "R", "--fix", "R=0.92"], "--per-recording: R is held");
@@ -900,14 +897,14 @@ fn wrong_usage() {
     identify(&["--method", "gow"], "a similar value exists: 'gwo'");
     identify(&["--criterion", "nmrse"], "a similar value exists: 'nrmse'");
     identify(&["--metod", "gwo"], "--method");
-    identify(&["--set", "mutation=0.1"], "no setting of this method");
+    identify(&["--set", "mutation=0.1"], "not a setting of this method");
     identify(&["--method", "ga", "--set", "mutation=2"], "mutation");
     identify(&["--noise", "loud"], "--noise");
     identify(&["--columns", "power=x"], "no quantity");
     identify(&["--device", "tpu"], "no device");
     identify(&["--noise", "40dB"], "without --scale noise");
     identify(&["--time-origin", "1"], "without --criterion itse or itae");
-    identify(&["--fix", "R=1", "--bounds", "R=0.1:1"], "both bounded and held");
+    identify(&["--fix", "R=1", "--bounds", "R=0.1:1"], "both bounded and fixed");
     identify(&["--bounds", "R=0.1:1,R=0.2:1"], "twice");
     identify(&["--threads", "100000"], "--threads is 100000");
     identify(&["--population", "150000000"], "does not fit");
@@ -916,7 +913,7 @@ fn wrong_usage() {
     identify(&["--with", "coulom"], "did you mean coulomb?");
     identify(&["--with", "auto,load"], "others are named beside it");
     identify(&["--with", "coulomb", "--bounds", "Tc=-1:1"], "not zero or positive");
-    identify(&["--fix", "td=-0.1"], "earlier than one period");
+    identify(&["--fix", "td=-0.1"], "less than minus one sampling period");
     identify(&["--per-recording", "Q"], "not a parameter");
     fails(&["identfy", EXAMPLE], 2, "identify");
     fails(&["identify"], 2, "RECORD");
@@ -926,7 +923,7 @@ fn wrong_usage() {
 }
 
 #[test]
-fn simulate_refuses_what_cannot_be() {
+fn simulate_rejects_wrong_arguments() {
     let folder = Folder::new();
     let simulate = |args: &[&str], code: i32, part: &str| {
         let mut all = vec!["simulate"];
@@ -977,7 +974,7 @@ fn each_recording_has_its_line_and_a_shared_note_stands_once() {
 }
 
 #[test]
-fn what_a_missing_channel_leaves_is_one_sentence() {
+fn a_missing_channel_is_one_sentence() {
     let folder = Folder::new();
     let path = folder.path("speed.csv");
     let whole = std::fs::read_to_string(EXAMPLE).unwrap();
@@ -990,7 +987,7 @@ fn what_a_missing_channel_leaves_is_one_sentence() {
     std::fs::write(&path, without).unwrap();
     let said = text(&run(&["inspect", &path]).stdout);
     assert!(said.contains("for example. Told are") && !said.contains(".."), "{said}");
-    // Two samples, and the file that has them.
+    // The error names the file with two samples.
     let two = folder.file("two.csv", "time_s,voltage_V,current_A,speed_rad_s\n0,0,0,0\n0.1,6,1,2\n");
     fails(&["identify", &two], 4, "two.csv: 2 measured values");
 }
@@ -1015,9 +1012,9 @@ fn a_file_that_is_not_there_is_answered_with_a_similar_one() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     std::fs::copy(EXAMPLE, path("motor-step.csv")).unwrap();
-    fails(&["identify", &path("motor-stp.csv")], 3, "did you mean");
+    fails(&["identify", &path("motor-stp.csv")], 3, "Did you mean");
     let err = fails(&["identify", &path("elsewhere.txt")], 3, "Check the path");
-    assert!(!err.contains("did you mean"), "{err}");
+    assert!(!err.contains("Did you mean"), "{err}");
 }
 
 #[test]
@@ -1027,7 +1024,7 @@ fn a_fit_is_drawn_for_light_and_dark_backgrounds() {
     ok(&["identify", EXAMPLE, "--svg", &path("fit.svg"), "-q"]);
     let svg = std::fs::read_to_string(path("fit.svg")).unwrap();
     assert!(svg.starts_with("<svg") && svg.contains("prefers-color-scheme: dark") && svg.contains("speed [rad/s]"));
-    // The committed picture is the one that the program draws, but for the last digits of another instruction set.
+    // The committed figure is the one that the program draws, up to the last digits on another instruction set.
     let committed = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/figures/m2-step.svg")).unwrap();
     let words = |svg: &str| svg.matches("<text").count();
     assert_eq!(words(&svg), words(&committed));

@@ -1,14 +1,14 @@
-//! Proves: `compare` finds what the paper and independent prototypes found, as distributions over seeds; the same seed gives
-//! the same tables on any number of threads; tables fit a terminal; recordings that cannot serve are reported; the page is
-//! one file that a real browser opens without a complaint and without asking anything of the outside.
-//! Does not prove: that a page is beautiful.
+//! Proves: `compare` reproduces the distributions of the paper and of independent prototypes over seeds; the same seed gives
+//! the same tables on any number of threads; tables fit a terminal; unusable recordings are reported; the page is a single
+//! file that a browser opens without console messages and network requests.
+//! Does not prove: the layout of a page.
 #![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 
 use motorfit::criterion::Scale;
 use motorfit::experiment::{Excitation, simulated};
 use motorfit::motor::{Discretization, Parameter, Parameters};
-use motorfit::study::compare::{CompareSpec, Comparison, Setting, Subject, compare};
+use motorfit::study::compare::{CompareSpec, Comparison, ComparisonSetting, ComparisonSubject, compare};
 use serde_json::Value;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -30,20 +30,20 @@ fn ok(args: &[&str]) -> String {
 
 fn paper(runs: usize) -> Comparison {
     let spec = CompareSpec { runs, ..CompareSpec::paper() };
-    compare(Subject::m2().unwrap(), &spec, &mut |_| ControlFlow::Continue(())).unwrap()
+    compare(ComparisonSubject::m2().unwrap(), &spec, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 #[test]
-fn gwo_is_what_the_paper_found() {
+fn gwo_reproduces_the_paper() {
     let comparison = paper(200);
     let result = &comparison.blocks[0].results[0];
     assert_eq!((result.method.name(), result.runs.len()), ("gwo", 200));
     let summary = result.summary(1);
-    // The paper's ten or fifty runs: best .029, worst .062, average .042. An independent prototype's ten of 200 seeds:
+    // The paper's ten or fifty runs: best .029, worst .062, average .042. An independent prototype, ten of 200 seeds:
     // .0256, .0586, .0406. The standard error of a mean of 200 is .0008.
     assert!((0.036..0.045).contains(&summary.average), "{summary:?}");
     assert!(summary.best < 0.029 && summary.worst > 0.058, "more runs reach farther: {summary:?}");
-    // Mean relative errors of the paper .42 .96 .08 .16 .55 %, of the prototype .38 .91 .07 .21 .45 %.
+    // Mean relative errors: paper .42 .96 .08 .16 .55 %, prototype .38 .91 .07 .21 .45 %.
     let expected = comparison.expected().unwrap();
     let errors = result.estimates().errors(&expected).map(|pair| pair[1]);
     for (error, (paper, prototype)) in
@@ -52,7 +52,7 @@ fn gwo_is_what_the_paper_found() {
         let (low, high) = (0.7 * f64::min(paper, prototype), 1.4 * f64::max(paper, prototype));
         assert!((low..high).contains(error), "{errors:?}: {error} is not within {low}..{high}");
     }
-    // Standard deviations of the paper and of the prototype, which differ by up to 1.3.
+    // Standard deviations of the paper and of the prototype, which differ by a factor of up to 1.3.
     let deviations = result.estimates().deviations();
     for (ours, (paper, prototype)) in deviations
         .iter()
@@ -61,7 +61,7 @@ fn gwo_is_what_the_paper_found() {
         let (low, high) = (0.7 * f64::min(paper, prototype), 1.4 * f64::max(paper, prototype));
         assert!((low..high).contains(ours), "{deviations:?}: {ours} is not within {low}..{high}");
     }
-    // Eq. 13 as printed: a flat valley. Independent prototypes: medians 11.1 (gwo), 11.6 (jaya), 19.5 (ga).
+    // Eq. 13 as printed has a flat valley. Medians of independent prototypes: 11.1 (gwo), 11.6 (jaya), 19.5 (ga).
     for (result, median) in comparison.blocks[1].results.iter().zip([11.1, 11.6, 19.5]) {
         let ours = result.summary(1).median;
         assert!((0.7 * median..1.4 * median).contains(&ours), "{}: {ours}", result.method.name());
@@ -69,7 +69,7 @@ fn gwo_is_what_the_paper_found() {
     let ranking = comparison.blocks[0].ranking();
     assert_eq!(ranking.order, [1, 0, 2], "jaya, gwo, ga");
     assert!(ranking.pairs.iter().all(|pair| pair.p_holm < 1e-6 && pair.superiority > 0.8), "{ranking:?}");
-    // Steiglitz–McBride at 60 dB: the Cramér–Rao bound is a tenth of that at 40 dB.
+    // At 60 dB the Cramér–Rao bound is a tenth of that at 40 dB.
     let steiglitz = comparison.steiglitz.as_ref().unwrap();
     assert_eq!((steiglitz.records, steiglitz.spread.len()), (200, 200));
     let bound = [0.0490, 0.0900, 0.0194, 0.0427, 0.0634];
@@ -80,13 +80,13 @@ fn gwo_is_what_the_paper_found() {
 }
 
 #[test]
-fn runs_start_alike_and_depend_on_nothing_else() {
-    let alone = |settings: Vec<Setting>, runs: usize| {
+fn runs_depend_on_seed_and_number_alone() {
+    let alone = |settings: Vec<ComparisonSetting>, runs: usize| {
         let spec = CompareSpec { settings, runs, steiglitz_mcbride: false, ..CompareSpec::default() };
-        compare(Subject::m2().unwrap(), &spec, &mut |_| ControlFlow::Continue(())).unwrap()
+        compare(ComparisonSubject::m2().unwrap(), &spec, &mut |_| ControlFlow::Continue(())).unwrap()
     };
-    let small = Setting { population: 20, generations: 10, ..Setting::paper(Scale::Std) };
-    let longer = Setting { generations: 14, ..small.clone() };
+    let small = ComparisonSetting { population: 20, generations: 10, ..ComparisonSetting::paper(Scale::Std) };
+    let longer = ComparisonSetting { generations: 14, ..small.clone() };
     let both = alone(vec![small.clone(), longer], 5);
     let one = alone(vec![small.clone()], 3);
     for (a, b) in both.blocks[0].results.iter().zip(&one.blocks[0].results) {
@@ -94,14 +94,14 @@ fn runs_start_alike_and_depend_on_nothing_else() {
         assert_eq!(b.runs[0].history.len(), 10);
     }
     assert_eq!(both.blocks[1].results[0].runs[0].history.len(), 14);
-    // The first population is that of the number of the run, whatever the method.
+    // Runs of the same number have the same first population for every method.
     let first = |m: usize| one.blocks[0].results[m].runs.iter().map(|run| run.history[0]).collect::<Vec<_>>();
     assert_eq!(first(0), first(1));
     assert_eq!(first(0), first(2));
-    // Ended after four generations, it keeps what it has.
+    // A comparison that is ended after four generations keeps its results.
     let spec = CompareSpec { settings: vec![small], runs: 4, steiglitz_mcbride: false, ..CompareSpec::default() };
     let mut seen = 0;
-    let ended = compare(Subject::m2().unwrap(), &spec, &mut |_| {
+    let ended = compare(ComparisonSubject::m2().unwrap(), &spec, &mut |_| {
         seen += 1;
         if seen == 4 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })
@@ -113,11 +113,11 @@ fn runs_start_alike_and_depend_on_nothing_else() {
 }
 
 #[test]
-fn an_interrupted_comparison_of_a_long_recording_leaves_out_what_takes_long() {
+fn an_interrupted_comparison_skips_slow_analyses() {
     let step = Excitation::step(10.5, 1.0, 250.0, 0.001).unwrap();
     let records = vec![simulated(&Parameters::M2, &step, Discretization::Zoh).unwrap()];
-    let subject = Subject { records, truth: None };
-    let small = Setting { population: 4, generations: 50, ..Setting::paper(Scale::Std) };
+    let subject = ComparisonSubject { records, truth: None };
+    let small = ComparisonSetting { population: 4, generations: 50, ..ComparisonSetting::paper(Scale::Std) };
     let spec = CompareSpec { settings: vec![small], runs: 1, ..CompareSpec::default() };
     let ended = compare(subject, &spec, &mut |_| ControlFlow::Break(())).unwrap();
     assert!(ended.interrupted && ended.steiglitz.is_none());
@@ -127,7 +127,7 @@ fn an_interrupted_comparison_of_a_long_recording_leaves_out_what_takes_long() {
     assert!(!motorfit::report::compare_page(&ended, false, &how).html().contains("NaN"));
 }
 
-/// A document without what depends on the clock and the machine's threads.
+/// Returns a document without times and everything that depends on the number of threads.
 fn without_times(text: &str) -> Value {
     fn strip(value: &mut Value) {
         match value {
@@ -170,7 +170,7 @@ fn tables_fit_a_terminal_and_factors_are_named() {
     for part in ["Table 4", "Table 5, sm", "Table 6, jaya", "Table 7", "Table 8", "Discussion", "swapped", "no seeds"] {
         assert!(text.contains(part), "{part} is missing");
     }
-    // What does not depend on anything: the paper's own figures.
+    // The figures of the paper are constants.
     for golden in [
         "  gwo, peak         0.029 0.062   0.042",
         "  jaya, peak         0.35  1.92    0.99",
@@ -211,7 +211,7 @@ fn tables_fit_a_terminal_and_factors_are_named() {
     }
 }
 
-/// A recording under a name that is markup, with headings that are.
+/// Writes a recording whose file name contains HTML markup.
 fn awkward(folder: &Path, rows: &str) -> String {
     let path = folder.join("<img src=x onerror=alert(1)>.csv");
     std::fs::write(&path, format!("time_s,voltage_V,current_A,speed_rad_s\n{rows}")).unwrap();
@@ -219,9 +219,9 @@ fn awkward(folder: &Path, rows: &str) -> String {
 }
 
 #[test]
-fn recordings_that_cannot_serve_are_reported() {
+fn unusable_recordings_are_reported() {
     let folder = tempfile::tempdir().unwrap();
-    // A ramp without a step and without a steady state, of a motor that is not in the box, and sampled unevenly.
+    // A ramp without a step and without a steady state, of a motor outside of the bounds, sampled irregularly.
     let rows: String = (0..300_u32)
         .map(|n| {
             let t = 0.002 * f64::from(n) + if n % 3 == 0 { 0.0 } else { 2e-5 };
@@ -232,15 +232,15 @@ fn recordings_that_cannot_serve_are_reported() {
     let out = folder.path().join("report").to_str().unwrap().to_owned();
     let args = ["compare", &file, "--runs", "4", "--generations", "15", "--bounds", "table2", "--out", &out];
     let text = ok(&args);
-    assert!(text.contains("McBride cannot serve"), "{text}");
+    assert!(text.contains("McBride gives no estimate"), "{text}");
     let page = std::fs::read_to_string(folder.path().join("report/report.html")).unwrap();
-    assert!(page.contains("cannot serve") && !page.contains("<img"), "the name of the file is escaped");
+    assert!(page.contains("gives no estimate") && !page.contains("<img"), "the name of the file is escaped");
     assert!(page.contains("&lt;img src=x"));
     ok(&args);
 }
 
 #[test]
-fn what_was_not_run_or_diverged_is_said() {
+fn missing_and_diverged_runs_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let out = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let page = |name: &str| std::fs::read_to_string(folder.path().join(name).join("report.html")).unwrap();
@@ -248,15 +248,15 @@ fn what_was_not_run_or_diverged_is_said() {
     let wild = ["compare", "--runs", "3", "--generations", "4", "--population", "5", "--discretization", "euler"];
     let bounds = ["--bounds", "R=100:1000,L=1e-6:1e-5", "--methods", "gwo,ga", "--out", &out("wild")];
     let text = ok(&[&wild[..], &bounds].concat());
-    assert!(text.contains("do not diverge") || text.contains("does not diverge"), "{text}");
-    assert!(page("wild").contains("finds nothing that does not diverge") && !page("wild").contains("ends lowest"));
-    // The second block is never begun.
-    let small = Setting { population: 20, generations: 5, ..Setting::paper(Scale::Std) };
-    let later = Setting { generations: 6, ..small.clone() };
+    assert!(text.contains("every candidate diverged"), "{text}");
+    assert!(page("wild").contains(": every candidate diverged.") && !page("wild").contains("has the lowest median"));
+    // The second block is not started.
+    let small = ComparisonSetting { population: 20, generations: 5, ..ComparisonSetting::paper(Scale::Std) };
+    let later = ComparisonSetting { generations: 6, ..small.clone() };
     let spec =
         CompareSpec { settings: vec![small, later], runs: 4, steiglitz_mcbride: false, ..CompareSpec::default() };
     let mut seen = 0;
-    let ended = compare(Subject::m2().unwrap(), &spec, &mut |_| {
+    let ended = compare(ComparisonSubject::m2().unwrap(), &spec, &mut |_| {
         seen += 1;
         if seen == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })
@@ -265,17 +265,17 @@ fn what_was_not_run_or_diverged_is_said() {
     let page = motorfit::report::compare_page(&ended, false, &how);
     assert!(page.answer.contains("was not run") && !page.answer.contains("NaN"), "{}", page.answer);
     assert!(!page.html().contains("NaN"));
-    // Held parameters are no errors, and Steiglitz–McBride is judged as it is.
+    // Fixed parameters have no errors; the Steiglitz–McBride estimate is reported as it is.
     let text = ok(&["compare", "--runs", "6", "--generations", "20", "--fix", "R=0.921042", "--noise-records", "0"]);
     let line = text.lines().find(|line| line.trim_start().starts_with("gwo") && line.contains('/')).unwrap();
-    assert!(line.contains("held"), "{text}");
+    assert!(line.contains("fixed"), "{text}");
     let document: Value = serde_json::from_str(&ok(&["compare", "--runs", "2", "--fix", "R=0.5", "--json"])).unwrap();
     assert!(document["blocks"][0]["steiglitz_mcbride_cost"].as_f64().unwrap() < 1e-9);
     assert_eq!(document["fixed"]["R"], 0.5);
 }
 
 #[test]
-fn drawings_have_units_names_and_nothing_that_is_no_number() {
+fn drawings_have_units_names_and_finite_numbers() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
     ok(&["compare", "--runs", "5", "--generations", "12", "--noise-records", "10", "--out", out]);
@@ -307,7 +307,7 @@ fn drawings_have_units_names_and_nothing_that_is_no_number() {
     assert_eq!(document["blocks"][0]["methods"][1]["runs"].as_array().unwrap().len(), 5);
 }
 
-/// A browser, if there is one or none is demanded.
+/// Returns a browser; `None` if there is none and skips are allowed.
 fn browser() -> Option<&'static str> {
     let found = ["chromium", "chromium-browser", "google-chrome"]
         .into_iter()
@@ -319,7 +319,7 @@ fn browser() -> Option<&'static str> {
     found
 }
 
-/// Opens a page: its document, what the browser says, and what it asks of the outside (but for its maker's hosts).
+/// Opens a page and returns its DOM, the console messages, and the network requests except those of the browser itself.
 fn opened(browser: &str, folder: &Path, page: &Path) -> (String, String, Vec<String>) {
     let (log, profile) = (folder.join("net.json"), tempfile::tempdir_in(folder).unwrap());
     let output = Command::new(browser)
@@ -344,7 +344,7 @@ fn opened(browser: &str, folder: &Path, page: &Path) -> (String, String, Vec<Str
 }
 
 #[test]
-fn a_browser_opens_the_pages_without_a_complaint() {
+fn a_browser_opens_the_pages_without_messages() {
     let Some(browser) = browser() else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
@@ -358,7 +358,7 @@ fn a_browser_opens_the_pages_without_a_complaint() {
         assert!(!said.contains("CONSOLE"), "{said}");
         assert!(outside.is_empty(), "{outside:?}");
     }
-    // The same page with a picture from outside: its policy keeps that out and says so; without the policy it is asked for.
+    // An external image is blocked by the content security policy, with a console message; without the policy it is requested.
     let page = std::fs::read_to_string(path("identify").join("report.html")).unwrap();
     let evil = page.replace("<main>", "<main><img src=\"http://example.invalid/x.png\">");
     std::fs::write(path("evil.html"), &evil).unwrap();

@@ -1,6 +1,6 @@
-//! Proves: every evaluator means what the scalar oracle means, over all criteria and scales, near and far from the
-//! optimum, at every feature level of this machine, for every shape of batch; and that this suite notices an
-//! evaluator that does not.
+//! Proves: the SIMD evaluator agrees with the scalar oracle for all criteria and scales, near and far from the optimum, at
+//! every feature level of this machine and for every shape of batch, within 1e-12 of the cost plus 1e-14 of that of a zero
+//! output; a corrupted evaluator fails this suite.
 //! Does not prove: that the oracle is right (see motor.rs), or speed.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
@@ -17,7 +17,7 @@ use support::suite::{check, edges, mixed_records, suite, zero_output};
 use support::{SCALES, batch, changed, costs, criterion, driven, m2_record, near, problem, uniform};
 
 #[test]
-fn simd_is_the_oracle_at_every_level() {
+fn simd_agrees_with_the_oracle_at_every_level() {
     for level in Level::available() {
         suite(&mut Simd::at(level)).unwrap_or_else(|e| panic!("{e}"));
         println!("{} passes", level.name());
@@ -33,7 +33,7 @@ fn ten_thousand_candidates_of_the_box() {
     }
 }
 
-/// Wrong in one way each: the suite must notice every one.
+/// Evaluator whose costs are changed by a function of row and cost; the suite must reject it.
 struct Corrupted(fn(usize, f64) -> f64);
 
 impl Evaluator for Corrupted {
@@ -64,7 +64,7 @@ fn a_corrupted_evaluator_fails() {
 
 #[test]
 fn criteria_are_their_formulas() {
-    // By hand, from the trajectories, for one candidate; times from 0.
+    // The formulas are applied to simulated signals of one candidate; time starts at 0.
     let record = m2_record();
     let candidate = near(1, 0.2, 3);
     let p = Parameters::from_array([candidate[0], candidate[1], candidate[2], candidate[3], candidate[4]]);
@@ -130,7 +130,7 @@ fn many_runs_on_many_recordings_in_one_batch() {
         let alone: Vec<f64> =
             problems.iter().zip(&values).flat_map(|(p, v)| costs(&mut Simd::at(level), p, v)).collect();
         assert_eq!(together, alone, "a cost depends on what else is in the batch");
-        // Nor on its place, nor on the number of threads.
+        // A cost does not depend on the index in the batch or on the number of threads either.
         let single = costs(&mut Simd::at(level), &problems[2], &values[2][5 * 99..]);
         assert_eq!(single[0].to_bits(), alone[117].to_bits());
         let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
@@ -154,7 +154,7 @@ fn a_long_recording() {
             let (ours, oracle) =
                 (costs(&mut Simd::at(level), &problem, &values), costs(&mut Scalar, &problem, &values));
             for (ours, oracle) in ours.into_iter().zip(oracle) {
-                // Here the steady state dominates, not the transient as in the M2 record; rounding Φ = I + D moves it
+                // The steady state dominates here, not the transient as in the M2 recording. Rounding of Φ = I + D changes it
                 // by ε/(h·pole), some 1e-14 for this motor: hence ten times the second term of the general bound.
                 let bound = 1e-12 * oracle + 1e-13 * zero;
                 assert!((ours - oracle).abs() <= bound, "{ours:e} against {oracle:e} at {}", level.name());

@@ -1,6 +1,6 @@
-//! Proves, without a network: every dependency has a licence that deny.toml allows, comes from crates.io, and is
-//! there in one version, but for those that deny.toml skips. Cargo.lock is up to date. docs/dependencies.md lists the crates that
-//! are used directly with their versions, and what is unmaintained where deny.toml allows it.
+//! Proves, without a network: every dependency has a licence that deny.toml allows, comes from crates.io, and is present in one
+//! version, except those that deny.toml skips. Cargo.lock is up to date. docs/dependencies.md lists the direct dependencies
+//! with their versions, and the unmaintained crates that deny.toml allows.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
 
@@ -8,7 +8,7 @@ use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
-/// The packages that the program, the library and the Python package are built from, on any platform, tests left out.
+/// Returns the packages of the program, the library and the Python package on any platform, without those of tests.
 fn packages() -> Vec<Value> {
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--offline", "--locked", "--format-version", "1"])
@@ -73,13 +73,13 @@ fn one_version_of_each_from_one_registry() {
     }
 }
 
-/// The crates of a table of Cargo.toml.
+/// Returns the crates of a table of Cargo.toml.
 fn direct(manifest: &toml::Table, table: &str) -> Vec<String> {
     manifest[table].as_table().unwrap().keys().cloned().collect()
 }
 
 #[test]
-fn the_document_lists_what_is_used_directly() {
+fn the_document_lists_direct_dependencies() {
     let document = include_str!("../docs/dependencies.md");
     let manifest: toml::Table = include_str!("../Cargo.toml").parse().unwrap();
     let lock: toml::Table = include_str!("../Cargo.lock").parse().unwrap();

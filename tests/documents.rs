@@ -1,5 +1,5 @@
-//! Proves: links of the documents lead somewhere, the book lists all pages, README and ARCHITECTURE stay short, and words that
-//! the project does not use do not come back.
+//! Proves: links of the documents are valid, the book lists all pages, README and ARCHITECTURE have at most 150 lines, and
+//! expressions that were replaced by terms of the field do not return.
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 
 use std::collections::BTreeSet;
@@ -11,7 +11,7 @@ fn read(path: &Path) -> String {
     std::fs::read_to_string(path).unwrap()
 }
 
-/// The documents: those of the project's folder, of `docs` and of the Python package.
+/// Returns the Markdown files of the project's root, of `docs`, of the Python package and of the measurements.
 fn documents() -> Vec<PathBuf> {
     let folders = ["", "docs", "bindings/python", "benches/results"];
     let entries = folders.iter().flat_map(|folder| std::fs::read_dir(Path::new(ROOT).join(folder)).unwrap());
@@ -21,7 +21,7 @@ fn documents() -> Vec<PathBuf> {
     all
 }
 
-/// A document without its blocks of code.
+/// Returns a document without its code blocks.
 fn prose(text: &str) -> String {
     let mut inside = false;
     let mut outside = |line: &&str| {
@@ -32,13 +32,13 @@ fn prose(text: &str) -> String {
     text.lines().filter(|line| outside(line)).map(|line| line.to_owned() + "\n").collect()
 }
 
-/// The targets of the links of a text.
+/// Returns the targets of the links of a text.
 fn links(text: &str) -> Vec<String> {
     let ends = text.split("](").skip(1);
     ends.filter_map(|rest| rest.split_once(')')).map(|(target, _)| target.split_whitespace().collect()).collect()
 }
 
-/// The anchor that forges make of a heading.
+/// Returns the anchor that forges generate for a heading.
 fn anchor(heading: &str) -> String {
     let kept = heading
         .to_lowercase()
@@ -57,7 +57,7 @@ fn anchors(path: &Path) -> BTreeSet<String> {
 }
 
 #[test]
-fn links_lead_somewhere() {
+fn links_are_valid() {
     let mut broken = Vec::new();
     let mut count = 0;
     for document in documents() {
@@ -88,14 +88,14 @@ fn the_book_lists_every_page() {
 }
 
 #[test]
-fn what_everybody_reads_is_short() {
+fn readme_and_architecture_are_short() {
     for name in ["README.md", "ARCHITECTURE.md"] {
         let lines = read(&Path::new(ROOT).join(name)).lines().count();
         assert!(lines <= 150, "{name} has {lines} lines");
     }
 }
 
-/// Words that the project does not use: the field has others.
+/// Expressions for which the field has terms.
 const GONE: [&str; 13] = [
     "so-manieth",
     "stand-in motor",
@@ -123,14 +123,14 @@ fn sources(folder: &Path, all: &mut Vec<PathBuf>) {
 }
 
 #[test]
-fn words_that_are_gone_stay_gone() {
+fn replaced_expressions_do_not_return() {
     let mut all = documents();
     for folder in ["src", "shaders", "examples", "benches", "bindings/python/src", "bindings/python/python"] {
         sources(&Path::new(ROOT).join(folder), &mut all);
     }
     let mut found = Vec::new();
     for path in all {
-        // Lines are joined, for sentences run over their ends.
+        // Lines are joined, because sentences span several lines.
         let text = read(&path).to_lowercase();
         let words: Vec<&str> =
             text.split_whitespace().filter(|word| !["//", "///", "//!", "#"].contains(word)).collect();

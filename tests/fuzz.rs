@@ -1,9 +1,9 @@
-//! Proves: mutations of a corpus of recordings, studies and requests for columns are accepted with their promises kept, or refused
-//! with a remedy; none panics, and the memory of the process stays below 1 GB. The targets are those of cargo-fuzz (`fuzz/`).
-//! Does not prove: the same of inputs that these mutations do not reach.
+//! Proves: mutations of a corpus of recordings, studies and column requests are read with all invariants, or rejected with a
+//! remedy; none panics, and the memory of the process stays below 1 GB. The targets are those of cargo-fuzz (`fuzz/`).
+//! Does not prove: the same for inputs that these mutations do not reach.
 //!
-//! MOTORFIT_FUZZ_BYTES is the number of bytes over all targets, MOTORFIT_FUZZ_SEED what mutations are drawn by, MOTORFIT_FUZZ_TARGET
-//! the only target. Only where the bytes are given, a call of over 1 s is a failure, and figures are printed.
+//! MOTORFIT_FUZZ_BYTES sets the number of bytes over all targets, MOTORFIT_FUZZ_SEED the seed of the mutations, and
+//! MOTORFIT_FUZZ_TARGET a single target. If the bytes are given, a call of over 1 s fails, and figures are printed.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout, reason = "a test may stop and print")]
 
 #[path = "../fuzz/src/lib.rs"]
@@ -16,14 +16,17 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 use targets::{TARGETS, Target};
 
-/// The bytes of a test among others: some seconds.
+/// Default number of bytes, which takes some seconds.
 const BYTES: u64 = 10_000_000;
-/// The largest mutation of each target \[bytes\], and the largest that is mutated again: most calls stay short.
+/// Largest mutation of each target \[bytes\].
 const LARGEST: [usize; 3] = [10_000_000, 10_000_000, 8192];
+/// Largest input that is mutated again \[bytes\], so that most calls stay short.
 const KEPT: usize = 16 << 10;
-/// The accepted mutations that are mutated again.
+/// Number of accepted mutations that are mutated again.
 const POOL: usize = 256;
+/// Time limit of a call.
 const LONGEST: Duration = Duration::from_secs(1);
+/// Memory limit of the process \[kB\].
 const MEMORY_KB: u64 = 1_000_000;
 
 fn number(name: &str) -> Option<u64> {
@@ -31,7 +34,7 @@ fn number(name: &str) -> Option<u64> {
     Some(text.parse().unwrap_or_else(|_| panic!("{name} is {text}, no number")))
 }
 
-/// The files of a folder in the order of their names.
+/// Returns the contents of the files of a folder, by name.
 fn files(folder: &str) -> Vec<Vec<u8>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
@@ -42,12 +45,12 @@ fn files(folder: &str) -> Vec<Vec<u8>> {
 struct Mutator {
     numbers: Xoshiro256PlusPlus,
     corpus: Vec<Vec<u8>>,
-    /// Accepted mutations, the oldest replaced.
+    /// Latest accepted mutations.
     pool: Vec<Vec<u8>>,
     words: &'static [&'static str],
-    /// The largest mutation \[bytes\].
+    /// Largest mutation \[bytes\].
     largest: usize,
-    /// True where one mutation of some thousands is as large as that.
+    /// True if one mutation of some thousands has the largest length.
     is_long: bool,
 }
 
@@ -95,7 +98,7 @@ impl Mutator {
                 bytes.splice(from..to, word.bytes());
             }
             8 if self.below(8) == 0 => bytes.truncate(from),
-            // A number becomes another.
+            // Replaces a number.
             _ => {
                 let begin = from + bytes[from..].iter().position(u8::is_ascii_digit).unwrap_or(bytes.len() - from);
                 let length = bytes[begin..].iter().take_while(|b| b.is_ascii_digit()).count();
@@ -118,7 +121,7 @@ impl Mutator {
     }
 }
 
-/// A call of a target.
+/// Call of a target.
 struct Call<'a> {
     name: &'a str,
     target: Target,
@@ -126,7 +129,7 @@ struct Call<'a> {
 }
 
 impl Call<'_> {
-    /// The outcome of an input: true if it was accepted, and the time that it took.
+    /// Runs an input; returns true if it was accepted, and the elapsed time.
     fn run(&self, input: &[u8], case: u64) -> (bool, Duration) {
         let start = Instant::now();
         let answer = catch_unwind(AssertUnwindSafe(|| (self.target)(input, self.folder)));
@@ -141,7 +144,7 @@ impl Call<'_> {
     }
 }
 
-/// Runs a target until so many bytes were given to it.
+/// Runs a target on mutations of `budget` bytes in total.
 fn run((name, target): (&str, Target), mutator: &mut Mutator, budget: u64, is_timed: bool) {
     let folder = tempfile::tempdir().unwrap();
     let call = Call { name, target, folder: folder.path() };
@@ -153,7 +156,7 @@ fn run((name, target): (&str, Target), mutator: &mut Mutator, budget: u64, is_ti
         let input = mutator.next();
         let (is_accepted, mut took) = call.run(&input, cases);
         if is_timed && took > LONGEST {
-            // Another program may have had the core.
+            // The delay may come from other programs, so the call is repeated by processor time.
             let before = processor_time();
             let (_, again) = call.run(&input, cases);
             let spent = processor_time().zip(before).map(|(after, before)| after.saturating_sub(before));
@@ -174,24 +177,24 @@ fn run((name, target): (&str, Target), mutator: &mut Mutator, budget: u64, is_ti
             "{name}: {bytes} bytes, {cases} cases, {rate} a second, {accepted} accepted, {refused} refused, longest {longest:?}"
         );
     }
-    // Neither side is empty: mutations reach what is behind the first checks.
+    // Both outcomes occur, so mutations reach the code behind the first checks.
     assert!(accepted > cases / 100 && accepted < cases, "{name}: {accepted} of {cases} accepted");
 }
 
-/// The time that this thread had a processor; `None` where the system does not say.
+/// Returns the processor time of this thread; `None` if the system does not report it.
 fn processor_time() -> Option<Duration> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     text.split_whitespace().next()?.parse().ok().map(Duration::from_nanos)
 }
 
-/// The largest memory that this process had \[kB\]; `None` where the system does not say.
+/// Returns the peak memory of this process \[kB\]; `None` if the system does not report it.
 fn memory_kb() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?.trim().strip_suffix("kB")?.trim().parse().ok()
 }
 
 #[test]
-fn mutations_are_accepted_whole_or_refused() {
+fn mutations_are_read_completely_or_rejected() {
     let (given, seed) = (number("MOTORFIT_FUZZ_BYTES"), number("MOTORFIT_FUZZ_SEED").unwrap_or(24));
     let (budget, only) = (given.unwrap_or(BYTES), std::env::var("MOTORFIT_FUZZ_TARGET").ok());
     for (index, (name, target, words)) in TARGETS.into_iter().enumerate() {
@@ -205,7 +208,7 @@ fn mutations_are_accepted_whole_or_refused() {
         let numbers = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(3).wrapping_add(index as u64));
         let mut mutator =
             Mutator { numbers, corpus, pool: Vec::new(), words, largest: LARGEST[index], is_long: given.is_some() };
-        // Nine tenths are recordings: a study or a request of a few bytes takes as long as a recording of thousands.
+        // Recordings get nine tenths, because a short study or request takes as long as a recording of thousands of bytes.
         let share = if only.is_some() { budget } else { budget / 20 * [18, 1, 1][index] };
         run((name, target), &mut mutator, share, given.is_some());
     }

@@ -1,7 +1,7 @@
-//! Proves: the GPU evaluators mean what the scalar oracle means (f64 as exactly as SIMD, f32
-//! within 2e-5 down to a thousandth from the optimum), for every
-//! shape of batch and beyond every limit of a dispatch; faults are errors and no panics (more in the crate's own). Runs on any adapter, a software one included.
-//! Does not prove: anything about speed.
+//! Proves: the GPU evaluators agree with the scalar oracle (f64 with the bounds of SIMD, f32 within a relative 2e-5 of the
+//! residuals down to distances of 1e-3 from the optimum), for every shape of batch and beyond the limits of a dispatch; faults
+//! are errors, not panics. Runs on any adapter, including software ones.
+//! Does not prove: speed.
 #![cfg(feature = "gpu")]
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
@@ -19,13 +19,14 @@ use support::adapter::open;
 use support::suite::{check, edges, mixed_records, suite};
 use support::{NORMS, SCALES, batch, costs, criterion, driven, m2_record, near, problem, uniform};
 
-/// A motor as far from the optimum as the reference of a search soon is, at least one percent in each parameter.
+/// Returns a motor with deviations of at least 1 % in each parameter, like the reference candidate of a search after some
+/// generations.
 fn reference() -> [f64; 5] {
     let truth = Parameters::M2.to_array();
     [0, 1, 2, 3, 4].map(|p| truth[p] * [1.02, 0.97, 1.015, 0.98, 1.03][p])
 }
 
-/// Costs in deviations from [`reference`].
+/// Returns costs computed in deviations from [`reference`].
 fn costs_near_reference(gpu: &mut Gpu, problem: &Arc<Problem>, values: &[f64]) -> Vec<f64> {
     let reference = reference();
     let groups = [Group { problem, candidates: Candidates::new(values, 5), reference: Some(&reference) }];
@@ -33,7 +34,7 @@ fn costs_near_reference(gpu: &mut Gpu, problem: &Arc<Problem>, values: &[f64]) -
 }
 
 #[test]
-fn f64_is_the_oracle() {
+fn f64_agrees_with_the_oracle() {
     let Some(mut gpu) = open(Precision::F64) else { return };
     suite(&mut gpu).unwrap_or_else(|e| panic!("{e}"));
     let problem = problem(&[m2_record()], Model::default(), Criterion::default());
@@ -54,13 +55,13 @@ fn f32_in_deviations_is_close() {
         ] {
             let ours = costs_near_reference(&mut gpu, &problem, &values);
             let oracle = costs(&mut Scalar, &problem, &values);
-            // What is bounded is the error of the residuals; a sum of squares doubles it.
+            // The bound is on the residuals; the relative error of a sum of squares is twice as large.
             let error = |(a, b): (&f64, &f64)| (a - b).abs() / b / if squared { 2.0 } else { 1.0 };
             let mut errors: Vec<f64> = ours.iter().zip(&oracle).map(error).collect();
             errors.sort_by(f64::total_cmp);
             let (median, worst) = (errors[250], errors[499]);
-            // The samples and the deviation are stored in f32, 6e-8 of some 2e-2 of a signal. That is 6e-8·20 of a
-            // residual at 1e-3, 6e-8·200 at 1e-4, and more where a criterion weighs the speed alone or the end.
+            // Samples and deviations are stored in f32 with an error of 6e-8 of some 2e-2 of a signal. That is 6e-8·20 of a
+            // residual at 1e-3, 6e-8·200 at 1e-4, and more if a criterion weights mainly the speed or late samples.
             let bound = match distance {
                 "1e-4" => 1e-3,
                 "1e-3" if scale == Scale::None || norm == Norm::Itae || norm == Norm::Itse => 1e-4,
@@ -113,7 +114,7 @@ fn every_shape_of_batch() {
         for (row, (ours, oracle)) in ours.iter().zip(&oracle).enumerate() {
             assert!((ours - oracle).abs() <= bound * oracle, "{precision:?} {row}: {ours:e} against {oracle:e}");
         }
-        // A cost depends neither on the batch nor on the place in it, and does not change from call to call.
+        // A cost depends neither on the batch nor on the index in it, and is the same in every call.
         assert_eq!(batch(&mut gpu, &groups[2..3]).unwrap(), ours[4..133]);
         assert_eq!(batch(&mut gpu, &groups).unwrap(), ours);
         assert!(batch(&mut gpu, &[]).unwrap().is_empty());
@@ -126,7 +127,7 @@ fn every_shape_of_batch() {
 fn recordings_longer_than_a_dispatch_may_loop() {
     let time: Vec<f64> = (0..200_001_u32).map(|n| f64::from(n) * 1e-3).collect();
     let stairs = (0..200_001_u32).map(|n| if (n / 5000) % 2 == 1 { 9.0 } else { 2.0 }).collect();
-    // Every sample a segment of its own: twice the iterations.
+    // Every sample is a segment, which doubles the iterations.
     let sine = (0..200_001_u32).map(|n| 6.0 * (0.01 * f64::from(n)).sin()).collect();
     for voltage in [stairs, sine] {
         let record = driven(time.clone(), voltage, None);
@@ -152,11 +153,11 @@ fn more_workgroups_than_one_dimension_and_more_candidates_than_one_buffer() {
     let problem = problem(&[driven(times, vec![5.0; 6], None)], Model::default(), Criterion::default());
     let values = near(900_000, 0.2, 1);
     let mut simd = Simd::default();
-    // 900,000 candidates need 72 MB of maps: more than one submission takes.
+    // 900,000 candidates need 72 MB of step maps, more than one submission allows.
     let oracle = costs(&mut simd, &problem, &values);
     let close = |ours: &[f64], oracle: &[f64]| ours.iter().zip(oracle).all(|(a, b)| (a - b).abs() <= 1e-11 * b);
     assert!(close(&costs(&mut gpu, &problem, &values), &oracle));
-    // 70,000 groups of one candidate: a workgroup each.
+    // 70,000 groups of one candidate take one workgroup each.
     let group = |row: usize| Group {
         problem: &problem,
         candidates: Candidates::new(&values[5 * row..5 * row + 5], 5),
@@ -175,16 +176,16 @@ fn edges_in_both_precisions() {
 }
 
 #[test]
-fn f32_serves_recordings_shorter_than_the_motor_is_slow() {
+fn f32_is_accurate_for_recordings_shorter_than_a_time_constant() {
     let Some(mut gpu) = open(Precision::F32) else { return };
-    // The rest that a deviation tends to is then far from all that is seen, up to a thousand times.
+    // The steady state of a deviation is then up to 1000 times larger than the recorded signals.
     for (k, j, duration) in [(0.8, 0.05, 0.02), (0.8, 0.05, 0.2), (0.01, 1e-7, 0.02), (0.01, 1e-7, 2.0)] {
         let truth = Parameters { r: 1.0, l: 1e-3, k, b: 1e-4 * k, j };
         let excitation = Excitation::step(10.0, 0.005, duration, 0.001).unwrap();
         let record = simulated(&truth, &excitation, Discretization::Zoh).unwrap();
         let problem = problem(&[record], Model::default(), Criterion::default());
         let truth = truth.to_array();
-        // The deviation itself is seen with 6e-8 of 2e-2, so at a thousandth the error is ten times that at 1e-2.
+        // Deviations are resolved to 6e-8 of 2e-2, so the error at a distance of 1e-3 is ten times that at 1e-2.
         for (distance, bound) in [(0.3, 2e-5), (1e-2, 2e-5), (1e-3, 1e-4)] {
             let away = |n: u32, p: usize| 1.0 + distance * (1.3 * f64::from(n * 7 + p as u32 * 13 + 1)).sin();
             let values: Vec<f64> = (0..400).flat_map(|n| [0, 1, 2, 3, 4].map(|p| truth[p] * away(n, p))).collect();
@@ -210,14 +211,14 @@ fn unknown_adapters_are_errors() {
 }
 
 #[test]
-fn plain_f32_is_good_far_from_the_optimum_only() {
+fn plain_f32_is_accurate_only_far_from_the_optimum() {
     let Some(mut gpu) = open(Precision::F32Plain) else { return };
     let problem = problem(&[m2_record()], Model::default(), Criterion::default());
     let worst = |gpu: &mut Gpu, values: &[f64]| {
         let (ours, oracle) = (costs(gpu, &problem, values), costs(&mut Scalar, &problem, values));
         ours.iter().zip(&oracle).map(|(a, b)| (a - b).abs() / b).fold(0.0, f64::max)
     };
-    // Rounding 6e-8 of a signal, grown by 3000 steps, of costs of about the signal.
+    // A rounding error of 6e-8 grows over 3000 steps; the costs are of the size of the signal.
     assert!(worst(&mut gpu, &uniform(500, 7)) < 1e-4);
     assert!(worst(&mut gpu, &near(500, 1e-4, 3)) > 1e-2, "where deviations are within 1e-3");
 }

@@ -1,5 +1,6 @@
-//! Proves: searches find on the GPU, in f32 and f64, what they find on the CPU: as distributions over 30 seeds.
-//! Does not prove: what a search does on a recording with noise.
+//! Proves: searches on the GPU, in f32 and f64, have the distribution of final costs of the CPU over 30 seeds (two-sample
+//! Kolmogorov–Smirnov test at 1 %).
+//! Does not prove: the same for recordings with noise.
 #![cfg(feature = "gpu")]
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(clippy::cast_precision_loss, reason = "small numbers")]
@@ -13,7 +14,7 @@ use motorfit::optimize::{GeneticOptions, GwoOptions, JayaOptions};
 use motorfit::record::Record;
 use support::m2_record;
 
-/// Final costs over seeds 1 to 30, lowest first.
+/// Returns the final costs over seeds 1 to 30, in increasing order.
 fn costs(records: &[Record], method: Method, device: &DeviceSpec, precision: PrecisionSpec) -> Vec<f64> {
     let run = |seed| {
         let spec = IdentifySpec {
@@ -28,7 +29,7 @@ fn costs(records: &[Record], method: Method, device: &DeviceSpec, precision: Pre
         let found = identify(records, &spec).unwrap();
         if *device == DeviceSpec::Gpu {
             assert_eq!(found.device_kind, "gpu");
-            // The reported cost is the oracle's, and so was the leader's in the search.
+            // The reported cost is computed by the oracle, as that of the leaders in the search.
             let last = found.history[found.history.len() - 1];
             assert!((found.cost / last - 1.0).abs() < 1e-9, "{} {last}", found.cost);
             assert!(found.cost_difference.unwrap().abs() <= 1e-3 * found.cost);
@@ -40,20 +41,20 @@ fn costs(records: &[Record], method: Method, device: &DeviceSpec, precision: Pre
     found
 }
 
-/// The largest distance of two empirical distributions (Kolmogorov and Smirnov).
+/// Returns the Kolmogorov–Smirnov distance of two samples.
 fn distance(a: &[f64], b: &[f64]) -> f64 {
     let share = |of: &[f64], x: f64| of.iter().filter(|v| **v <= x).count() as f64 / of.len() as f64;
     a.iter().chain(b).map(|&x| (share(a, x) - share(b, x)).abs()).fold(0.0, f64::max)
 }
 
 #[test]
-fn searches_find_what_they_find_on_the_cpu() {
+fn searches_have_the_distribution_of_the_cpu() {
     let adapters = list();
     let skips = std::env::var_os("MOTORFIT_NO_SKIP").is_none();
     let records = [m2_record()];
     let jaya = Method::from(JayaOptions::default());
     let ga = Method::from(GeneticOptions::default());
-    // The medians that the methods have on the CPU (tests/optimizers.rs).
+    // Medians of the methods on the CPU (tests/optimizers.rs).
     for (method, median) in [(Method::from(GwoOptions::default()), 0.005), (jaya, 3e-4), (ga, 0.03)] {
         let cpu = costs(&records, method, &DeviceSpec::Cpu, PrecisionSpec::Auto);
         for precision in [PrecisionSpec::F64, PrecisionSpec::F32] {
@@ -66,7 +67,7 @@ fn searches_find_what_they_find_on_the_cpu() {
             let apart = distance(&cpu, &gpu);
             println!("{} {precision:?}: median of thirty {:.6}, {apart:.2} from the CPU's", method.name(), gpu[15]);
             assert!(gpu[15] <= median, "{gpu:?}");
-            // Two samples of 30 of one distribution are further apart than this once in a hundred times.
+            // Two samples of 30 from the same distribution exceed this distance with probability 0.01.
             assert!(apart <= 0.42, "{} {precision:?}: {apart}", method.name());
         }
     }

@@ -1,5 +1,6 @@
-//! Proves: what is identifiable is given whatever else is not, intervals allow for what is not, a recording counts once,
-//! and recordings of different motors are told from those of one, over seeds.
+//! Proves: identifiable parameters are given even if others are not identifiable (within 5 standard errors of the true values);
+//! their intervals include the uncertainty of the others; a recording counts once; recordings of different motors are
+//! distinguished from those of one motor, with at most 1 % false alarms over seeds.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(
     clippy::cast_precision_loss,
@@ -16,7 +17,7 @@ use motorfit::experiment::{Excitation, simulated, with_noise};
 use motorfit::identify::{Identification, IdentifySpec, Method, hold_out, identify};
 use motorfit::motor::{Discretization, Extension, Parameter, Parameters, With};
 use motorfit::named::Named as _;
-use motorfit::record::{Record, read_csv};
+use motorfit::record::{Record, read_recording};
 use motorfit::{Error, ErrorKind};
 use rand::RngExt as _;
 use rayon::prelude::*;
@@ -25,7 +26,7 @@ use varied::{KINDS, log_uniform, noisy, numbers};
 const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/m2-step.csv");
 
 fn example() -> Record {
-    read_csv(std::path::Path::new(EXAMPLE), &[]).unwrap()
+    read_recording(std::path::Path::new(EXAMPLE), &[]).unwrap()
 }
 
 fn with(names: &str) -> IdentifySpec {
@@ -37,7 +38,7 @@ fn warns(found: &Identification, code: &str) -> bool {
     found.warnings.iter().any(|warning| warning.code == code)
 }
 
-/// The estimates as text, with `null` for what is open.
+/// Returns the estimates as text, with `null` for unidentifiable parameters.
 fn shown(found: &Identification) -> String {
     let one = |e: &motorfit::identify::ParameterEstimate| {
         let value = e.value.map_or("null".to_owned(), |value| format!("{value:.4e}"));
@@ -48,7 +49,7 @@ fn shown(found: &Identification) -> String {
     format!("{}\n    {}", list.join(", "), said.collect::<Vec<_>>().join("\n    "))
 }
 
-/// Checks that every parameter given of the M2 motor is right.
+/// Asserts that every given parameter is within 5 standard errors of that of the M2 motor; returns their number.
 fn check_m2(found: &Identification, case: &str) -> usize {
     let known = found.estimates().into_iter().filter(|e| e.value.is_some() && !e.parameter.is_extension());
     let mut count = 0;
@@ -62,7 +63,7 @@ fn check_m2(found: &Identification, case: &str) -> usize {
 }
 
 #[test]
-fn one_open_combination_leaves_the_rest() {
+fn one_unidentifiable_combination_leaves_the_others() {
     let record = [example()];
     let cases = [
         "coulomb,latency",
@@ -77,7 +78,7 @@ fn one_open_combination_leaves_the_rest() {
         let known = check_m2(&found, case);
         assert!(known >= 2, "{case}: {}", shown(&found));
     }
-    // Under one level of the voltage an offset that the brushes hold back scales it: the motor scales with it.
+    // Under a single voltage level an offset and a brush drop scale the voltage, and the motor's parameters scale with it.
     let found = identify(&record, &with("coulomb,offset,brush-drop,load")).unwrap();
     check_m2(&found, "coulomb,offset,brush-drop,load");
     assert!(found.warnings.iter().any(|warning| warning.code == "not_identifiable"), "{}", shown(&found));
@@ -91,7 +92,7 @@ fn one_open_combination_leaves_the_rest() {
 }
 
 #[test]
-fn searches_joint_fits_and_missing_channels_give_their_part_too() {
+fn searches_joint_fits_and_missing_channels_give_identifiable_parameters() {
     let record = example();
     let search = IdentifySpec {
         method: Method::all().into_iter().find(|m| m.name() == "gwo").unwrap(),
@@ -124,7 +125,7 @@ fn searches_joint_fits_and_missing_channels_give_their_part_too() {
     }
 }
 
-/// A short recording of a random motor that hardly shows its friction, or too slow for its inductance.
+/// Returns a short recording of a random motor that hardly identifies the friction, or is sampled too slowly for L.
 fn short(seed: u64) -> varied::Varied {
     let mut numbers = numbers(seed);
     let kind = KINDS[numbers.random_range(0..KINDS.len())];
@@ -145,7 +146,7 @@ fn short(seed: u64) -> varied::Varied {
     varied::Varied { kind, record, motor, stall: motor.k * volts / motor.r, hold, memory }
 }
 
-/// A parameter that is given: how many standard errors it is off, and its relative standard error.
+/// Error of a given parameter in standard errors, and its relative standard error.
 struct Known {
     off: f64,
     is_covered: bool,
@@ -159,7 +160,7 @@ enum Outcome {
 }
 
 #[test]
-fn intervals_allow_for_what_is_open() {
+fn intervals_include_unidentifiable_parameters() {
     const SEEDS: u64 = 2000;
     let one = |seed: u64| {
         let of = short(seed);
@@ -219,7 +220,7 @@ fn a_recording_counts_once() {
         identify(&[other.clone(), record.clone(), other.clone()], &IdentifySpec::default()).unwrap_err().kind(),
         ErrorKind::Data
     );
-    // A copy of some of its columns is the same recording too.
+    // A copy without a channel is the same recording.
     let copy = support::changed(&record, |samples| samples.current = None);
     assert_eq!(identify(&[record.clone(), copy], &IdentifySpec::default()).unwrap_err().kind(), ErrorKind::Data);
     let spec = IdentifySpec::default();
@@ -230,7 +231,7 @@ fn a_recording_counts_once() {
     assert!(warns(&found, "validation_repeats"));
 }
 
-/// Three recordings under different voltages, one of each motor.
+/// Returns three recordings under different voltages, one of each motor.
 fn three(motors: [Parameters; 3], decibels: f64, seed: u64, kinds: &[&str], count: usize) -> Vec<Record> {
     let mut numbers = numbers(seed);
     let of = |motor: Parameters| {
@@ -264,7 +265,7 @@ fn recordings_of_one_motor_do_not_differ() {
         println!("{decibels} dB: {one} alarms of {SEEDS}");
         alarms += one;
     }
-    // At most one in a hundred.
+    // At most 1 %.
     assert!(alarms <= 4, "{alarms}");
 }
 
@@ -296,8 +297,8 @@ fn a_motor_that_differs_is_named() {
 }
 
 #[test]
-fn a_known_load_torque_makes_all_of_a_motor_observable_by_its_speed() {
-    // The scale of torques is that of the load: five combinations are seen of five parameters.
+fn a_known_load_torque_makes_all_parameters_identifiable_from_speed() {
+    // The known load gives the scale of torques, so that five combinations determine five parameters.
     let time: Vec<f64> = (0..4000).map(|n| f64::from(n) * 1e-3).collect();
     let voltage = (0..4000).map(|n| [0.0, 9.0, 3.0, -6.0, 10.5][(n / 370) % 5]).collect();
     let torque = (0..4000).map(|n| [0.0, 0.08, -0.05, 0.02][(n / 230) % 4]).collect();
@@ -311,7 +312,7 @@ fn a_known_load_torque_makes_all_of_a_motor_observable_by_its_speed() {
         let off = |n: usize| (found.values[n] - Parameters::M2.to_array()[n]) / errors[n].unwrap();
         let off: Vec<f64> = (0..5).map(off).collect();
         println!("seed {seed}: {fit:.2} %, off by {off:.1?} standard errors");
-        // 0.5 of 60 rad/s are noise; of 50 values one is beyond 4 standard errors once in 300 times.
+        // The noise is 0.5 of 60 rad/s. One of 50 normal values exceeds 4 standard errors with probability 1/300.
         assert!(fit > 99.0 && off.iter().all(|z| z.abs() < 4.0), "{fit} {off:?}");
     }
 }

@@ -1,7 +1,7 @@
-//! Proves: what loggers do to files is read as what it means, and what cannot be understood is refused with its place:
-//! files without heading or time, rows of nan, rows never filled, names in comments, units below headings, ticks, duty,
-//! flags, positions, other formats, several files as one; damaged files never panic and never give half a recording.
-//! Does not prove: readers against all programs that write such files (tests/golden/formats says which).
+//! Proves: conventions of loggers are read correctly, and ambiguous files are rejected with file, line and column: files
+//! without heading or time, rows of nan, unfilled rows, names in comments, units below headings, ticks, duty cycles, flags,
+//! positions, other formats, several files as one; damaged files never panic and never give part of a recording.
+//! Does not prove: the readers against all programs that write these formats (tests/golden/formats lists those tested).
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(
     clippy::cast_possible_truncation,
@@ -45,7 +45,7 @@ fn rows(separator: &str, end: &str) -> String {
     ROWS.iter().map(row).collect()
 }
 
-/// Returns whether a recording holds [`ROWS`].
+/// Asserts that a recording has the samples of [`ROWS`].
 fn is_rows(record: &Record) {
     let samples = record.samples();
     for (n, row) in ROWS.iter().enumerate() {
@@ -76,7 +76,7 @@ fn time_from_a_rate_where_there_is_no_column() {
     assert_eq!(record.samples().time_s, [0.0, 0.0005, 0.001]);
     assert!(record.source().notes.iter().any(|note| note.contains("2.00000 kHz")), "{:?}", record.source().notes);
     assert!(refused(text, "").hint().to_string().contains("rate HZ"));
-    // Clock times are no numbers: they can be left out.
+    // A column of clock times can be ignored.
     let clock = "time,voltage_V,current_A\n12:00:00.1,0,0\n12:00:00.2,5,0.1\n";
     assert!(refused(clock, "").hint().to_string().contains("time=- rate HZ"));
     let counted = ReadOptions { rate_hz: Some(10.0), ..options("time=-") };
@@ -84,13 +84,13 @@ fn time_from_a_rate_where_there_is_no_column() {
     assert!(
         refused("time,voltage_V,current_A\n0,0,0\n1,5,0.1\n", "time=-").to_string().contains("no column for time_s")
     );
-    // A file with a time keeps its own.
+    // A time column takes precedence.
     let own = records("t,voltage_V,current_A\n0,0,0\n0.1,5,0.1\n0.2,5,0.1\n", &timed).unwrap().pop().unwrap();
     assert_eq!(own.samples().time_s, [0.0, 0.1, 0.2]);
 }
 
 #[test]
-fn rows_of_nan_are_no_samples_and_a_lone_nan_is_an_error() {
+fn rows_of_nan_are_skipped_and_a_single_nan_is_an_error() {
     let text = "t,u,i,w\n0,0,0,0\nnan,nan,nan,NaN\n0.001,10.5,0.25,1.5\n0.0012,nan,NAN,nan\n0.002,10.5,0.5,3\n0.003,0,0.75,4.5\n";
     let record = one(text, "");
     is_rows(&record);
@@ -99,7 +99,7 @@ fn rows_of_nan_are_no_samples_and_a_lone_nan_is_an_error() {
     let lone = refused("t,u,i,w\n0,0,0,0\n0.001,10.5,nan,1.5\n", "");
     assert_eq!(lone.line(), Some(3));
     assert!(lone.to_string().contains("column i: found \"nan\""), "{lone}");
-    // With a single signal there is no telling a row from a cell.
+    // With a single signal a row of nan cannot be distinguished from a single nan.
     assert!(refused("t,u,i\n0,0,0\n0.001,1,nan\n", "").to_string().contains("not a number"));
 }
 
@@ -114,7 +114,7 @@ fn rows_with_time_zero_at_the_end_were_never_filled() {
 }
 
 #[test]
-fn names_and_units_may_stand_in_comments_or_below() {
+fn names_and_units_may_be_in_comments_or_below() {
     let body = rows(",", ";\n");
     let text = format!("%Motor data\n%Date:,today\n\n%time,voltage,current,velocity\n%[ms],[V],[mA],[turns/s]\n{body}");
     let record = one(&text, "");
@@ -123,7 +123,7 @@ fn names_and_units_may_stand_in_comments_or_below() {
     assert!((record.measured()[1].unwrap()[1] - 1.5 * std::f64::consts::TAU).abs() < 1e-12);
     assert!(record.source().notes.iter().any(|note| note.contains("comment")));
     is_rows(&one(&format!("# a comment\n# t,u,i,w\n{}", rows(",", "\n")), ""));
-    // Comments of another width name nothing.
+    // A comment with another number of columns is not a heading.
     assert!(refused(&format!("# t,u\n{}", rows(",", "\n")), "").to_string().contains("found numbers"));
     for units in ["s;V;A;rad/s", "[s];[V];[A];[rad/s]", "(s);(V);(A);(rad/s)"] {
         let record = one(&format!("t;u;i;w\n{units}\n{}", rows(";", "\n")), "");
@@ -181,7 +181,7 @@ fn ticks_duty_and_flags_become_volts_and_seconds() {
             .contains("throughout")
     );
     assert!(refused(text, "").hint().to_string().contains("voltage=pwm*12/255:V"), "{}", refused(text, "").hint());
-    // A heading with such signs is taken as it stands.
+    // A heading that contains operators is matched literally first.
     let odd = "t,U*2,I/mA\n0,1,500\n0.1,2,600\n";
     assert_eq!(one(odd, "voltage=U*2").samples().voltage, [1.0, 2.0]);
     assert_eq!(one(odd, "voltage=U*2*3").samples().voltage, [3.0, 6.0]);
@@ -203,7 +203,7 @@ fn formulas_of_several_columns() {
         ("int16(\"load-1\")", [0.0, -1.0, 2.0]),
         ("abs(count)/512*12", [0.0, 6.0, 12.0]),
         ("12*sin(pi/2)*cos(0*pwm)", [12.0; 3]),
-        // One column and numbers go from left to right, as ever; with several columns precedence is the usual one.
+        // With one column and numbers, operations apply from left to right; with several columns the usual precedence holds.
         ("pwm+1*2", [2.0, 258.0, 512.0]),
         ("pwm+supply*2", [24.0, 150.0, 275.0]),
         ("pwm+(1*2)", [2.0, 130.0, 257.0]),
@@ -220,7 +220,7 @@ fn formulas_of_several_columns() {
     let counted = one(text, "time=cumsum(dt):ms,voltage=pwm,position=cumsum(count)/1024:turns");
     let speed = counted.measured()[1].unwrap();
     assert!((speed[0] - 0.25 * std::f64::consts::TAU / 0.01).abs() < 1e-9 && speed[2] < 0.0, "{speed:?}");
-    // What belongs to a sum and is not there makes all that follows wrong.
+    // A missing term of a running sum would make all later values wrong.
     let hole = text.replace("10,128,11,2,256,65535\n", "10,128,11,2,256,65535\nnan,nan,nan,nan,nan,nan\n");
     let error = refused(&hole, "time=cumsum(dt):ms,voltage=pwm,current=mA");
     assert!(error.line() == Some(4) && error.to_string().contains("needs every row"), "{error}");
@@ -238,7 +238,7 @@ fn a_load_is_a_formula_of_the_position() {
     let alone = one(text, &format!("position=deg:deg,speed=-,{gravity}"));
     assert!((alone.measured()[1].unwrap()[1] - std::f64::consts::FRAC_PI_2 / 0.2).abs() < 1e-9);
     assert_eq!(torque(&alone), torque(&both));
-    // A heading that is called position is the position, in rad, where that is named; else its cells.
+    // `position` means the position in rad if it is in the list, else the column of this heading.
     let named = text.replace("deg", "position");
     assert_eq!(torque(&one(&named, &format!("position=position:deg,{gravity}"))), torque(&both));
     assert_eq!(torque(&one(&named, "position=position:deg,load_torque=position*2"))[1], 2.0 * 30f64.to_radians());
@@ -271,7 +271,7 @@ fn a_load_is_a_formula_of_the_position() {
         assert!(error.to_string().contains(part), "{columns}: {error}");
     }
     assert!(refused(text, gravity).hint().to_string().contains("position=HEADING:UNIT"));
-    // What a simulation is driven by may be a formula too.
+    // The input of a simulation may be a formula as well.
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("input.csv");
     std::fs::write(&path, text).unwrap();
@@ -307,8 +307,8 @@ fn a_position_is_a_source_of_speed() {
 }
 
 #[test]
-fn what_has_two_meanings_is_refused() {
-    // Thousands: a comma in a file with decimal points.
+fn ambiguous_files_are_rejected() {
+    // A comma as thousands separator, in a file with decimal points.
     let thousands = "time_s,voltage_V,current_A,speed_rpm\n0.000,6.0,0.07,\"1,127\"\n0.001,6.0,0.07,\"1,128\"\n";
     let error = refused(thousands, "");
     assert!(error.line() == Some(2) && error.to_string().contains("decimal points too"), "{error}");
@@ -328,14 +328,14 @@ fn what_has_two_meanings_is_refused() {
     let counter: String = (0..60).map(|n| format!("{n},5,{}\n", (60_000 + 300 * n) % 65_536)).collect();
     let error = refused(&format!("t,u,count\n{counter}"), "position=count/4096:turns");
     assert!(error.to_string().contains("wraps") && error.line() == Some(21), "{error}");
-    // Seconds since 1970 have steps as coarse as their digits.
+    // The resolution of seconds since 1970 is limited by their digits.
     let epoch: String = (0..3000).map(|n| format!("{:.3},1,{n}\n", 1.7e9 + f64::from(n) * 1e-3)).collect();
     let epoch = one(&format!("t,u,i\n{epoch}"), "");
     assert!(epoch.steps().step_index.is_empty() && (epoch.period_s() - 1e-3).abs() < 1e-9, "{}", epoch.period_s());
 }
 
 #[test]
-fn gaps_and_repeats_are_treated_as_asked() {
+fn gaps_and_repeats_follow_the_options() {
     let with_gap: String = (0..60)
         .map(|n| f64::from(n) * 0.01 + if n < 25 { 0.0 } else { 0.2 })
         .map(|t| format!("{t:.2},1,{t}\n"))
@@ -348,14 +348,14 @@ fn gaps_and_repeats_are_treated_as_asked() {
     assert!((kept.steps().step(24) - 0.21).abs() < 1e-9, "{}", kept.steps().step(24));
     let split = with(Gaps::Split);
     assert_eq!(split.iter().map(Record::len).collect::<Vec<_>>(), [25, 35]);
-    assert_eq!(split[1].source().part.as_deref(), Some("stretch 2"));
+    assert_eq!(split[1].source().part.as_deref(), Some("segment 2"));
     assert_eq!(split[1].source().lines.get(0), Some(27));
     let repeated = "t,u,i\n0,0,1\n0.1,1,2\n0.1,1,3\n0.2,1,4\n0.3,1,5\n";
     assert!(refused(repeated, "").hint().to_string().contains("drop_repeats"));
     let dropped =
         records(repeated, &ReadOptions { drop_repeats: true, ..ReadOptions::default() }).unwrap().pop().unwrap();
     assert_eq!(dropped.measured()[0].unwrap(), [1.0, 2.0, 4.0, 5.0]);
-    // A clock that polls has long steps now and then, which are no gaps.
+    // Occasional long steps of a polling logger are not gaps.
     let mut t = 0.0;
     let polled: String = (0..200)
         .map(|n| {
@@ -364,7 +364,7 @@ fn gaps_and_repeats_are_treated_as_asked() {
         })
         .collect();
     assert_eq!(one(&format!("t,u,i\n{polled}"), "").len(), 200);
-    // Nor has one of two speeds, where long steps are no whole number of short ones; lost samples are.
+    // Neither are those of a clock with two periods whose ratio is not an integer; lost samples are gaps.
     for (long, is_clock) in [(0.0154, true), (0.0165, true), (0.02, false), (0.0305, false)] {
         let mut t = 0.0;
         let two: String = (0..200)
@@ -411,7 +411,7 @@ fn rows_that_cannot_be_read_are_refused_or_left_out() {
     assert!(notes.contains("line 33 (found a control character") && notes.contains("line 34 (column i: found \"n/a\""));
     assert!(notes.contains("3 gaps in time where rows were left out"), "{notes}");
     assert!(notes.contains("1 line before the heading left out"), "{notes}");
-    // A gap is as long as its time says, and no longer.
+    // The steps over skipped rows have the length of their times.
     assert!((record.steps().step(19) - 0.02).abs() < 1e-9 && (record.steps().step(28) - 0.03).abs() < 1e-9);
     assert_eq!(record.measured()[0].unwrap()[20], 21.0);
     assert_eq!(record.source().lines.get(20), Some(24));
@@ -422,7 +422,7 @@ fn rows_that_cannot_be_read_are_refused_or_left_out() {
     );
     let split = records(&text, &ReadOptions { gaps: Gaps::Split, ..skip("") }).unwrap();
     assert_eq!(split.iter().map(Record::len).collect::<Vec<_>>(), [20, 13, 14], "but of fewer than ten samples");
-    // A row that a formula makes no number of is a bad row too, but a sum needs them all.
+    // A row for which a formula is not a number is a bad row; a running sum does not allow skipping it.
     let zero = format!("t,u,i\n{}", rows(&|n| (n == 50).then_some("0.50,0,-1")));
     let record = records(&zero, &skip("voltage=u/(i+1)")).unwrap().pop().unwrap();
     assert!(
@@ -432,11 +432,11 @@ fn rows_that_cannot_be_read_are_refused_or_left_out() {
     );
     let sum = records(&text, &skip("voltage=cumsum(u)")).unwrap_err();
     assert!(sum.line() == Some(23) && sum.to_string().contains("needs every row"), "{sum}");
-    // Where samples are counted, a row that may be none makes all later times uncertain.
+    // Without a time column a skipped row would make all later times uncertain.
     let counted = ReadOptions { rate_hz: Some(100.0), ..skip("time=-") };
     assert!(records(&text, &counted).unwrap_err().to_string().contains("time is counted"));
     assert_eq!(records(&format!("x\nu,i\n{}boot\n", "1,2\n".repeat(9)), &counted).unwrap()[0].len(), 9);
-    // Numbers behind notices are no heading.
+    // Rows after messages of a logger are not headings.
     let bare = format!("Booting...\n\u{7}\n{}", rows(&garbled));
     let record = records(&bare, &skip("time=#1,voltage=#2,current=#3")).unwrap().pop().unwrap();
     assert!(record.len() == 56 && record.samples().time_s[0] == 0.0, "{}", record.len());
@@ -460,9 +460,9 @@ fn a_clock_that_starts_again_splits_a_file() {
     let split = records(&text, &with(Gaps::Split)).unwrap();
     assert_eq!(split.iter().map(Record::len).collect::<Vec<_>>(), [20, 30]);
     assert_eq!(split.iter().map(Record::period_s).collect::<Vec<_>>(), [0.01, 0.1], "each has its own clock");
-    assert!(split[0].source().notes.iter().any(|note| note == "1 stretch of fewer than 10 samples left out"));
+    assert!(split[0].source().notes.iter().any(|note| note == "1 segment of fewer than 10 samples left out"));
     assert_eq!(split[1].source().lines.get(0), Some(22));
-    // No speed is made of positions on both sides of a cut: its central differences are those of a parabola.
+    // Speeds are not computed across a cut: the differences of positions on a parabola are exact.
     for (record, period) in split.iter().zip([0.01, 0.1]) {
         let speed = record.measured()[1].unwrap();
         assert!(
@@ -509,12 +509,12 @@ fn golden(name: &str) -> PathBuf {
 #[test]
 #[cfg(feature = "formats")]
 fn other_formats_are_recordings() {
-    // t, u, and i32 as a current, of a file that scipy wrote.
+    // t, u, and an i32 variable as the current, from a file written by scipy.
     let mat = read(&golden("mixed_v7.mat"), &options("time=t:s,voltage=u:V,current=on:A")).unwrap().pop().unwrap();
     assert_eq!(mat.samples().time_s, [0.0, 0.001, 0.002, 0.003, 0.004]);
     assert_eq!(mat.samples().voltage[3], 1.0 / 3.0);
     assert!(mat.source().notes.iter().any(|note| note.contains("fs")), "{:?}", mat.source().notes);
-    // Columns of a matrix have a comma in the heading that they are given; single values are constants.
+    // Headings of matrix columns contain a comma; scalars are constants.
     for current in ["m(:,2):A", "\"m(:,2)\":A", "#10", "m(:,1)*0 + \"m(:,2)\"*(fs/fs)"] {
         let mat = read(&golden("mixed_v7.mat"), &options(&format!("voltage=u:V,current={current},time=t:s"))).unwrap();
         assert_eq!(mat[0].measured()[0].unwrap(), [2.0, 4.0, 6.0, 8.0, 10.0], "{current}");
@@ -575,12 +575,12 @@ fn objects_of_a_json_list_are_samples() {
         (list.replacen("\"u\": 2", "\"u\": null", 1), "line 2, column u: found an empty cell"),
         (list.replacen("\"u\": 2", "\"u\": \"off\"", 1), "line 2, column u: found \"off\""),
         (list.replace("\"u\"", "\"volts_in\""), "no column \"u\" in \"u*on\" for voltage; the heading has \"t\""),
-        (list[..list.len() - 3].to_owned(), "no readable JSON"),
+        (list[..list.len() - 3].to_owned(), "not readable JSON"),
         ("[]".to_owned(), "holds no recording"),
         ("[1, 2]".to_owned(), "holds no recording"),
         ("{\"log\": [{\"t\": 1}, 2]}".to_owned(), "holds no recording"),
         (two.clone(), "holds 2 lists of objects: \"log\", \"other\""),
-        ("[".repeat(100_000), "no readable JSON"),
+        ("[".repeat(100_000), "not readable JSON"),
     ] {
         assert!(refused(&text, columns).to_string().contains(part), "{text:.200}: {}", refused(&text, columns));
     }
@@ -588,7 +588,7 @@ fn objects_of_a_json_list_are_samples() {
     assert!(error.to_string().contains("constants are gain, active") && error.line().is_none(), "{error}");
 }
 
-/// The folder of real recordings.
+/// Returns the folder of real recordings.
 fn folder() -> Option<PathBuf> {
     let folder = std::env::var_os("MOTORFIT_RECORDINGS").map(PathBuf::from);
     if folder.is_none() {
@@ -608,7 +608,7 @@ fn files_of(folder: &Path, extension: &str) -> Vec<PathBuf> {
     paths.filter(|path| path.extension().is_some_and(|e| e == extension)).collect()
 }
 
-/// Rows of numbers of a text, read by the simplest means there are.
+/// Returns the rows of numbers of a text, by splitting lines: the oracle of the readers.
 fn numbers(path: &Path, separator: char) -> Vec<Vec<f64>> {
     let text = std::fs::read_to_string(path).unwrap();
     let row = |line: &str| line.trim_end_matches(';').split(separator).map(|cell| cell.trim().parse().ok()).collect();
@@ -622,7 +622,7 @@ fn is_near(ours: &[f64], theirs: impl Iterator<Item = f64>) {
 }
 
 #[test]
-fn real_recordings_hold_what_is_known_of_them() {
+fn real_recordings_agree_with_simple_parsing() {
     let Some(folder) = folder() else { return };
     let tau = std::f64::consts::TAU;
     let mut read_so_far = 0;
@@ -681,7 +681,7 @@ fn real_recordings_hold_what_is_known_of_them() {
     assert_eq!(read_so_far, 20 + 104 + 12 + 16);
 }
 
-/// A file with something done to its bytes.
+/// Returns a file with changed bytes.
 fn mutated(mut bytes: Vec<u8>, changes: &[(usize, u8, u8)]) -> Vec<u8> {
     for &(at, what, value) in changes {
         let at = at % (bytes.len() + 1);
@@ -713,7 +713,7 @@ const SEEDS: [&str; 6] = [
 ];
 
 proptest! {
-    // 10⁵ files in all, with and without column names.
+    // 10⁵ files in total, with and without column names.
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(50_000) })]
 
     #[test]
@@ -736,7 +736,7 @@ proptest! {
     }
 
     #[test]
-    fn damaged_files_are_read_whole_or_refused(
+    fn damaged_files_are_read_completely_or_rejected(
         seed in 0..SEEDS.len(),
         changes in proptest::collection::vec((any::<usize>(), any::<u8>(), any::<u8>()), 1..8),
         named in 0..3_usize,
@@ -754,7 +754,7 @@ proptest! {
                     prop_assert!(samples.time_s.windows(2).all(|t| t[1] > t[0]));
                     let outputs = record.measured().into_iter().flatten();
                     prop_assert!(outputs.chain([record.input()]).all(|s| s.len() == record.len() && s.iter().all(|v| v.is_finite())));
-                    // Every sample is a line of the file, and every line of numbers but those said to be left out a sample.
+                    // Samples and lines correspond one to one, except for lines that are reported as left out.
                     let lines = &record.source().lines;
                     prop_assert_eq!(lines.len(), record.len());
                 },

@@ -1,6 +1,6 @@
-//! Proves: under `auto` a recording on an irregular clock starts from copies at even steps and ends where a refinement from the
-//! truth ends, over seeds, random motors, jitter and gaps, for the linear motor and with extensions; its verification searches
-//! the whole box by variable projection and finds the optimum that a refinement missed.
+//! Proves: under `auto` the fit of an irregularly sampled recording starts from estimates on resampled copies and ends in the
+//! optimum of a refinement from the true parameters, over random motors, jitter and gaps, for the linear motor and with
+//! extensions; its verification searches the box by variable projection and finds the optimum that a refinement missed.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test may stop and print")]
 #![allow(clippy::cast_precision_loss, reason = "small numbers")]
 
@@ -19,7 +19,7 @@ use rand::RngExt as _;
 use rayon::prelude::*;
 use varied::{log_uniform, noisy, numbers, voltage};
 
-/// A random motor whose recording tells all five parameters, under a random excitation.
+/// Random motor under a random excitation that identifies all five parameters.
 struct Case {
     motor: Parameters,
     times: [Vec<f64>; 2],
@@ -28,13 +28,13 @@ struct Case {
 }
 
 impl Case {
-    /// With a clock that is off by up to so much of a period, beside the regular one.
+    /// Draws a case with a regular clock and one with a jitter of up to `jitter` periods.
     fn new(seed: u64, jitter: f64, count: usize) -> Self {
         let mut numbers = numbers(seed);
         let memory = log_uniform(&mut numbers, 20.0, 200.0);
         let period = 0.002;
         let (mut motor, volts) = varied::motor(&mut numbers, memory * period);
-        // The electrical time constant lasts a sample at least, so that the clock shows it.
+        // The electrical time constant is at least one period, so that it is identifiable.
         motor.l = motor.r * period * log_uniform(&mut numbers, 1.0, 0.2 * memory);
         let kind = ["steps", "prbs", "multisine", "staircase"][numbers.random_range(0..4)];
         let (mut voltage, _) = voltage(&mut numbers, kind, count, memory);
@@ -56,27 +56,27 @@ impl Case {
     }
 }
 
-/// The linear motor within some times its values.
+/// Returns the space of the linear motor with bounds of `times` times its values in each direction.
 fn space(values: [f64; 5], times: f64) -> Space {
     Space::table2_with(&Parameter::ALL.map(|p| (p, values[p as usize] / times, values[p as usize] * times)), &[])
         .unwrap()
 }
 
-/// The furthest that parameters are off a refinement, in its standard errors.
+/// Returns the largest difference of parameters from a refinement, in its standard errors.
 fn distance(parameters: &Parameters, best: &Refined) -> f64 {
     let errors = &best.uncertainty.std_error;
     let pairs = parameters.to_array().into_iter().zip(&best.values).zip(errors);
     pairs.map(|((a, b), error)| (a - b).abs() / error.unwrap()).fold(0.0, f64::max)
 }
 
-/// The furthest that a result is off a refinement from the truth, in standard errors.
+/// Returns the largest difference of a result from a refinement that starts at the truth, in standard errors.
 fn apart(records: &[Record], found: &Identification, truth: &Parameters) -> f64 {
     let values = truth.to_array();
     let best = refine(records, &space(values, 1e3), &values, &RefineOptions::default()).unwrap();
     distance(&found.parameters, &best)
 }
 
-/// The furthest that a result is off the truth, in standard errors.
+/// Returns the largest error of a result, in standard errors.
 fn off(found: &Identification, truth: &Parameters) -> f64 {
     let errors = &found.uncertainty.as_ref().unwrap().std_error;
     let pairs = found.parameters.to_array().into_iter().zip(truth.to_array());
@@ -87,7 +87,7 @@ fn has(found: &Identification, code: &str) -> bool {
     found.warnings.iter().any(|warning| warning.code == code)
 }
 
-/// The whole box was searched by variable projection, and nothing better was found.
+/// Asserts that variable projection searched the complete box and found no better optimum.
 fn assert_agrees(found: &Identification, seed: u64) {
     let verification = &found.verification;
     let kind = Some(ReferenceKind::VariableProjection);
@@ -95,7 +95,7 @@ fn assert_agrees(found: &Identification, seed: u64) {
 }
 
 #[test]
-fn a_jittered_clock_ends_where_the_truth_ends() {
+fn fits_with_jitter_end_in_the_optimum_of_the_truth() {
     let one = |seed: u64| {
         let jitter = 0.05 + 0.25 * (seed % 6) as f64 / 5.0;
         let case = Case::new(seed, jitter, 1000);
@@ -119,16 +119,16 @@ fn a_jittered_clock_ends_where_the_truth_ends() {
     eprintln!("furthest from the refinement of the truth {:.1e}, from the truth {:.1}", worst(|o| o.2), worst(|o| o.3));
     assert!(all.len() >= 40 && started + 1 >= all.len(), "{started} of {}", all.len());
     assert!(worst(|one| one.2) < 0.01, "{all:?}");
-    // Of some 250 errors the largest is 3 σ; 4.5 σ are seen once in 600 times.
+    // The largest of some 250 errors is about 3 σ; one of them exceeds 4.5 σ with probability 1/600.
     assert!(worst(|one| one.3) < 4.5, "{all:?}");
 }
 
 #[test]
-fn gaps_do_not_matter() {
+fn fits_with_gaps_end_in_the_optimum_of_the_truth() {
     let mut worst = [0.0; 2];
     for seed in 0..24 {
         let mut case = Case::new(seed, 0.1, 1200);
-        // A third is missing in the middle, and a tenth before the end; the voltage is held meanwhile.
+        // A third is missing in the middle, and a tenth before the end; the voltage is constant meanwhile.
         let is_missing = |n: usize| (400..800).contains(&n) || (1050..1150).contains(&n);
         (1..1200).filter(|n| is_missing(*n)).for_each(|n| case.voltage[n] = case.voltage[n - 1]);
         let text = write_csv(&case.record(1, &case.motor));
@@ -166,9 +166,8 @@ fn extensions_start_on_an_irregular_clock_too() {
     }
 }
 
-/// Draws starts until a refinement ends in another optimum than that of the truth, and returns where it ends, with the refinement
-/// of the truth under the weights that it leaves. Those may be such that not all parameters are identified: then another start is
-/// drawn.
+/// Draws starts until a refinement ends in another optimum than that of the truth. Returns this refinement, and one from the
+/// truth with the weights of the former. Starts whose weights leave a parameter unidentified are rejected.
 fn stuck(records: &[Record], truth: &[f64], space: &Space, seed: u64) -> Option<(Refined, Refined)> {
     let mut numbers = numbers(7000 + seed);
     let mut one = || {
@@ -199,14 +198,14 @@ fn the_verification_finds_the_optimum_that_a_refinement_missed() {
     let worst = all.iter().map(|(_, off)| *off).fold(0.0, f64::max);
     let by_projection = all.iter().filter(|(by_projection, _)| *by_projection).count();
     eprintln!("{} of 60 have another optimum; the right one is found within {worst:.1e} standard errors", all.len());
-    // The verification makes the weights of what is left anew, in rounds, and ends with slightly other ones; another optimum is
-    // many standard errors away.
+    // The verification recomputes the weights from the residuals in rounds, so they differ slightly; another optimum is many
+    // standard errors away.
     assert!(all.len() >= 20 && worst < 0.1, "{} {worst}", all.len());
-    // The projection serves all but the few whose weights are far off.
+    // Variable projection is the reference in all but a few cases, whose weights are far off.
     assert!(20 * by_projection >= 19 * all.len(), "{by_projection} of {}", all.len());
 }
 
-/// Short recordings of one motor, each with a clock and a voltage of its own.
+/// Returns short recordings of one motor with different clocks and voltages.
 fn joint(seed: u64, count: u64, samples: usize) -> (Vec<Record>, Parameters) {
     let first = Case::new(seed, 0.3, samples);
     let peak = |case: &Case| case.voltage.iter().fold(0.0, |peak: f64, v| peak.max(v.abs()));
@@ -220,7 +219,7 @@ fn joint(seed: u64, count: u64, samples: usize) -> (Vec<Record>, Parameters) {
 }
 
 #[test]
-fn joint_fits_of_irregular_recordings_end_where_the_truth_ends() {
+fn joint_fits_of_irregular_recordings_end_in_the_optimum_of_the_truth() {
     let mut worst = [0.0; 2];
     for seed in 1..=20 {
         let (records, motor) = joint(seed, 10, 165);
@@ -231,7 +230,7 @@ fn joint_fits_of_irregular_recordings_end_where_the_truth_ends() {
         worst = [0, 1].map(|n| f64::max(worst[n], off[n]));
     }
     eprintln!("furthest from the refinement of the truth {:.1e}, from the truth {:.1}", worst[0], worst[1]);
-    // Of 100 errors the largest is 2.8 σ on average; 4.5 σ are seen once in 1500 times.
+    // The largest of 100 errors is 2.8 σ on average; one of them exceeds 4.5 σ with probability 1/1500.
     assert!(worst[0] < 0.01 && worst[1] < 4.5, "{worst:?}");
 }
 
@@ -245,14 +244,14 @@ fn a_long_irregular_recording_is_inspected() {
 }
 
 #[test]
-fn bounds_of_a_named_search_follow_the_copies() {
+fn bounds_of_a_search_follow_the_estimate_on_resampled_copies() {
     for seed in 0..6 {
         let case = Case::new(seed, 0.2, 1000);
         let spec = IdentifySpec { method: Method::from(GwoOptions::default()), ..IdentifySpec::default() };
         let costs = BatchCosts::new(&[case.record(1, &case.motor)], &spec).unwrap();
         for axis in costs.problem().space().free() {
             let truth = case.motor.get(axis.parameter);
-            // A decade to each side of an estimate that is off by less than a fifth.
+            // The bounds are a decade to each side of an estimate whose error is below 20 %.
             let off = (axis.min / (0.1 * truth)).ln().abs().max((axis.max / (10.0 * truth)).ln().abs());
             assert!(off < 0.2, "{seed}: {} {axis:?}", axis.parameter.symbol());
         }

@@ -1,5 +1,5 @@
-//! Proves: tests of residuals, the repeatability ceiling and the comparison of friction raise few false alarms, over
-//! seeds, and see what they are there for.
+//! Proves: residual tests, the noise floor and the comparison of friction have low false-alarm rates over seeds, and detect
+//! missing dynamics, delays and differing friction.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test may stop and print")]
 #![allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, reason = "small numbers")]
 
@@ -24,7 +24,7 @@ fn normal(numbers: &mut Numbers) -> f64 {
     StandardNormal.sample(numbers)
 }
 
-/// Normal residuals with a correlation from sample to sample.
+/// Returns normal residuals with an autocorrelation of `correlation` at lag 1.
 fn residuals(numbers: &mut Numbers, count: usize, correlation: f64) -> Vec<f64> {
     let mut last = normal(numbers) / (1.0 - correlation * correlation).sqrt();
     let mut next = || {
@@ -34,7 +34,7 @@ fn residuals(numbers: &mut Numbers, count: usize, correlation: f64) -> Vec<f64> 
     (0..count).map(|_| next()).collect()
 }
 
-/// Voltages of four sorts.
+/// Returns a voltage of one of four kinds.
 fn voltage(numbers: &mut Numbers, sort: usize, count: usize) -> Vec<f64> {
     let mut level = 0.0;
     let one = |n: usize| match sort {
@@ -55,7 +55,7 @@ fn voltage(numbers: &mut Numbers, sort: usize, count: usize) -> Vec<f64> {
 }
 
 #[test]
-fn residuals_without_the_voltage_in_them_pass() {
+fn residuals_independent_of_the_input_pass() {
     const SEEDS: u64 = 500;
     for correlation in [0.0, 0.5, 0.9] {
         let (mut alarms, mut told, mut sums) = (0, 0_u32, 0.0);
@@ -80,28 +80,28 @@ fn residuals_without_the_voltage_in_them_pass() {
         }
         let mean = sums / f64::from(told);
         eprintln!("{correlation}: {alarms} of {}, mean {mean} of {told}", 4 * SEEDS);
-        // One in ten thousand of 2000; five would be seen once in 300,000 times.
+        // The level of the test is 1e-4; five alarms in 2000 tests have a probability of 1/300,000.
         assert!(alarms <= 4, "{correlation}: {alarms}");
-        // With a correlation of 0.9 six hundred samples are as thirty, too few for 29 directions: nothing is said.
+        // With a correlation of 0.9 the effective sample size is 30, too small for 29 degrees of freedom: no verdict.
         assert_eq!(told, if correlation < 0.9 { SEEDS as u32 } else { 0 });
         if told == 0 {
             continue;
         }
-        // A sequence has all 29 directions, 21 lags and 8 means: 29 ± 0.34 over 500 seeds. A filter that is estimated adds a
-        // little.
+        // A binary sequence has all 29 degrees of freedom, 21 lags and 8 means: the mean is 29 ± 0.34 over 500 seeds. The
+        // estimated whitening filter adds a little.
         assert!((mean - 29.0).abs() < 2.0, "{correlation}: {mean}");
     }
 }
 
 #[test]
-fn residuals_with_the_voltage_in_them_do_not() {
+fn residuals_correlated_with_the_input_do_not() {
     for (correlation, sort) in [(0.0, 0), (0.0, 1), (0.7, 1), (0.7, 3)] {
         let mut seen = 0;
         for seed in 0..100 {
             let mut numbers = Numbers::seed_from_u64(seed);
             let mut values = residuals(&mut numbers, 2000, correlation);
             let voltage = voltage(&mut numbers, sort, 2000);
-            // What is missed lasts for ten samples after each change of the voltage.
+            // The missing dynamics last for ten samples after each change of the voltage.
             for n in 1..values.len() {
                 let change = voltage[n] - voltage[n - 1];
                 for (later, value) in values.iter_mut().skip(n).take(10).enumerate() {
@@ -116,14 +116,14 @@ fn residuals_with_the_voltage_in_them_do_not() {
             };
             seen += u32::from(residual_input_test(&of).is_some_and(|test| !test.is_independent));
         }
-        // The least of them, one step of 6 σ that decays by a fifth a sample, adds 100 to a mean of 38 with a deviation of
-        // 22 (χ² off centre); the threshold is 82.
+        // The weakest case, one step of 6 σ that decays by 20 % per sample, gives a noncentral χ² with mean 138 and standard
+        // deviation 22; the threshold is 82.
         assert!(seen >= 95, "{correlation} {sort}: {seen} of 100");
     }
 }
 
 #[test]
-fn what_does_not_count_does_not_count() {
+fn masked_samples_do_not_count() {
     let mut numbers = Numbers::seed_from_u64(5);
     let mut values = residuals(&mut numbers, 1000, 0.5);
     let voltage = voltage(&mut numbers, 1, 1000);
@@ -149,7 +149,7 @@ fn what_does_not_count_does_not_count() {
 }
 
 #[test]
-fn signals_of_different_lengths_tell_nothing() {
+fn signals_of_different_lengths_give_no_verdict() {
     let mut numbers = Numbers::seed_from_u64(6);
     let (values, voltage) = (residuals(&mut numbers, 1000, 0.5), voltage(&mut numbers, 1, 1000));
     let regressors = Regressors::new(&voltage);
@@ -163,7 +163,7 @@ fn signals_of_different_lengths_tell_nothing() {
     assert_eq!(residual_input_test(&of), None, "nothing at all");
 }
 
-/// The M2 motor, its friction times a factor, under a voltage that switches from `volts` down.
+/// Returns a recording of the M2 motor with `friction` times its B, under a square wave with the upper level `volts`.
 fn lively(samples: u32, volts: f64, friction: f64) -> Record {
     let motor = Parameters { b: friction * Parameters::M2.b, ..Parameters::M2 };
     let time_s = (0..samples).map(|n| f64::from(n) * 1e-3).collect();
@@ -175,7 +175,7 @@ fn noisy(record: &Record, seed: u64) -> Record {
     with_noise(record, SIGMA, seed).unwrap()
 }
 
-/// The recording with what was measured so many samples late.
+/// Delays the measured signals by `samples`.
 fn late(record: &Record, samples: usize) -> Record {
     support::changed(record, |of| {
         for signal in [&mut of.current, &mut of.speed].into_iter().flatten() {
@@ -190,9 +190,9 @@ fn warns(found: &Identification, code: &str) -> bool {
 }
 
 #[test]
-fn fits_and_held_out_recordings_of_a_linear_motor_pass() {
+fn residuals_of_linear_motors_pass() {
     let spec = IdentifySpec::default();
-    // The fitted recording is a tenth of the held-out one: the errors of the parameters are seen in it.
+    // The held-out recording is ten times longer than the fitted one, so that errors of the parameters are visible in it.
     let (short, long) = (lively(300, 9.0, 1.0), lively(3000, 7.0, 1.0));
     let mut alarms = [0; 3];
     for seed in 0..100 {
@@ -206,12 +206,13 @@ fn fits_and_held_out_recordings_of_a_linear_motor_pass() {
         }
     }
     eprintln!("{alarms:?}");
-    // Of 200 tests each. Whiteness alarms once in a thousand, and where parameters are off by many errors of the long one.
+    // Out of 200 tests each. The whiteness test has a level of 1e-3, and also detects errors of the parameters that are many
+    // standard errors of the long recording.
     assert!(alarms[0] == 0 && alarms[1] <= 1 && alarms[2] <= 20, "{alarms:?}");
 }
 
 #[test]
-fn a_delay_that_is_not_in_the_model_is_seen() {
+fn an_unmodelled_delay_is_detected() {
     let spec = IdentifySpec::default();
     let clean = lively(2000, 9.0, 1.0);
     let (mut fitted, mut held_out) = (0, 0);
@@ -228,7 +229,7 @@ fn a_delay_that_is_not_in_the_model_is_seen() {
 }
 
 #[test]
-fn a_ceiling_is_that_of_the_closed_form() {
+fn the_best_achievable_fit_is_the_closed_form() {
     let clean = lively(900, 9.0, 1.0);
     let (a, b) = (noisy(&clean, 1), noisy(&clean, 2));
     let found = noise_floor(&[&a, &b], Model::default()).unwrap().unwrap();
@@ -245,7 +246,7 @@ fn a_ceiling_is_that_of_the_closed_form() {
 }
 
 #[test]
-fn ceilings_are_where_fits_end() {
+fn fits_reach_the_best_achievable_fit() {
     let spec = IdentifySpec::default();
     let clean = lively(900, 9.0, 1.0);
     let mut above = [Vec::new(), Vec::new()];
@@ -260,14 +261,15 @@ fn ceilings_are_where_fits_end() {
     }
     for above in above {
         let mean = above.iter().sum::<f64>() / 40.0;
-        // σ by 1800 degrees of freedom and by 2700: 1.7 and 1.4 %, over 40 seeds 0.34 % at most; four of them.
+        // σ from 1800 and 2700 degrees of freedom has standard errors of 1.7 and 1.4 %, at most 0.34 % over 40 seeds; the bound
+        // is four of them.
         assert!(mean.abs() < 0.014, "{mean}");
         assert!(above.iter().all(|part| part.abs() < 0.1), "{above:?}");
     }
 }
 
 #[test]
-fn only_what_has_the_same_input_is_compared() {
+fn only_recordings_with_the_same_input_are_compared() {
     let model = Model::default();
     let step = |at_s: f64, volts: f64, duration_s: f64| {
         let step = Excitation::step(volts, at_s, duration_s, 0.001).unwrap();
@@ -278,13 +280,13 @@ fn only_what_has_the_same_input_is_compared() {
         let all: Vec<&Record> = std::iter::once(&first).chain(others.iter().copied()).collect();
         noise_floor(&all, model).unwrap()
     };
-    // A later step of a longer recording is aligned.
+    // A later step in a longer recording is aligned.
     let later = noisy(&step(0.35, 6.0, 1.5), 2);
     let found = group(&[&later]).unwrap();
     assert_eq!(found.samples, [801]);
-    // Over 1602 values σ is known to 2.5 %.
+    // σ from 1602 values has a standard error of 2.5 %.
     assert!((found.sigma[1].unwrap() / SIGMA[1] - 1.0).abs() < 0.1, "{found:?}");
-    // Other voltages, the recording itself, and one that begins in motion are not.
+    // Recordings with another voltage, copies, and those that start in motion are not compared.
     let [_, rest] = noisy(&step(0.2, 6.0, 0.8), 3).split(0.3).unwrap();
     assert_eq!(group(&[&noisy(&step(0.2, 6.1, 0.8), 2)]), None);
     assert_eq!(group(&[&first.clone()]), None);
@@ -294,7 +296,7 @@ fn only_what_has_the_same_input_is_compared() {
 }
 
 #[test]
-fn friction_that_differs_is_told_and_other_friction_is_not() {
+fn differing_friction_is_reported_above_a_threshold() {
     let spec = IdentifySpec::default();
     let volts = [9.0, 6.0, 8.0, 5.0];
     let four = |friction: [f64; 4], seed: u64| -> Identification {
@@ -306,7 +308,7 @@ fn friction_that_differs_is_told_and_other_friction_is_not() {
     };
     assert_eq!(count([1.0; 4], 60), 0, "false alarms");
     assert!(count([1.0, 1.3, 1.0, 1.0], 20) >= 19, "a third more friction in one");
-    // It is told by 2 %, but matters to nobody.
+    // 5 % is detectable, as the standard error is 2 %, but below the practical threshold.
     assert_eq!(count([1.0, 1.05, 1.0, 1.0], 20), 0, "five percent");
     let found = four([1.0, 0.7, 1.0, 1.4], 1);
     let warning = found.warnings.iter().find(|warning| warning.code == "friction_differs").unwrap();
@@ -316,7 +318,7 @@ fn friction_that_differs_is_told_and_other_friction_is_not() {
 }
 
 #[test]
-fn noise_that_is_correlated_is_no_other_friction() {
+fn correlated_noise_is_not_differing_friction() {
     let spec = IdentifySpec::default();
     let mut alarms = 0;
     for seed in 0..40 {
@@ -354,10 +356,11 @@ fn the_program_shows_train_and_held_out_side_by_side() {
     let ceiling = &document["repeatability"];
     assert_eq!(ceiling["groups"][0]["records"], serde_json::json!([0, 1, 2]));
     let text = ok(&args);
-    for part in ["independent of the voltage: no in 1 of 2, no in 1 of 2", "3 recordings with the same input repeat to"]
+    for part in
+        ["independent of the voltage: no in 1 of 2, no in 1 of 2", "3 recordings with the same input limit the fit to"]
     {
         assert!(text.contains(part), "{text}\nlacks {part}");
     }
     let page = std::fs::read_to_string(format!("{out}/report.html")).unwrap();
-    assert!(page.contains("independent of the voltage") && page.contains("Ceiling: 3 recordings"));
+    assert!(page.contains("independent of the voltage") && page.contains("Noise floor: 3 recordings"));
 }

@@ -1,5 +1,5 @@
-//! Proves: every command that writes may be killed at any instant. The old state counts until the new one is whole, the
-//! same command then succeeds, and files of others are neither removed nor changed.
+//! Proves: every command that writes can be killed at any instant. The old files are kept until the new ones are complete, the
+//! same command succeeds afterwards, and other files are neither removed nor changed.
 //!
 //! `MOTORFIT_KILLS` sets the number of kills (200).
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
@@ -18,10 +18,10 @@ use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 const INDEX: &str = "motorfit-files.json";
-/// Names of the user's own files, some of them like those of the program.
+/// Names of files of the user, some similar to those of the program.
 const FOREIGN: [&str; 5] = [".DS_Store", "notes.txt", "table1.csv", "averages.csv", ".results.jsonl.mine"];
 
-/// A command that writes: its arguments, and the folder of a report that it writes.
+/// Command that writes: arguments, and the folder of its report.
 struct Writer {
     name: &'static str,
     args: Vec<String>,
@@ -53,7 +53,7 @@ fn writers(folder: &Folder) -> Vec<Writer> {
     ]
 }
 
-/// Kills a command after a time. Returns whether it had not ended before.
+/// Kills a command after a time. Returns true if it was still running.
 fn killed(args: &[String], after: Duration) -> bool {
     let mut command = motorfit();
     let mut child = command.args(args).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
@@ -64,7 +64,7 @@ fn killed(args: &[String], after: Duration) -> bool {
     is_running
 }
 
-/// Returns whether the files of a report are those that its index lists.
+/// Returns true if the files of a report are those that its index lists.
 fn is_whole(dir: &str) -> bool {
     let Ok(index) = std::fs::read(format!("{dir}/{INDEX}")) else { return false };
     let index: Value = serde_json::from_slice(&index).unwrap();
@@ -75,7 +75,7 @@ fn is_whole(dir: &str) -> bool {
     })
 }
 
-/// Files that a killed process left, by name.
+/// Returns the names of temporary files that a killed process left.
 fn leftovers(dir: &str) -> Vec<String> {
     let entries = std::fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
     let is_own = |name: &String| FOREIGN.contains(&name.as_str()) || !name.starts_with('.');
@@ -90,7 +90,7 @@ fn kills_of_every_command_that_writes_lose_nothing() {
     folder.file("study.toml", "recordings = [\"a.csv\"]\nmethods = [\"gwo\", \"sm\"]\npopulation = [20]\ngenerations = [20]\nseeds = \"1..40\"\nbounds = \"table2\"\ndevice = \"cpu\"\n");
     let (dir, report) = (folder.path("sweep"), folder.path("report"));
     let writers = writers(&folder);
-    // The results of a sweep that nobody killed, and the time that each command takes.
+    // Results of an uninterrupted sweep, and the run time of each command.
     let mut times: Vec<Duration> = writers
         .iter()
         .map(|writer| {
@@ -108,10 +108,10 @@ fn kills_of_every_command_that_writes_lose_nothing() {
     for kill in 0..kills {
         let (writer, time) = (&writers[kill % writers.len()], &mut times[kill % writers.len()]);
         if writer.name == "plan" {
-            // A new sweep, which the next commands go on with.
+            // Starts a new sweep for the following commands.
             std::fs::remove_dir_all(&dir).unwrap();
         }
-        // Most of the writing is at the end.
+        // Most writes are at the end, so most kills are.
         let part =
             if numbers.random_bool(0.5) { numbers.random_range(0.0..1.1) } else { numbers.random_range(0.6..1.1) };
         *under_way.entry(writer.name).or_default() += usize::from(killed(&writer.args, time.mul_f64(part)));

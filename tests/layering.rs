@@ -1,15 +1,13 @@
-//! Proves: a module uses only the modules that stand before it in the flow
-//! record → motor → criterion → evaluate → optimize → estimate → device → analysis → identify → study → report → cli, by
-//! its `crate::` paths; and that files of the folders named below do not use each other in a circle.
+//! Proves: by its `crate::` paths, a module uses only modules before it in the flow record → motor → criterion → evaluate →
+//! optimize → estimate → device → analysis → identify → study → report → cli; files of the folders below have no cyclic
+//! dependencies; the library names no flag of the program.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// The modules in the order of the flow. Each may use those before it, and the ground: error, limit, named, text, setting,
-/// file, numeric,
-/// candidates, channels.
+/// Modules in the order of the flow. Each may use those before it, which include the base modules.
 const ORDER: [&str; 22] = [
     "error",
     "limit",
@@ -34,7 +32,7 @@ const ORDER: [&str; 22] = [
     "settings",
     "study",
 ];
-/// Modules that a module may not use although they stand before it: the ground and the leaves are independent.
+/// Modules that a module may not use although they are before it.
 const FORBIDDEN: [(&str, &[&str]); 5] = [
     ("motor", &["record", "warning"]),
     ("criterion", &["record", "warning", "motor"]),
@@ -42,6 +40,7 @@ const FORBIDDEN: [(&str, &[&str]); 5] = [
     ("evaluate", &["optimize", "experiment", "warning"]),
     ("estimate", &["optimize", "experiment", "warning"]),
 ];
+/// Base modules and root exports, which every module may use.
 const GROUND: [&str; 12] = [
     "error",
     "limit",
@@ -62,7 +61,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     entries.flat_map(|path| if path.is_dir() { files(&path) } else { vec![path] }).collect()
 }
 
-/// The first word after each `crate::`, braces opened.
+/// Returns the first segment after each `crate::`, with braces expanded.
 fn used(text: &str) -> BTreeSet<String> {
     let code: Vec<&str> = text.lines().map(|line| line.split("//").next().unwrap_or(line)).collect();
     let code = code.join("\n");
@@ -80,7 +79,7 @@ fn used(text: &str) -> BTreeSet<String> {
 }
 
 #[test]
-fn data_flow_one_way() {
+fn modules_use_only_earlier_ones() {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut seen = BTreeSet::new();
     for path in files(&source) {
@@ -91,7 +90,7 @@ fn data_flow_one_way() {
             continue;
         }
         seen.insert(module.to_owned());
-        // Reports may use everything but the program.
+        // Modules that are not in the list may use all others.
         let place = ORDER.iter().position(|name| *name == module).unwrap_or(ORDER.len());
         assert!(place < ORDER.len() || module == "report", "{module} is new");
         let forbidden = FORBIDDEN.iter().find(|(name, _)| *name == module).map_or(&[][..], |(_, list)| list);
@@ -104,7 +103,7 @@ fn data_flow_one_way() {
     assert_eq!(seen.len(), ORDER.len() + 1, "{seen:?}");
 }
 
-/// The module path of a file: `identify/mod.rs` is `[identify]`.
+/// Returns the module path of a file: `identify/mod.rs` is `[identify]`.
 fn module_of(relative: &Path) -> Vec<String> {
     let mut parts: Vec<String> = relative.iter().map(|part| part.to_str().unwrap().to_owned()).collect();
     let last = parts.pop().unwrap();
@@ -114,14 +113,14 @@ fn module_of(relative: &Path) -> Vec<String> {
     parts
 }
 
-/// The code of a file: without comments, and without the tests at its end.
+/// Returns the code of a file without comments and unit tests.
 fn code(text: &str) -> String {
     let tests = ["#[cfg(test)]\nmod tests {", "#[cfg(all(test, feature = \"gpu\"))]\nmod tests {"];
     let end = tests.iter().filter_map(|start| text.find(start)).min().unwrap_or(text.len());
     text[..end].lines().map(|line| line.split("//").next().unwrap_or(line).to_owned() + "\n").collect()
 }
 
-/// The paths in a piece of code that begin with `start`, braces opened, as their segments after it.
+/// Returns the paths in code that begin with `start`, as the segments after it, with braces expanded.
 fn paths(code: &str, start: &str) -> Vec<Vec<String>> {
     let mut all = Vec::new();
     for (at, _) in code.match_indices(start) {
@@ -133,7 +132,7 @@ fn paths(code: &str, start: &str) -> Vec<Vec<String>> {
     all
 }
 
-/// Reads one path with its braces; returns how much of the text it took.
+/// Parses a path with braces; returns its length in the text.
 fn opened(text: &str, head: &mut Vec<String>, all: &mut Vec<Vec<String>>) -> usize {
     let word: String = text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
     let mut at = word.len();
@@ -163,7 +162,7 @@ fn opened(text: &str, head: &mut Vec<String>, all: &mut Vec<Vec<String>>) -> usi
     at
 }
 
-/// The files that each file uses, by their module paths.
+/// Returns the files that each file uses, by module path.
 fn uses(texts: &BTreeMap<Vec<String>, String>) -> BTreeMap<Vec<String>, BTreeSet<Vec<String>>> {
     let resolved = |path: &[String]| (0..=path.len()).rev().map(|n| path[..n].to_vec()).find(|p| texts.contains_key(p));
     let mut all = BTreeMap::new();
@@ -179,7 +178,7 @@ fn uses(texts: &BTreeMap<Vec<String>, String>) -> BTreeMap<Vec<String>, BTreeSet
             let base = if up > 0 { grandparent } else { parent };
             targets.extend(from(base, path[up..].to_vec()));
         }
-        // What a module takes from its children: `use child::Item`, `child::function()`.
+        // Items that a module uses from its children: `use child::Item`, `child::function()`.
         for child in texts.keys().filter(|m| m.len() == module.len() + 1 && m.starts_with(module)) {
             let name = format!("{}::", child[child.len() - 1]);
             if !paths(&code, &name).is_empty() {
@@ -192,7 +191,7 @@ fn uses(texts: &BTreeMap<Vec<String>, String>) -> BTreeMap<Vec<String>, BTreeSet
     all
 }
 
-/// A cycle of files, where there is one.
+/// Returns a cycle of files, if there is one.
 fn cycle(uses: &BTreeMap<Vec<String>, BTreeSet<Vec<String>>>) -> Option<Vec<String>> {
     fn visit<'a>(
         at: &'a Vec<String>,
@@ -216,11 +215,11 @@ fn cycle(uses: &BTreeMap<Vec<String>, BTreeSet<Vec<String>>>) -> Option<Vec<Stri
     uses.keys().find_map(|start| visit(start, uses, &mut Vec::new(), &mut done))
 }
 
-/// Folders whose files do not use each other in a circle.
+/// Folders without cyclic dependencies of files.
 const STRAIGHT: [&str; 7] = ["identify", "analysis", "device", "estimate", "optimize", "evaluate", "motor"];
 
 #[test]
-fn files_use_each_other_one_way() {
+fn files_have_no_cyclic_dependencies() {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     for folder in STRAIGHT {
         let read =
@@ -231,14 +230,14 @@ fn files_use_each_other_one_way() {
 }
 
 #[test]
-fn a_circle_of_files_is_found() {
+fn a_cycle_of_files_is_found() {
     let of = |texts: &[(&str, &str)]| {
         let path = |name: &str| name.split('/').map(str::to_owned).collect();
         cycle(&uses(&texts.iter().map(|(name, text)| (path(name), (*text).to_owned())).collect()))
     };
     let circle = of(&[("a", "mod b;\nmod c;"), ("a/b", "use super::c::C;"), ("a/c", "use super::{b::{B as D, E}};")]);
     assert_eq!(circle.unwrap(), ["a/b", "a/c", "a/b"]);
-    // A name that the parent exports from another child goes through the parent.
+    // Using a name through the parent depends on the parent.
     assert!(of(&[("a", "pub use b::B;"), ("a/b", "use super::Item;")]).is_some());
     assert!(
         of(&[("a", "pub use b::B;\npub use c::C;"), ("a/b", "use crate::a::c::C; // super::Item"), ("a/c", "")])
@@ -249,12 +248,12 @@ fn a_circle_of_files_is_found() {
 }
 
 #[test]
-fn the_reader_of_paths_reads_paths() {
+fn paths_are_parsed() {
     let text = "use crate::{Error, motor::X};\nlet a = crate::study::go(); // crate::cli";
     assert_eq!(used(text).into_iter().collect::<Vec<_>>(), ["Error", "motor", "study"]);
 }
 
-/// The flags and commands of the program that a source names: `--word`, or its name before one of its commands.
+/// Returns the flags and commands of the program in a source: `--word`, or `motorfit` before a command.
 fn spelled(source: &str) -> Vec<String> {
     const COMMANDS: [&str; 10] =
         ["identify", "evaluate", "compare", "sweep", "simulate", "inspect", "bench", "devices", "completions", "man"];
@@ -275,7 +274,7 @@ fn spelled(source: &str) -> Vec<String> {
     found
 }
 
-/// The library's sources without their tests: those of the command line are in folders of their own.
+/// The sources of the library, without unit tests and without the command line.
 #[test]
 fn the_library_names_no_flag() {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
@@ -283,7 +282,7 @@ fn the_library_names_no_flag() {
         let relative = path.strip_prefix(&source).unwrap();
         let parts: Vec<&str> = relative.iter().map(|part| part.to_str().unwrap()).collect();
         let is_test = parts.iter().any(|part| ["tests", "tests.rs", "sample.rs"].contains(part));
-        // Reports spell settings as the command line does.
+        // This module spells settings for the command line.
         let is_spelling = relative == Path::new("report/spelling.rs");
         if parts[0] == "cli" || is_spelling || is_test || relative.extension().is_none_or(|kind| kind != "rs") {
             continue;
@@ -295,7 +294,7 @@ fn the_library_names_no_flag() {
 }
 
 #[test]
-fn the_reader_of_flags_reads_flags() {
+fn flags_are_parsed() {
     let text = "\"use --fix K=1 (--time-origin)\" --{name} a --> b // `motorfit sweep run`, motorfit records, x--y";
     assert_eq!(spelled(text), ["--fix", "--time-origin", "--", "motorfit sweep"]);
 }

@@ -1,15 +1,16 @@
-//! Proves: the response of the paper's motor to every digit that an independent prototype printed; step maps against
-//! 60-digit matrix exponentials; the logarithm against the exponential; figures of a response.
-//! Does not prove: anything about populations, criteria or files.
+//! Proves: the step response of the paper's motor equals that of an independent prototype in every printed digit; step maps
+//! agree with 60-digit matrix exponentials (1e-13), the logarithm with the exponential, sensitivities with central differences;
+//! figures of a response are those of its formula.
+//! Does not prove: populations, criteria or files.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
 
 use motorfit::experiment::{Excitation, simulated};
-use motorfit::motor::{Discretization, Drive, Parameters, StepMap, matrix_logarithm, response, simulate};
+use motorfit::motor::{Discretization, Parameters, SimulationInput, StepMap, matrix_logarithm, response, simulate};
 
 const M2: Parameters = Parameters::M2;
 
-/// `printed` is what a figure rounds to at the digits it was printed with.
+/// Returns true if `value` rounds to `printed`.
 fn agrees(value: f64, printed: &str) -> bool {
     let digits = printed.split_once('.').map_or(0, |(_, d)| d.len());
     format!("{value:.digits$}") == printed
@@ -41,14 +42,14 @@ fn steady_state_is_that_of_the_equations() {
     assert!(agrees(current, "1.182047") && agrees(speed, "128.0935"), "{current} {speed}");
     let record = simulated(&M2, &Excitation::step(10.5, 1.0, 3.0, 0.001).unwrap(), Discretization::Zoh).unwrap();
     let last = record.measured().map(|m| m.unwrap()[3000]);
-    // 2 s after the step the transient has fallen to e^-124; what is left are roundings of some 10^3 steps.
+    // 2 s after the step the transient has decayed to e^-124, and the rounding errors of some 10^3 steps remain.
     assert!((last[0] / current - 1.0).abs() < 1e-12 && (last[1] / speed - 1.0).abs() < 1e-12);
     let loaded = M2.steady_state(10.5, 0.05);
     assert!((M2.r * loaded[0] + M2.k * loaded[1] - 10.5).abs() < 1e-12);
     assert!((M2.k * loaded[0] - M2.b * loaded[1] - 0.05).abs() < 1e-15);
 }
 
-/// A map whose entries are weighted by √L and √J, so that both states count as energy: the norm that is used below.
+/// Returns a step map in energy coordinates, with states weighted by √L and √J.
 fn weighted(map: &StepMap, p: &Parameters) -> [[f64; 3]; 4] {
     let s = [p.l.sqrt(), p.j.sqrt()];
     let gain = |g: [f64; 2]| [s[0] * g[0], s[1] * g[1]];
@@ -62,7 +63,7 @@ fn weighted(map: &StepMap, p: &Parameters) -> [[f64; 3]; 4] {
 }
 
 #[test]
-fn step_maps_against_sixty_digits() {
+fn step_maps_agree_with_sixty_digit_exponentials() {
     let golden = include_str!("golden/step_maps.csv");
     let (mut rows, mut worst) = (0, 0.0_f64);
     for line in golden.lines().skip(1) {
@@ -82,8 +83,8 @@ fn step_maps_against_sixty_digits() {
         };
         let map = StepMap::new(&p, number(1), method);
         for (ours, theirs) in weighted(&map, &p).iter().zip(&weighted(&golden, &p)) {
-            // Relative to the largest entry of its group: an entry that cancels to far below it is not resolved
-            // by any method in f64. 1e-13 is some hundred roundings.
+            // Relative to the largest entry of its group, because smaller entries are not resolved in f64 by any
+            // method. 1e-13 is some hundred rounding errors.
             let size = theirs.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
             let error = ours.iter().zip(theirs).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs())) / size.max(1e-300);
             worst = worst.max(error);
@@ -96,10 +97,10 @@ fn step_maps_against_sixty_digits() {
 }
 
 #[test]
-fn logarithm_undoes_the_exponential() {
+fn the_logarithm_inverts_the_exponential() {
     let mut worst = 0.0_f64;
     for seed in 0..1000_u32 {
-        // A low-discrepancy walk through the box of Table 2 and h from 0.1 to 3 ms, where Φ has not lost its poles.
+        // A low-discrepancy sequence over the bounds of Table 2 and h from 0.1 to 3 ms, where Φ still determines the poles.
         let u = |axis: u32| {
             (0.5 + f64::from(seed + 1)
                 * [0.754_877_666, 0.569_840_29, 0.430_159_7, 0.324_717_95, 0.819_172_5, 0.671_043_6][axis as usize])
@@ -113,8 +114,8 @@ fn logarithm_undoes_the_exponential() {
         let phi = [1.0 + map.d[0], map.d[1], map.d[2], 1.0 + map.d[3]];
         let a = matrix_logarithm(phi, h).unwrap();
         let expected = [-p.r / p.l, -p.k / p.l, p.k / p.j, -p.b / p.j];
-        // Energy coordinates again. Φ = I + D rounds ε away, and what Φ shrinks the logarithm magnifies: the error
-        // is of the order ε ‖Φ⁻¹‖/(h‖A‖), with ‖Φ⁻¹‖ up to exp(h‖A‖).
+        // In energy coordinates. Rounding of Φ = I + D by ε is amplified by the logarithm: the error is of the order
+        // ε ‖Φ⁻¹‖/(h‖A‖), with ‖Φ⁻¹‖ up to exp(h‖A‖).
         let s = (p.j / p.l).sqrt();
         let scale = [1.0, 1.0 / s, s, 1.0];
         let size = (0..4).fold(0.0, |m: f64, n| m.max((expected[n] / scale[n]).abs()));
@@ -133,11 +134,11 @@ fn logarithm_undoes_the_exponential() {
 
 #[test]
 fn a_torque_brakes_and_a_ramp_is_exact_with_foh() {
-    // A ramp of voltage: FOH is exact, so two half steps of half the period end where one whole step does.
+    // A first-order hold is exact for a voltage ramp, so two half steps end in the state of one full step.
     let ramp = |period: f64, count: usize| -> Vec<f64> { (0..count).map(|n| 5.0 * n as f64 * period).collect() };
     let (coarse, fine) = (ramp(0.01, 101), ramp(0.005, 201));
     let run = |voltage: &[f64], h: f64| {
-        let drive = Drive { step_s: &[h], step_index: &[], voltage, voltage_end: &[], torque: &[] };
+        let drive = SimulationInput { step_s: &[h], step_index: &[], voltage, voltage_end: &[], torque: &[] };
         let [current, speed] = simulate(&M2, &drive, [0.0; 2], Discretization::Foh);
         (current[current.len() - 1], speed[speed.len() - 1])
     };
@@ -145,7 +146,8 @@ fn a_torque_brakes_and_a_ramp_is_exact_with_foh() {
     assert!((a.0 - b.0).abs() < 1e-12 && (a.1 - b.1).abs() < 1e-10, "{a:?} {b:?}");
     let voltage = vec![0.0; 4000];
     let torque = vec![0.01; 4000];
-    let drive = Drive { step_s: &[0.001], step_index: &[], voltage: &voltage, voltage_end: &[], torque: &torque };
+    let drive =
+        SimulationInput { step_s: &[0.001], step_index: &[], voltage: &voltage, voltage_end: &[], torque: &torque };
     let [_, speed] = simulate(&M2, &drive, [0.0; 2], Discretization::Zoh);
     let steady = M2.steady_state(0.0, 0.01);
     assert!(steady[1] < 0.0 && (speed[3999] / steady[1] - 1.0).abs() < 1e-12);
@@ -178,7 +180,7 @@ fn sensitivities_are_the_derivatives() {
             assert_eq!(map, StepMap::new(&motor, h, method), "the map itself, to the last bit");
             let entries = |m: &StepMap| [&m.d[..], &m.taps[0], &m.taps[1], &m.torque].concat();
             for p in 0..5 {
-                // Central differences: their own error is step²/6 of the third derivative and ε/step, some 1e-9 here.
+                // The error of central differences is step²/6 of the third derivative plus ε/step, some 1e-9 here.
                 let step: f64 = 1e-5;
                 let moved = |sign: f64| {
                     let mut values = motor.to_array();

@@ -1,5 +1,6 @@
-//! Proves: the searches find the M2 motor as well as independent prototypes of the published algorithms, as
-//! distributions over seeds; runs depend on (seed, run) alone; every agent stays in the box; hyperparameters act.
+//! Proves: the searches reproduce the distributions of final costs over seeds of independent prototypes of the published
+//! algorithms on the M2 motor; runs depend on (seed, run) alone; every candidate stays in the box; hyperparameters have an
+//! effect.
 //! Does not prove: that a search finds the optimum of another recording.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
@@ -20,12 +21,12 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use support::{criterion, m2_record, problem};
 
-/// A search of the table with its usual settings.
+/// Returns a search of the table with its default settings.
 fn named(name: &str) -> Method {
     Method::named("method", name).unwrap()
 }
 
-/// Every search of the table, and with settings that are not the usual ones.
+/// Returns every search of the table, with default and with other settings.
 fn searches() -> Vec<Method> {
     let ungreedy = JayaOptions { sharing: Sharing::Agent, greedy: false }.into();
     let reflecting = PsoOptions { walls: Wall::Reflecting, velocity: 1.0, ..PsoOptions::default() }.into();
@@ -38,7 +39,7 @@ struct Found {
     values: Vec<f64>,
 }
 
-/// The results of `runs` runs of 100 × 100, all evaluated in one batch a generation.
+/// Returns the results of `runs` runs of 100 candidates × 100 generations, evaluated as one batch per generation.
 fn search(method: &Method, problem: &Arc<Problem>, runs: u64, seed: u64) -> Vec<Found> {
     let mut runs: Vec<Run> = (0..runs)
         .map(|run| {
@@ -78,7 +79,7 @@ fn median(costs: &[f64]) -> f64 {
     costs[costs.len() / 2]
 }
 
-/// Electrical and mechanical dynamics swapped: L an order of magnitude too large.
+/// Returns true for the local optimum in which electrical and mechanical dynamics are exchanged, with L ten times too large.
 fn is_swapped(found: &Found) -> bool {
     found.values[1] > 0.05
 }
@@ -86,7 +87,7 @@ fn is_swapped(found: &Found) -> bool {
 #[test]
 fn gwo_on_normalized_signals() {
     let problem = problem(&[m2_record()], Model::default(), Criterion::default());
-    // 60 seeds, so twice the captures that 30 may have.
+    // With 60 seeds twice as many runs may end in the local optimum as with 30.
     let found = search(&named("gwo"), &problem, 60, 1);
     let (swapped, free): (Vec<Found>, Vec<Found>) = found.into_iter().partition(is_swapped);
     let costs = sorted(&free);
@@ -96,14 +97,14 @@ fn gwo_on_normalized_signals() {
 }
 
 #[test]
-fn jaya_with_shared_numbers() {
+fn jaya_with_shared_random_numbers() {
     let problem = problem(&[m2_record()], Model::default(), Criterion::default());
     let costs = sorted(&search(&named("jaya"), &problem, 60, 1));
     println!("jaya std: median {:.6}", median(&costs));
     assert!(median(&costs) <= 3e-4);
     let own = Method::from(JayaOptions { sharing: Sharing::Agent, greedy: true });
     let own = sorted(&search(&own, &problem, 30, 1));
-    // The prototypes found quantiles of 5e-4 to 1.5e-3: numbers per agent are slower, and that is a hyperparameter.
+    // Quantiles of the prototypes are 5e-4 to 1.5e-3: random numbers per candidate, a hyperparameter, converge slower.
     assert!((5e-4..1.5e-3).contains(&median(&own)), "{}", median(&own));
     let ungreedy = Method::from(JayaOptions { sharing: Sharing::Generation, greedy: false });
     assert!(median(&sorted(&search(&ungreedy, &problem, 30, 1))) > 10.0 * median(&costs), "greed is what finds");
@@ -117,14 +118,14 @@ fn genetic_and_random() {
     assert!(median(&ga) <= 0.03);
     let random = sorted(&search(&named("random"), &problem, 60, 1));
     println!("random std: median {:.5}", median(&random));
-    // Quantiles 5 and 95 % of the prototype.
+    // 5 and 95 % quantiles of the prototype.
     assert!((0.13..0.30).contains(&median(&random)), "{}", median(&random));
     let frozen = Method::from(GeneticOptions { mutation: 0.0, ..GeneticOptions::default() });
     assert!(median(&sorted(&search(&frozen, &problem, 30, 1))) > 3.0 * median(&ga), "without mutation it stalls");
 }
 
 #[test]
-fn every_search_finds_more_than_chance() {
+fn every_search_is_better_than_random_search() {
     let problem = problem(&[m2_record()], Model::default(), Criterion::default());
     let random = median(&sorted(&search(&named("random"), &problem, 60, 1)));
     for method in Method::all().iter().filter(|method| method.is_search() && method.name() != "random") {
@@ -135,7 +136,7 @@ fn every_search_finds_more_than_chance() {
 }
 
 #[test]
-fn runs_of_one_number_begin_alike_and_settings_do_what_the_table_says() {
+fn runs_of_one_number_start_alike_and_settings_have_an_effect() {
     let setup = || SearchSettings { bounds: vec![(0.0, 1.0); 5], population: 20, generations: 5, seed: 4, run: 9 };
     let first = |method: &Method| method.optimizer(setup()).unwrap().ask().values().to_vec();
     for method in searches() {
@@ -160,7 +161,7 @@ fn runs_of_one_number_begin_alike_and_settings_do_what_the_table_says() {
             let mut other = named(search.name);
             other.set(setting.name, &good).unwrap();
             let Method::Search(tuned) = other else { panic!("a search") };
-            // The first choice of each is the usual one, but for what is on.
+            // The first choice is the default, except for flags that are on by default.
             let usual = setting.form().contains("true");
             assert_eq!(tuned.changed().is_empty(), usual, "{} {}={good}", search.name, setting.name);
         }
@@ -206,7 +207,7 @@ fn a_run_depends_on_seed_and_number_alone() {
 }
 
 #[test]
-fn populations_stay_in_the_box_whatever_is_told() {
+fn populations_stay_in_the_box_for_any_costs() {
     let bounds = vec![(0.1, 1.0), (-3.0, -2.0), (5.0, 5.5)];
     for method in searches() {
         for population in [1, 2, 3, 50] {
@@ -221,7 +222,7 @@ fn populations_stay_in_the_box_whatever_is_told() {
                 for row in first.chunks(3) {
                     assert!(row.iter().zip(&bounds).all(|(x, &(a, b))| (a..=b).contains(x)), "{row:?}");
                 }
-                // Everything diverges at first; later some costs are zero, some no numbers.
+                // All candidates diverge at first; later some costs are zero, some NaN.
                 let cost = |(n, row): (usize, &[f64])| match (generation, n % 3) {
                     (0..3, _) => f64::INFINITY,
                     (_, 0) if generation % 2 == 0 => f64::NEG_INFINITY,
@@ -240,7 +241,7 @@ fn populations_stay_in_the_box_whatever_is_told() {
 }
 
 #[test]
-fn settings_that_cannot_be_are_refused() {
+fn wrong_settings_are_rejected() {
     let setup =
         |population, generations| SearchSettings { bounds: vec![(0.0, 1.0)], population, generations, seed: 1, run: 0 };
     for (population, generations) in [(0, 1), (1, 0), (usize::MAX, 1), (1 << 29, usize::MAX)] {

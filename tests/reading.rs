@@ -1,6 +1,6 @@
-//! Proves: every command reads, prepares and diagnoses recordings alike, by the same flags: what was understood and what
-//! is odd comes with code, place and remedy in text, JSON and pages; wrong flags are refused with a remedy.
-//! Does not prove: the rules themselves (diagnose), nor preparation (preparation.rs).
+//! Proves: every command reads, prepares and diagnoses recordings alike, by the same flags; columns and findings are reported
+//! with code, place and remedy in text, JSON and pages; wrong flags are rejected with a remedy.
+//! Does not prove: the rules themselves (diagnose) and preparation (preparation.rs).
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(
     clippy::cast_precision_loss,
@@ -26,7 +26,7 @@ fn value(document: &Value, symbol: &str) -> f64 {
     document["parameters"][symbol]["value"].as_f64().unwrap()
 }
 
-/// Steps up and down, at 1 kHz.
+/// Returns a recording under steps up and down at 1 kHz, with changed samples.
 fn steps(change: impl FnOnce(&mut motorfit::record::Samples)) -> Record {
     let time: Vec<f64> = (0..4000).map(|n| f64::from(n) * 1e-3).collect();
     let voltage = time.iter().map(|t| [0.0, 10.0, 4.0, -8.0, 0.0, 9.0, -3.0, 6.0][(t / 0.5) as usize % 8]).collect();
@@ -116,10 +116,10 @@ fn wrong_flags_are_refused() {
         (&["--crop", "2:1"], "holds nothing"),
         (&["--crop", "a:1"], "--crop"),
         (&["--crop", "7:9"], "leaves 0 samples"),
-        (&["--filter", "bessel:5"], "no filter"),
+        (&["--filter", "bessel:5"], "not a filter"),
         (&["--filter", "butterworth:600"], "half the sampling rate"),
         (&["--mask", "power@1:2"], "neither current nor speed"),
-        (&["--offset", "power=1"], "no signal"),
+        (&["--offset", "power=1"], "not a signal"),
         (&["--offset", "current=1,current=2"], "twice"),
         (&["--decimate", "0"], "--decimate is 0"),
         (&["--decimate", "2000"], "leaves too little"),
@@ -135,7 +135,7 @@ fn wrong_flags_are_refused() {
 }
 
 #[test]
-fn what_is_odd_is_said_everywhere_with_place_and_remedy() {
+fn findings_are_reported_everywhere_with_place_and_remedy() {
     let folder = Folder::new();
     let clipped = steps(|s| s.current.as_mut().unwrap().iter_mut().for_each(|i| *i = i.clamp(-4.0, 4.0)));
     let path = folder.file("clipped.csv", write_csv(&clipped));
@@ -150,17 +150,17 @@ fn what_is_odd_is_said_everywhere_with_place_and_remedy() {
     let shown = text(&run(&["identify", &path]).stderr);
     assert!(shown.contains("warning:") && shown.contains("(line ") && shown.contains("[current_clipped]"), "{shown}");
     assert!(text(&run(&["identify", &path, "-q"]).stderr).is_empty());
-    // What it advises helps, and then nothing is odd any more.
+    // The advised flag removes the finding.
     let masked = json(&["identify", &path, "--json", "--mask", "auto"]);
     let apart = |document: &Value| {
         let error = document["parameters"]["R"]["std_error"].as_f64().unwrap();
         (value(document, "R") - 0.921_042).abs() / error
     };
-    // Errors of coloured residuals are wider: the clipped current is 20 of them off.
+    // Standard errors allow for coloured residuals; the clipped current biases by 20 of them.
     assert!(apart(&document) > 10.0 && apart(&masked) < 4.0, "{} {}", apart(&document), apart(&masked));
     assert_ne!(document["trust"]["level"], "good", "{}", document["trust"]);
     assert!(!masked["warnings"].to_string().contains("current_clipped"), "{}", masked["warnings"]);
-    // A good recording has no warnings; remarks are for those who ask.
+    // A good recording has no warnings; remarks are shown by `inspect`.
     assert_eq!(text(&run(&["identify", EXAMPLE]).stderr), "");
     assert!(text(&run(&["identify", EXAMPLE, "-v"]).stderr).contains("[single_edge]"));
     let compared = json(&["compare", &path, "--json", "--runs", "2", "--generations", "5", "--noise-records", "2"]);
@@ -168,7 +168,7 @@ fn what_is_odd_is_said_everywhere_with_place_and_remedy() {
 }
 
 #[test]
-fn a_rate_too_low_for_the_motor_is_said() {
+fn a_rate_too_low_for_the_motor_is_reported() {
     let folder = Folder::new();
     let path = folder.file("steps.csv", write_csv(&steps(|_| ())));
     let coarse = |flags: &[&str]| {
@@ -192,7 +192,7 @@ fn an_input_reset_and_a_drive_that_is_off_are_cut() {
     println!("{inspected}");
     assert!(found["records"][0]["samples"].as_u64().unwrap() >= 3998);
     let off = steps(|_| ());
-    // From 1.6 s to 1.9 s nothing reaches the motor: it coasts, and starts anew from where it is.
+    // From 1.6 s to 1.9 s the drive is off: the motor coasts, and is driven again from its state.
     let mut samples = off.samples().clone();
     let clean = driven(samples.time_s.clone(), samples.voltage.clone(), None);
     let clean = clean.measured().map(|signal| signal.unwrap().to_vec());
@@ -200,7 +200,7 @@ fn an_input_reset_and_a_drive_that_is_off_are_cut() {
     let p = Parameters::M2.to_array();
     for (n, v) in samples.voltage.clone().into_iter().enumerate() {
         let coasting = (1600..1900).contains(&n);
-        // The noise of the recording stays.
+        // The noise of the recording is kept.
         samples.current.as_mut().unwrap()[n] += i - clean[0][n];
         samples.speed.as_mut().unwrap()[n] += w - clean[1][n];
         for _ in 0..50 {
@@ -215,8 +215,8 @@ fn an_input_reset_and_a_drive_that_is_off_are_cut() {
     assert!(plain["warnings"].to_string().contains("voltage_without_current"), "{}", plain["warnings"]);
     let cut = json(&["identify", &path, "--json", "--mask", "auto"]);
     assert_eq!(cut["records"].as_array().unwrap().len(), 2);
-    assert_eq!(cut["records"][1]["part"], "stretch 2");
-    // Fifty Euler steps a sample are not exact: half a percent.
+    assert_eq!(cut["records"][1]["part"], "segment 2");
+    // The tolerance of 0.5 % is for the fifty Euler steps per sample of this test.
     let worst = |document: &Value| {
         let truth = ["R", "L", "K", "B", "J"].into_iter().zip(p);
         truth.map(|(symbol, p)| (value(document, symbol) / p - 1.0).abs()).fold(0.0, f64::max)
@@ -243,23 +243,23 @@ fn inspect_makes_a_page() {
     let own = folder.path("own");
     std::fs::create_dir(&own).unwrap();
     std::fs::write(format!("{own}/report.html"), "mine").unwrap();
-    fails(&["inspect", EXAMPLE, "--out", &own], 3, "left as it is");
+    fails(&["inspect", EXAMPLE, "--out", &own], 3, "left unchanged");
 }
 
-/// A voltage that goes on all the time, and a motor that follows it held or in straight lines.
+/// Returns a recording under a continuously varying voltage, simulated with a zero-order or first-order hold.
 fn following(method: Discretization, seed: u64, speed_only: bool) -> Record {
     use motorfit::experiment::{Excitation, simulated, with_noise};
     let period = 0.004;
     let time_s: Vec<f64> = (0..1500).map(|n| f64::from(n) * period).collect();
     let voltage = time_s.iter().map(|t| 6.0 * (t * (2.0 + 4.0 * t)).sin() + 2.0 * (31.0 * t).sin()).collect();
     let clean = simulated(&Parameters::M2, &Excitation { time_s, voltage, torque: None }, method).unwrap();
-    // The current tells at once; in the speed alone, a winding's lag looks much the same.
+    // The current distinguishes the holds at once; in the speed alone the electrical lag is similar, so the noise is lower.
     let noisy = with_noise(&clean, if speed_only { [0.0, 0.2] } else { [0.02, 1.0] }, seed).unwrap();
     changed(&noisy, |s| s.current = s.current.take().filter(|_| !speed_only))
 }
 
 #[test]
-fn the_outputs_tell_whether_a_voltage_is_held() {
+fn the_hold_of_the_voltage_is_detected_from_the_outputs() {
     let truth = Parameters::M2.to_array();
     let (zoh, foh) = (Discretization::Zoh, Discretization::Foh);
     for speed_only in [false, true] {
@@ -286,7 +286,7 @@ fn the_outputs_tell_whether_a_voltage_is_held() {
 }
 
 #[test]
-fn a_stretch_that_shows_nothing_spoils_no_fit() {
+fn uninformative_segments_do_not_affect_a_fit() {
     let folder = Folder::new();
     let record = steps(|_| {});
     let samples = record.samples();
@@ -295,7 +295,7 @@ fn a_stretch_that_shows_nothing_spoils_no_fit() {
     let good = |shift: f64, signal: &[f64]| -> String {
         (0..1500).map(|n| format!("{:.4},{},{}\n", samples.time_s[n] + shift, samples.voltage[n], signal[n])).collect()
     };
-    // Longer stretches in which nothing moves, or in which the voltage is not there.
+    // Long segments without motion, or without voltage.
     let flat = |shift: f64, volts: &dyn Fn(usize) -> f64, value: &dyn Fn(usize) -> f64| -> String {
         (0..2000).map(|n| format!("{:.4},{},{}\n", n as f64 * 1e-3 + shift, volts(n), value(n))).collect()
     };
@@ -325,7 +325,7 @@ fn a_stretch_that_shows_nothing_spoils_no_fit() {
                 assert!((of(&name) / expected - 1.0).abs() < 0.02, "{kind}: {} {expected}", of(&name));
             }
         }
-        // A single recording of nothing is refused by its name.
+        // A single recording without motion is rejected with its name.
         let idle = folder.file("idle.csv", format!("{heading}\n{}", flat(0.0, &|_| 0.0, &|n| (n as f64 * 1e-2).sin())));
         fails(&["identify", &idle], 4, "idle.csv: the voltage is zero throughout");
         let dead = folder.file("dead.csv", format!("{heading}\n{}", flat(0.0, &|n| (n / 100 % 3) as f64, &|_| 0.0)));
@@ -333,7 +333,7 @@ fn a_stretch_that_shows_nothing_spoils_no_fit() {
     }
 }
 
-/// The arguments for columns that a help gives, as a shell takes them; none where it gives none with this file's headings.
+/// Returns the column arguments that an error's help advises, as shell words; `None` if it advises none.
 fn advised(said: &str) -> Option<Vec<String>> {
     let help = said.split("Name the columns: --columns ").nth(1)?;
     let (value, rest) = match help.strip_prefix('\'') {
@@ -344,7 +344,7 @@ fn advised(said: &str) -> Option<Vec<String>> {
     Some(["--columns", value].into_iter().chain(skip.into_iter().flatten()).map(str::to_owned).collect())
 }
 
-/// Reads a file by the help of its refusal; the columns as they are then understood.
+/// Reads a file with the advised arguments of its error; returns the arguments and the resulting columns.
 fn read_as_advised(path: &str) -> (Vec<String>, String) {
     let refusal = fails(&["identify", path], 3, "");
     let flags = advised(&refusal).unwrap_or_else(|| panic!("{path}: {refusal}"));
@@ -405,7 +405,7 @@ fn a_refusal_names_the_columns_that_read_the_file() {
             continue;
         }
         if name == "steps.csv" {
-            // A row that may belong to the sum is not left out in silence.
+            // A row that may belong to a running sum is not skipped silently.
             let said = fails(&["identify", &path], 3, "--bad-rows skip");
             assert!(
                 said.contains(&flags.replace("time=", "'time=").replace(":rpm", ":rpm' --bad-rows skip")),
@@ -415,7 +415,7 @@ fn a_refusal_names_the_columns_that_read_the_file() {
         }
         assert_eq!(read_as_advised(&path).1, flags, "{name}");
     }
-    // What was named already stays; what is not clear is not made up.
+    // The advice keeps the named columns and does not guess unclear ones.
     let path = folder.file("part.csv", table("ticks,x,rpm", &|n| format!("{n},{n},{n}")));
     let said = fails(&["identify", &path, "--columns", "time=ticks:1kHz"], 3, "no column for voltage_V");
     assert!(!said.contains("Name the columns:"), "{said}");
@@ -426,7 +426,7 @@ fn a_refusal_names_the_columns_that_read_the_file() {
     assert!(said.contains("'voltage=x*2,time=millis:ms,speed=rpm:rpm'"), "{said}");
 }
 
-/// Logs that are refused, and their columns as the help of the refusal has them.
+/// Logs that are rejected, and the columns that the help advises.
 const ADVISED: [(&str, &str); 6] = [
     ("a_natural.csv", "time: millis [ms], voltage: pwm [V], current: current_mA [mA], speed: rpm [rpm]"),
     ("e_garbage.csv", "time: millis [ms], voltage: pwm [V], current: current_mA [mA], speed: rpm [rpm]"),
@@ -438,7 +438,7 @@ const ADVISED: [(&str, &str); 6] = [
     ("c_spanish.csv", "time: tiempo [ms], voltage: ciclo [V], current: corriente [mA], speed: velocidad [rpm]"),
     ("h_serial.txt", "time: t [ms], voltage: pwm [V], current: mA [mA], speed: rpm [rpm]"),
 ];
-/// Logs that are read as they are.
+/// Logs that are read without arguments.
 const PLAIN: [&str; 9] = [
     "f_volts.csv",
     "i_wrongunit.csv",
@@ -452,7 +452,7 @@ const PLAIN: [&str; 9] = [
 ];
 
 #[test]
-fn logs_of_newcomers_are_read_or_refused_with_what_reads_them() {
+fn logs_of_newcomers_are_read_or_rejected_with_working_advice() {
     let Some(logs) = recordings::set("newcomer-logs") else { return };
     let path = |name: &str| logs.join(name).to_str().unwrap().to_owned();
     let mut seen = 0;
@@ -479,7 +479,7 @@ fn logs_of_newcomers_are_read_or_refused_with_what_reads_them() {
     let skipped = json(&[&e[..], &["--bad-rows", "skip", "--json"]].concat());
     let notes = skipped["records"][0]["notes"].to_string();
     assert!(notes.contains("Sensor reset!") || notes.contains("could not be read"), "{notes}");
-    // Used as it is printed.
+    // The advice is used literally.
     let reversed = fails(&["identify", &path("j_reversed.csv")], 4, "--columns 'speed=speed_rad_s*-1'");
     assert!(reversed.contains("[sign_reversed]"));
     let turned = json(&["identify", &path("j_reversed.csv"), "--columns", "speed=speed_rad_s*-1", "--json"]);

@@ -1,6 +1,6 @@
-//! Proves: real recordings are explained as far as measured floors say, by gain, time constant and dead time, with drives
-//! that have a deadband and saturate, with sensors that average, held out and not; missing channels give what they can.
-//! Recordings come from the folder that `MOTORFIT_RECORDINGS` names.
+//! Proves: models reach at least the fits below on real recordings, fitted and held out: gain, time constant and dead time;
+//! drives with deadband and saturation; averaging sensors; recordings with missing channels. The bounds are measured fits,
+//! less a margin. Recordings are in the folder that `MOTORFIT_RECORDINGS` names.
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr, reason = "a test may stop and print")]
 #![allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, reason = "small numbers")]
 
@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use recordings::set;
 use std::path::PathBuf;
 
-/// The recordings of tutla53 that move, the voltage in shares of 12 V.
+/// Returns the recordings of tutla53 with motion, with the voltage as a fraction of 12 V.
 fn tutla53() -> Option<Vec<Record>> {
     let folder = set("tutla53-dc-motor")?;
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
@@ -41,14 +41,14 @@ fn tutla53() -> Option<Vec<Record>> {
     Some(moving)
 }
 
-/// The linear motor with these extensions and held values.
+/// Returns the specification of the linear motor with extensions and fixed values.
 fn spec(with: &[Extension], held: &[(Parameter, f64)]) -> IdentifySpec {
     let fixed = held.iter().map(|&(parameter, value)| (parameter, Scope::Shared, value)).collect();
     let space = Space::new(Space::table2().free().to_vec(), fixed).unwrap();
     IdentifySpec { with: With::These(with.to_vec()), space, ..IdentifySpec::default() }
 }
 
-/// The fit of many recordings together: 100 (1 − ‖y − ŷ‖/‖y − mean y‖), the mean that of all.
+/// Returns the fit of many recordings together: 100 (1 − ‖y − ŷ‖/‖y − mean y‖), with the mean over all of them.
 fn pooled(records: &[Record], found: &[Identification]) -> f64 {
     let all: Vec<f64> = records.iter().flat_map(|r| r.samples().speed.clone().unwrap()).collect();
     let mean = all.iter().sum::<f64>() / all.len() as f64;
@@ -78,7 +78,7 @@ fn gain_time_constant_and_dead_time_of_each_recording() {
 }
 
 #[test]
-fn one_motor_behind_its_drive_explains_held_out_recordings() {
+fn one_motor_with_its_drive_fits_held_out_recordings() {
     let Some(records) = tutla53() else { return };
     let part = |rest: usize| -> Vec<Record> { records.iter().skip(rest).step_by(2).cloned().collect() };
     let (fitted, held_out) = (part(0), part(1));
@@ -95,7 +95,7 @@ fn one_motor_behind_its_drive_explains_held_out_recordings() {
 }
 
 #[test]
-fn steps_and_chirps_explain_others() {
+fn steps_and_chirps_fit_held_out_ones() {
     let Some(folder) = set("labmrd-odrive") else { return };
     for (name, flags, own, held_out) in
         [("step", &[][..], 98.5, 97.0), ("chirp", &["--crop", ":3.5", "--discretization", "foh"][..], 97.0, 97.0)]
@@ -112,14 +112,14 @@ fn steps_and_chirps_explain_others() {
         let (fitted, held) = (of(&document), of(&document["validation"]));
         println!("{name}: {fitted:.2} %, held out {held:.2} %");
         assert!(fitted >= own && held >= held_out, "{name}: {fitted} {held}");
-        // Voltage and speed alone: gain and time constant, not R, L, K, B and J.
+        // Voltage and speed identify gain and time constant, not R, L, K, B and J.
         assert!(document["parameters"]["R"]["value"].is_null() && document["parameters"]["R"]["identified"] == false);
         assert!(document["characteristics"]["output_error"]["kV"]["std_error"].as_f64().unwrap() > 0.0);
     }
 }
 
 #[test]
-fn averaging_sensors_and_friction_explain_a_step() {
+fn averaging_sensors_and_friction_fit_a_step() {
     let Some(folder) = set("waam-ufjf-ensaio-frequencia") else { return };
     let file = folder.join("dados.csv");
     let volts = [154.0, 180.0].map(|duty| 11.04 * duty / 255.0);
@@ -139,7 +139,7 @@ fn averaging_sensors_and_friction_explain_a_step() {
     let fit = &document["fit_percent"];
     println!("current {}, speed {}", fit["current"], fit["speed"]);
     assert!(fit["speed"].as_f64().unwrap() >= 96.0 && fit["current"].as_f64().unwrap() >= 87.0, "{fit}");
-    // Without the average L would be 9 H, and sure of it.
+    // Without the sensor average L would be 9 H with a small standard error.
     let inductance = &document["parameters"]["L"];
     assert!(inductance["value"].is_null() && inductance["identified"] == false, "{inductance}");
     let codes: Vec<&str> =
@@ -150,7 +150,7 @@ fn averaging_sensors_and_friction_explain_a_step() {
 }
 
 #[test]
-fn auto_finds_models_that_explain_held_out_recordings_and_sensors_that_average() {
+fn auto_selects_models_that_fit_held_out_recordings() {
     let Some(records) = tutla53() else { return };
     let part = |rest: usize| -> Vec<Record> { records.iter().skip(rest).step_by(2).cloned().collect() };
     let (fitted, held_out) = (part(0), part(1));
@@ -166,12 +166,12 @@ fn auto_finds_models_that_explain_held_out_recordings_and_sensors_that_average()
     let [current, speed] = ["current", "speed"].map(|channel| document["fit_percent"][channel].as_f64().unwrap());
     println!("waam: {current:.2} %, {speed:.2} %: {}", document["trust"]);
     assert!(current >= 87.0 && speed >= 97.0, "{current} {speed}");
-    // Two sensors average, and residuals are not noise: nobody is told to trust this blindly.
+    // Two sensors average, and the residuals are not noise, so the level of trust is not good.
     assert_ne!(document["trust"]["level"], "good");
 }
 
 #[test]
-fn auto_leaves_out_what_is_undersampled() {
+fn auto_excludes_undersampled_segments() {
     let Some(folder) = set("labmrd-odrive") else { return };
     let path = |n: usize| folder.join(format!("chirp{n}.csv")).to_str().unwrap().to_owned();
     let run = |more: &[String]| {
@@ -182,7 +182,7 @@ fn auto_leaves_out_what_is_undersampled() {
         let document = json(&args.iter().map(String::as_str).collect::<Vec<_>>());
         assert_eq!(document["discretization"], "foh");
         assert_ne!(document["trust"]["level"], "good", "its residuals are correlated");
-        // Voltage and speed give gain and time constant alone, whatever the voltage does between samples.
+        // Voltage and speed identify gain and time constant only, for any intersample behaviour.
         for symbol in ["R", "L", "K", "B", "J"] {
             assert!(document["parameters"][symbol]["value"].is_null(), "{}", document["parameters"][symbol]);
         }
@@ -195,7 +195,7 @@ fn auto_leaves_out_what_is_undersampled() {
     let (fitted, held_out) = (speed(&joint), speed(&joint["validation"]));
     println!("chirps one by one {fits:.2?} %, three {fitted:.2} %, held out {held_out:.2} %");
     assert!(fits.iter().chain([&fitted, &held_out]).all(|fit| *fit >= 97.5));
-    // The chirp passes a sixth of the sampling rate after 4 s, and goes on to its end.
+    // The chirp exceeds a sixth of the sampling rate from 4 s to its end.
     let left_out = joint["left_out"].as_array().unwrap();
     assert_eq!(left_out.len(), 3);
     for (n, of) in left_out.iter().enumerate() {
@@ -210,7 +210,7 @@ fn auto_finds_a_motor_whose_voltage_is_logged_late() {
     let Some(folder) = set("newcomer-logs") else { return };
     for name in ["reg2.csv", "k_good.csv"] {
         let document = json(&["identify", folder.join(name).to_str().unwrap(), "--json", "--with", "auto"]);
-        // With the voltage held, J is off by 8 to 9 %.
+        // With a zero-order hold the error of J is 8 to 9 %.
         for (symbol, truth) in [("R", 2.5), ("K", 0.02), ("J", 1.5e-5), ("Tc", 0.002), ("B", 1.2e-5)] {
             let own = &document["parameters"][symbol];
             let [low, high] = [0, 1].map(|end| own["ci95"][end].as_f64().unwrap());
@@ -218,13 +218,13 @@ fn auto_finds_a_motor_whose_voltage_is_logged_late() {
             assert!((low..=high).contains(&truth) && high - low < 0.15 * truth, "{name}: {symbol} {low} to {high}");
         }
         let dead_time = document["parameters"]["td"]["value"].as_f64().unwrap();
-        // Logged 6 ms late in the one, 5 to 10 ms in the other.
+        // The voltage was logged 6 ms late in one recording, 5 to 10 ms in the other.
         assert!((-0.0095..-0.0045).contains(&dead_time), "{dead_time}");
         assert_ne!(document["trust"]["level"], "poor", "{}", document["trust"]);
     }
 }
 
-/// The logs of newcomers with what reads them, as the program advises.
+/// Logs of newcomers, each with the arguments that the program advises.
 const NEWCOMERS: [(&str, &[&str]); 15] = [
     ("a_natural.csv", &["--columns", "time=millis:ms,voltage=pwm*12/255:V,speed=rpm:rpm,current=current_mA:mA"]),
     ("b_german.csv", &["--columns", "voltage=PWM (0-255)*12/255:V"]),
@@ -254,7 +254,7 @@ fn no_log_of_a_newcomer_gives_a_wrong_number_that_is_trusted() {
         for with in [&[][..], &["--with", "auto"]] {
             let output = program::run(&[&["identify", &path, "--json"], options, with].concat());
             let error = String::from_utf8_lossy(&output.stderr);
-            // Where it fails, what was found in the recording is said.
+            // A failed fit reports the findings of the recording.
             assert!(matches!(output.status.code(), Some(0 | 4)), "{name} {with:?}: {error}");
             let Ok(document) = serde_json::from_slice::<serde_json::Value>(&output.stdout) else {
                 println!("{name} {with:?}: {}", error.lines().next().unwrap_or_default());
@@ -273,23 +273,23 @@ fn no_log_of_a_newcomer_gives_a_wrong_number_that_is_trusted() {
 }
 
 #[test]
-fn auto_explains_wheels_whose_counts_and_steps_were_logged() {
+fn auto_fits_wheels_from_encoder_counts() {
     let Some(folder) = set("robojackets-plant-excitation") else { return };
     let path = folder.join("excite_1").to_str().unwrap().to_owned();
     for wheel in 1..=4 {
-        // Counts of each wheel, duties of each, and the step in ticks of 72 kHz: 608 of them where the counts are of 8.4 ms.
+        // Encoder counts and duty cycles of each wheel, and the step in ticks of 72 kHz: 608 ticks for counts over 8.4 ms.
         let columns =
             format!("time=cumsum(#9)/72000:s,voltage=#{}*12/128:V,speed=#{wheel}/#9*72000/2048*2*pi:rad/s", wheel + 4);
         let document = json(&["identify", &path, "--json", "--with", "auto", "--columns", &columns]);
         let fit = document["fit_percent"]["speed"].as_f64().unwrap();
         println!("wheel {wheel}: {fit:.2} %");
-        // With Coulomb friction alone, by another program: 95.2 % of one wheel.
+        // Another program with Coulomb friction only: 95.2 % for one wheel.
         assert!(fit >= 95.0 && document["trust"]["level"] != "good", "{fit} {}", document["trust"]);
     }
 }
 
 #[test]
-fn auto_explains_a_pendulum_by_its_position() {
+fn auto_fits_a_pendulum_with_gravity() {
     let Some(folder) = set("rhoban-bam-xl330") else { return };
     let path = folder.join("2026-01-15_10h29m37.json").to_str().unwrap().to_owned();
     let columns = "time=timestamp:s,speed=speed:rad/s,voltage=int16(load)/885*input_volts*torque_enable:V,\
@@ -297,18 +297,18 @@ fn auto_explains_a_pendulum_by_its_position() {
     let document = json(&["identify", &path, "--json", "--with", "auto", "--columns", columns]);
     let fit = document["fit_percent"]["speed"].as_f64().unwrap();
     println!("pendulum: {fit:.2} %, {}", document["trust"]);
-    // A free fit with gravity, by another program: 92.7 %. Without the load torque it is some 30 %.
+    // Another program with gravity: 92.7 %. Without the load torque the fit is some 30 %.
     assert!(fit >= 92.0 && document["trust"]["level"] != "good", "{fit} {}", document["trust"]);
     let with = document["with"].as_array().unwrap();
     assert!(with.iter().any(|e| e == "coulomb"), "{with:?}");
 }
 
 #[test]
-fn a_model_that_explains_nothing_is_not_trusted() {
+fn a_model_that_does_not_fit_is_not_trusted() {
     let Some(folder) = set("labmrd-odrive") else { return };
     for n in 1..=5 {
         let path = folder.join(format!("noise{n}.csv")).to_str().unwrap().to_owned();
-        // A random voltage at every sample, not synchronous with what was logged: kV is fifty times that of the steps.
+        // A random voltage at every sample, not synchronous with the log: kV is fifty times that of the steps.
         let args = ["identify", &path, "--json", "--columns", "time=timestep (8Hz):8kHz", "--with", "auto"];
         let output = program::run(&args);
         if output.status.code() == Some(4) {
@@ -321,11 +321,11 @@ fn a_model_that_explains_nothing_is_not_trusted() {
 }
 
 #[test]
-fn one_channel_gives_what_it_can() {
-    // The paper's motor at 40 dB under a voltage that changes, with one channel left out.
+fn one_channel_gives_identifiable_parameters() {
+    // The paper's motor at 40 dB under a varying voltage, without one channel.
     let folder = Folder::new();
     let whole = folder.path("whole.csv");
-    // Several levels both ways: under one step a drop is a smaller voltage.
+    // Several levels in both directions, because under a single step a brush drop is like a lower voltage.
     let level = |n: u32| [0.0, 9.0, 2.0, -6.0, 4.0, -1.5, 10.5][(n / 200) as usize % 7];
     let input: String = (0..2800).map(|n| format!("{},{}\n", f64::from(n) * 1e-3, level(n))).collect();
     let input = folder.file("input.csv", format!("time_s,voltage_V\n{input}"));

@@ -1,13 +1,13 @@
-//! Proves: CSV in all its variants is read as the same recording; what is wrong with a file is named with its place;
-//! the time axis is checked; real recordings are read as their README says (with MOTORFIT_RECORDINGS).
-//! Does not prove: that a fit of a real recording is any good.
+//! Proves: variants of CSV give the same recording; faults of a file are reported with line and column; the time axis is
+//! checked; real recordings are read as documented (with MOTORFIT_RECORDINGS).
+//! Does not prove: fits of real recordings.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
 
 mod support;
 
 use motorfit::Error;
-use motorfit::record::{Quantity, ReadOptions, Record, parse_columns, read_bytes, read_csv, write_csv};
+use motorfit::record::{Quantity, ReadOptions, Record, parse_columns, read_bytes, read_recording, write_csv};
 use proptest::prelude::*;
 use std::path::Path;
 use support::{changed, m2_record};
@@ -24,7 +24,7 @@ fn read_with(text: &str, columns: &str) -> Result<Record, Error> {
 const CANONICAL: &str = "time_s,voltage_V,current_A,speed_rad_s\n0,0,0,0\n0.001,10.5,0.25,1.5\n0.002,10.5,0.5,3\n";
 
 #[test]
-fn variants_are_one_recording() {
+fn csv_variants_give_the_same_recording() {
     let canonical = read(CANONICAL).unwrap();
     let semicolons = CANONICAL.replace(',', ";");
     let tau60 = std::f64::consts::TAU / 60.0;
@@ -66,7 +66,7 @@ fn variants_are_one_recording() {
         .map(|(a, b)| (a.as_slice(), b.as_slice()))
         .chain(record.measured().map(Option::unwrap).into_iter().zip(canonical.measured().map(Option::unwrap)))
         {
-            // Units are converted by one multiplication.
+            // Unit conversion is one multiplication.
             assert!(
                 ours.iter().zip(theirs).all(|(a, b)| (a - b).abs() <= 1e-15 * b.abs().max(1.0)),
                 "{text}\n{ours:?}"
@@ -85,13 +85,13 @@ fn columns_can_be_named() {
     let columns = &record.source().columns;
     assert!(columns.iter().any(|c| c.quantity == Quantity::Current && c.unit == "mA" && c.unit_named));
     assert!(columns.iter().any(|c| c.quantity == Quantity::Voltage && c.unit == "V" && !c.unit_named));
-    // A heading may hold a colon; what is not named is still recognized.
+    // A heading may contain a colon; columns that are not named are still recognized.
     let odd = CANONICAL.replace("voltage_V", "ch:1");
     assert_eq!(read_with(&odd, "voltage=ch:1").unwrap().samples().voltage[1], 10.5);
     for (columns, part) in [
         ("voltage=Spannung", "no column \"Spannung\""),
         ("current=current_A:furlong", "unit \"furlong\""),
-        ("power=current_A", "\"power\" is no quantity"),
+        ("power=current_A", "\"power\" is not a quantity"),
         ("current", "names no column"),
         ("current=a,current=b", "twice"),
     ] {
@@ -104,7 +104,7 @@ fn columns_can_be_named() {
 }
 
 #[test]
-fn faults_name_their_place() {
+fn faults_are_reported_with_line_and_column() {
     let rows = |middle: &str| CANONICAL.replace("0.001,10.5,0.25,1.5", middle);
     for (text, line, part) in [
         (rows("0.001,10.5,x,1.5"), Some(3), "column current_A: found \"x\", expected a number"),
@@ -148,7 +148,7 @@ fn time_is_a_grid_or_a_table() {
     let steps = irregular.steps();
     assert_eq!(steps.step_index.len(), 3001);
     assert!(steps.jitter > 0.15 && steps.jitter < 0.25, "{}", steps.jitter);
-    // The table's steps add up to the times within half a thousandth of a period: no drift.
+    // The tabulated steps add up to the times within 5e-4 periods, without drift.
     let mut t = irregular.samples().time_s[0];
     for (n, expected) in irregular.samples().time_s.iter().enumerate() {
         assert!((t - expected).abs() < 0.51e-6, "{n}: {t} {expected}");
@@ -205,7 +205,7 @@ fn real_recordings() {
         if path.extension().is_none_or(|e| e != "csv") {
             continue;
         }
-        let record = read_csv(&path, &columns).unwrap_or_else(|e| panic!("{e}"));
+        let record = read_recording(&path, &columns).unwrap_or_else(|e| panic!("{e}"));
         assert!((record.period_s() - 0.001).abs() < 1e-12 && record.len() > 9000, "{}", path.display());
         read += 1;
     }

@@ -1,6 +1,6 @@
-//! Proves: Steiglitz–McBride and the refinement find the motor that made a recording, as well as the Cramér–Rao bound
-//! allows, over seeds, random motors, excitations, sampling periods and kinds of poles; intervals cover; the global
-//! reference finds the global optimum, and a search that is stuck is called so.
+//! Proves: Steiglitz–McBride and the refinement estimate the parameters of simulated recordings at the Cramér–Rao bound, over
+//! seeds, random motors, excitations, sampling periods and kinds of poles; 95 % intervals cover in 93 to 97 %; the global
+//! reference finds the global optimum, and a search in a local optimum is reported as stuck.
 //! Does not prove: anything about real motors.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(
@@ -29,7 +29,7 @@ use support::m2_record;
 
 const M2: Parameters = Parameters::M2;
 
-/// A box of two decades to each side.
+/// Returns bounds of two decades to each side.
 fn wide(truth: [f64; 5]) -> Space {
     let bounds = Parameter::ALL.map(|p| (p, truth[p as usize] / 100.0, truth[p as usize] * 100.0));
     Space::table2_with(&bounds, &[]).unwrap()
@@ -45,7 +45,7 @@ fn refined(record: &Record, space: &Space, start: [f64; 5], sigma: Option<[f64; 
     .unwrap()
 }
 
-/// Cramér–Rao bound under noise of known σ: the errors of a refinement at the truth without noise.
+/// Returns the Cramér–Rao bound for known σ: the standard errors of a refinement at the truth without noise.
 fn bound(clean: &Record, truth: [f64; 5], sigma: [f64; 2]) -> [f64; 5] {
     let errors = refined(clean, &wide(truth), truth, Some(sigma)).uncertainty.std_error;
     std::array::from_fn(|p| errors[p].unwrap_or(f64::NAN))
@@ -56,7 +56,7 @@ fn rms(errors: &[[f64; 5]]) -> [f64; 5] {
 }
 
 #[test]
-fn without_noise_all_five_come_back() {
+fn without_noise_the_estimates_are_exact() {
     let sine: Vec<f64> = (0..3001).map(|n| 4.0 * (0.02 * f64::from(n)).sin() + 3.0).collect();
     let time_s: Vec<f64> = (0..3001).map(|n| f64::from(n) * 1e-3).collect();
     let step = Excitation::step(10.5, 1.0, 3.0, 1e-3).unwrap();
@@ -75,7 +75,7 @@ fn without_noise_all_five_come_back() {
 }
 
 #[test]
-fn at_every_noise_both_are_as_good_as_the_bound_allows() {
+fn at_every_noise_level_both_reach_the_cramer_rao_bound() {
     let clean = m2_record();
     let truth = M2.to_array();
     for decibels in [80.0, 60.0, 40.0, 30.0, 20.0] {
@@ -88,7 +88,7 @@ fn at_every_noise_both_are_as_good_as_the_bound_allows() {
                 let sm = steiglitz_mcbride(&noisy, Model::default()).unwrap().unwrap().parameters.to_array();
                 let space = wide(truth);
                 let lm = refined(&noisy, &space, sm, None);
-                // The same optimum as from the truth, and under known noise the same estimate.
+                // The optimum is that of a refinement from the truth, and with known σ the estimate is the same.
                 let other = refined(&noisy, &space, truth, None);
                 let known = refined(&noisy, &space, truth, Some(sigma));
                 for p in 0..5 {
@@ -105,7 +105,7 @@ fn at_every_noise_both_are_as_good_as_the_bound_allows() {
     }
 }
 
-/// A motor of Table 2's box, uniform or uniform in the logarithms.
+/// Returns a random motor within the bounds of Table 2, uniform or log-uniform.
 fn random_motor(seed: u64, logarithmic: bool) -> [f64; 5] {
     let mut generator = Xoshiro256PlusPlus::seed_from_u64(seed + 1);
     let bounds = Space::table2().bounds();
@@ -129,8 +129,8 @@ fn a_thousand_random_motors() {
             let bound = bound(&clean, truth, sigma);
             let sm = steiglitz_mcbride(&noisy, Model::default()).unwrap().ok().map(|e| e.parameters.to_array());
             let errors = sm.map(|sm| [0, 1, 2, 3, 4].map(|p| (sm[p] - truth[p]).abs() / bound[p]));
-            // Where the data cannot tell (a motor of the log box at 30 dB) there is nothing to land on.
-            let knows = best.uncertainty.unknown.is_empty() && best.at_bound.iter().all(Option::is_none);
+            // Motors that are not identifiable at 30 dB have no unique optimum.
+            let knows = best.uncertainty.unidentifiable.is_empty() && best.at_bound.iter().all(Option::is_none);
             let found = identify(std::slice::from_ref(&noisy), &IdentifySpec::default());
             let apart = if knows {
                 let found = found.unwrap_or_else(|e| panic!("{truth:?}: {e}"));
@@ -140,7 +140,7 @@ fn a_thousand_random_motors() {
             } else {
                 0.0
             };
-            // The global reference within Table 2 against a refinement there from the truth.
+            // Compares the global reference within the bounds of Table 2 with a refinement from the truth.
             let sigma = &best.sigmas;
             let problem = fit_problem(std::slice::from_ref(&noisy), &Space::table2(), Model::default()).unwrap();
             let reference = global_reference(&problem, sigma, None);
@@ -172,7 +172,7 @@ fn a_thousand_random_motors() {
 }
 
 #[test]
-fn a_small_search_then_the_refinement_is_at_the_bound() {
+fn a_small_search_with_refinement_reaches_the_bound() {
     let clean = m2_record();
     let truth = M2.to_array();
     let sigma = noise_of(&clean, Noise::Decibels(40.0));
@@ -231,12 +231,12 @@ fn intervals_cover() {
             .collect();
         let share = [0, 1, 2, 3, 4].map(|p| covered.iter().filter(|c| c[p]).count() as f64 / 1000.0);
         println!("{current} and {speed} dB: 95 % intervals cover {share:.3?}");
-        // 95 % of 1000 is known to ± 0.7 % (one standard deviation).
+        // A coverage of 95 % over 1000 seeds has a standard deviation of 0.7 %.
         assert!(share.iter().all(|s| (0.93..=0.97).contains(s)), "{share:?}");
     }
 }
 
-/// Voltages that are not a step: name, samples.
+/// Returns voltages other than a step, with names.
 fn excitations(count: u32) -> Vec<(&'static str, Vec<f64>)> {
     let of = |f: &dyn Fn(u32) -> f64| (0..count).map(f).collect::<Vec<f64>>();
     let share = |n: u32| f64::from(n) / f64::from(count);
@@ -253,7 +253,7 @@ fn other_excitations_periods_and_motors_without_flags() {
     let coreless = Parameters { r: 2.0, l: 1e-4, k: 0.01, b: 1e-6, j: 1e-7 };
     let large = Parameters { r: 0.3, l: 0.004, k: 0.8, b: 0.01, j: 0.05 };
     let overdamped = Parameters { r: 0.9, l: 0.001, k: 0.02, b: 1e-4, j: 5e-4 };
-    // R/L = B/J + 2K/√(LJ): the two poles are one.
+    // R/L = B/J + 2K/√(LJ) gives a double pole.
     let repeated = {
         let (l, k, b, j): (f64, f64, f64, f64) = (0.005, 0.05, 1e-3, 1e-3);
         Parameters { r: l * (b / j + 2.0 * k / (l * j).sqrt()) * (1.0 + 1e-9), l, k, b, j }
@@ -278,9 +278,9 @@ fn other_excitations_periods_and_motors_without_flags() {
             let found = match identify(std::slice::from_ref(&noisy), &IdentifySpec::default()) {
                 Ok(found) => found,
                 Err(error) => {
-                    // Only where the data cannot tell even at the truth.
+                    // A failure is allowed only if the parameters are not identifiable at the truth.
                     let best = refined(&noisy, &wide(motor.to_array()), motor.to_array(), None);
-                    let tells = best.uncertainty.unknown.is_empty() && best.at_bound.iter().all(Option::is_none);
+                    let tells = best.uncertainty.unidentifiable.is_empty() && best.at_bound.iter().all(Option::is_none);
                     assert!(!tells, "{name}, {shape}: {error}");
                     println!("{name}, {shape}: {error}");
                     continue;
@@ -288,13 +288,13 @@ fn other_excitations_periods_and_motors_without_flags() {
             };
             assert_eq!(found.verification.status, Status::Agrees, "{name}, {shape}");
             for e in found.estimates() {
-                // What is open has neither, and is said.
+                // Unidentifiable parameters have neither, and are reported.
                 let (Some(value), Some(error)) = (e.value, e.std_error) else {
                     assert!(found.warnings.iter().any(|w| w.code == "not_identifiable"), "{name}, {shape}");
                     continue;
                 };
                 let (truth, symbol) = (motor.get(e.parameter), e.parameter.symbol());
-                // 175 comparisons: five standard errors are passed once in ten thousand times 175.
+                // Among 175 comparisons five standard errors are exceeded with probability 1e-4.
                 assert!(
                     (value - truth).abs() < 5.0 * error,
                     "{name}, {shape}, {symbol}: {value} ± {error} for {truth}"
@@ -305,8 +305,8 @@ fn other_excitations_periods_and_motors_without_flags() {
 }
 
 #[test]
-fn a_spinning_start() {
-    // The last 2.9 s of a recording whose voltage changes twice: it begins at speed.
+fn a_start_in_motion() {
+    // The last 2.9 s of a recording whose voltage changes twice, so that it starts in motion.
     let voltage: Vec<f64> = (0..3000).map(|n| if n < 1500 { 9.0 } else { 4.0 }).collect();
     let time_s: Vec<f64> = (0..3000).map(|n| f64::from(n) * 1e-3).collect();
     let clean = simulated(&M2, &Excitation { time_s, voltage, torque: None }, Discretization::Zoh).unwrap();
@@ -331,8 +331,9 @@ fn a_spinning_start() {
 }
 
 #[test]
-fn a_search_in_the_swapped_basin_is_stuck() {
-    // The trap of the unscaled criterion: electrical and mechanical dynamics swapped, at a Euclidean cost of 52.4.
+fn a_search_in_a_local_optimum_is_stuck() {
+    // The local optimum of the unscaled criterion, with electrical and mechanical dynamics exchanged, has a Euclidean cost of
+    // 52.4.
     let spec = |seed| IdentifySpec {
         method: Method::from(GwoOptions::default()),
         polish: Polish::None,
@@ -354,13 +355,13 @@ fn a_search_in_the_swapped_basin_is_stuck() {
         let reference = run.verification.levenberg_marquardt.unwrap();
         assert!((reference.r / M2.r - 1.0).abs() < 1e-6, "{reference:?}");
     }
-    // Under a criterion that has no trap, the same search agrees.
+    // With a criterion without this local optimum the same search agrees.
     let std = |seed| IdentifySpec { criterion: Criterion::default(), population: 100, generations: 100, ..spec(seed) };
     assert!(
         (1..=10).all(|seed| { identify(&[m2_record()], &std(seed)).unwrap().verification.status == Status::Agrees })
     );
     assert!(free.len() > 20);
-    // Parameters from elsewhere are judged alike.
+    // Parameters given by the caller are verified alike.
     let swapped = verify_at(&[m2_record()], &spec(1), &[1.0, 0.1, 0.0735, 1e-3, 1e-5]).unwrap();
     assert_eq!(swapped.status, Status::SearchStuck);
 }
@@ -384,7 +385,7 @@ fn one_problem_serves_both_estimates() {
 
 #[test]
 fn a_bad_start_is_no_obstacle() {
-    // A torque that steps with the voltage: the two numerators cannot be told apart, and this is said, not divided by.
+    // A load torque that steps with the voltage makes the two numerators unidentifiable, which is reported.
     let of = |f: &dyn Fn(u32) -> f64| (0..1500).map(f).collect::<Vec<f64>>();
     let (time_s, voltage) = (of(&|n| f64::from(n) * 1e-3), of(&|n| if n < 200 { 0.0 } else { 8.0 }));
     let torque = Some(of(&|n| if n < 200 { 0.0 } else { 0.02 }));
@@ -403,8 +404,8 @@ fn a_bad_start_is_no_obstacle() {
 }
 
 #[test]
-fn a_recording_has_noise_of_its_own() {
-    // A good recording and a bad one: the bad one takes nothing away, and the intervals still cover.
+fn each_recording_has_its_own_noise() {
+    // A good and a noisy recording: the noisy one does not reduce the accuracy, and the intervals still cover.
     let clean = m2_record();
     let truth = M2.to_array();
     let levels = [60.0, 15.0].map(|d| noise_of(&clean, Noise::Decibels(d)));
@@ -426,13 +427,13 @@ fn a_recording_has_noise_of_its_own() {
         .collect();
     let rms = rms(&errors);
     println!("joint fit of 60 and 15 dB: error over standard error {rms:.2?}");
-    // 1 ± 0.07 (one standard deviation of 100).
+    // Over 100 seeds the rms is 1 ± 0.07.
     assert!(rms.iter().all(|v| (0.75..1.25).contains(v)), "{rms:?}");
 }
 
 #[test]
-fn a_bound_that_nobody_gave_hides_nothing() {
-    // Sampled far too slowly for its inductance: the best fit takes a parameter to a bound. That is said, and the others
+fn default_bounds_are_reported_when_active() {
+    // Sampled far too slowly for the inductance: the best fit has a parameter at a bound, which is reported, and the others
     // are given.
     let coarse = Excitation::step(10.5, 1.0, 20.0, 0.1).unwrap();
     let clean = simulated(&M2, &coarse, Discretization::Zoh).unwrap();
@@ -450,7 +451,7 @@ fn a_bound_that_nobody_gave_hides_nothing() {
             }
             Err(error) => {
                 assert!(
-                    error.to_string().contains("cannot tell") || error.to_string().contains("unknown are"),
+                    error.to_string().contains("do not identify") || error.to_string().contains("not identifiable"),
                     "{error}"
                 );
                 refused += 1;
@@ -458,7 +459,7 @@ fn a_bound_that_nobody_gave_hides_nothing() {
         }
     }
     println!("{refused} of 20 refused, {given} parameters given");
-    // Bounds as wide as numbers go are no reason to panic.
+    // The widest possible bounds do not panic.
     let all = Parameter::ALL.map(|p| (p, 1e-160, 1e160));
     let spec = IdentifySpec {
         space: Space::table2_with(&all, &[]).unwrap(),
@@ -470,7 +471,7 @@ fn a_bound_that_nobody_gave_hides_nothing() {
 
 #[test]
 fn recordings_of_different_kinds_are_one_fit() {
-    // A step at 1 ms; a switched voltage under a load torque at 2 ms, which starts at speed; speed alone at 1 ms.
+    // A step at 1 ms; a square wave with load torque at 2 ms, starting in motion; speed only at 1 ms.
     let of = |count: u32, f: &dyn Fn(u32) -> f64| (0..count).map(f).collect::<Vec<f64>>();
     let sigma = [0.02, 0.5];
     let make = |period: f64, voltage: Vec<f64>, torque: Option<Vec<f64>>, seed: u64| {
@@ -526,8 +527,8 @@ fn few_samples_are_pointed_out() {
 }
 
 #[test]
-fn what_the_data_cannot_tell_is_an_error_with_words() {
-    // At constant speed under a constant voltage nothing tells L or J.
+fn unidentifiable_parameters_are_a_clear_error() {
+    // At constant speed under a constant voltage L and J are not identifiable.
     let (current, speed): (Vec<f64>, Vec<f64>) = (vec![1.182_047; 500], vec![128.0935; 500]);
     let time_s = (0..500).map(|n| f64::from(n) * 1e-3).collect();
     let voltage = vec![10.5; 500];
@@ -536,7 +537,7 @@ fn what_the_data_cannot_tell_is_an_error_with_words() {
     let steady = with_noise(&steady, [0.01, 0.5], 1).unwrap();
     let error = identify(&[steady], &IdentifySpec::default()).unwrap_err();
     assert_eq!(error.kind(), motorfit::ErrorKind::NotIdentified);
-    assert!(error.to_string().contains("cannot tell"), "{error}");
+    assert!(error.to_string().contains("do not identify"), "{error}");
     assert!(error.hint().to_string().contains("voltage is constant"), "{}", error.hint());
 }
 
@@ -556,7 +557,7 @@ fn every_failure_of_steiglitz_mcbride_is_named() {
     assert_eq!(fails(&changed(&jitter)), SmFailure::Irregular);
     assert_eq!(fails(&changed(&|s| s.voltage.fill(0.0))), SmFailure::RankDeficient);
     assert_eq!(fails(&changed(&|s| s.speed.iter_mut().flatten().for_each(|v| *v = -*v))), SmFailure::NotAMotor);
-    // Poles at −0.9 and 0.8: no continuous motor alternates from sample to sample.
+    // Poles at −0.9 and 0.8: a pole on the negative real axis has no continuous-time motor.
     let alternating = |s: &mut Samples| {
         let (mut x, mut y) = (0.0, 0.0);
         for n in 0..s.voltage.len() {
@@ -566,7 +567,7 @@ fn every_failure_of_steiglitz_mcbride_is_named() {
         }
     };
     assert_eq!(fails(&changed(&alternating)), SmFailure::NoRealLogarithm);
-    // A pole at 1.005 runs away.
+    // A pole at 1.005 is unstable.
     let running = |s: &mut Samples| {
         let (mut x, mut y) = (0.0, 0.0);
         for n in 0..s.voltage.len() {
@@ -576,7 +577,7 @@ fn every_failure_of_steiglitz_mcbride_is_named() {
         }
     };
     assert_eq!(fails(&changed(&running)), SmFailure::Unstable);
-    // Asked for by name it stays refused; `auto` starts from a copy at even steps.
+    // Requested by name it fails; `auto` starts from a resampled copy.
     let by_name = IdentifySpec { method: Method::SteiglitzMcBride, ..IdentifySpec::default() };
     assert!(identify(&[changed(&jitter)], &by_name).is_err());
     let found = identify(&[changed(&jitter)], &IdentifySpec::default()).unwrap();

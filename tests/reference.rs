@@ -1,6 +1,6 @@
-//! Proves: docs/reference.md and what the Python package says of choices are those of the tables.
-//! With `UPDATE_REFERENCE=1` it writes them.
-//! Does not prove: that a text is right.
+//! Proves: docs/reference.md and the choices in the Python package are generated from the tables of the library, defaults and
+//! examples of the tables are valid, and the limits are those that errors name. `UPDATE_REFERENCE=1` writes the files.
+//! Does not prove: the texts themselves.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 
 use motorfit::criterion::{Norm, Scale};
@@ -9,9 +9,9 @@ use motorfit::evaluate::Initial;
 use motorfit::identify::{IdentifySpec, Method, Polish, REASONS, TrustLevel};
 use motorfit::limit::Limit;
 use motorfit::motor::Extension;
-use motorfit::motor::{Discretization, Parameter, UsualBounds};
+use motorfit::motor::{DefaultBounds, Discretization, Parameter};
 use motorfit::named::Named;
-use motorfit::optimize::{Range, SEARCHES, Sample, Sampling, SearchSettings, Tuned};
+use motorfit::optimize::{ConfiguredSearch, Range, SEARCHES, Sample, Sampling, SearchSettings};
 use motorfit::record::{BadRows, FINDINGS, FORMATS, Gaps, LowPass, ReadOptions, Reading};
 use motorfit::setting::Setting;
 use motorfit::settings::{self, DEVICE, Given, Kind, PROBLEM, READING, SEARCH, Value, row};
@@ -20,7 +20,7 @@ use motorfit::study::sweep::Shard;
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// Holds a file of the project to a text, or writes it.
+/// Asserts that a file of the project has a text, or writes it.
 fn hold(path: &str, text: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
     if std::env::var_os("UPDATE_REFERENCE").is_some() {
@@ -48,7 +48,7 @@ fn named<T: Named + Default>(title: &str) -> String {
 
 fn settings_of_searches() -> String {
     let rows = SEARCHES.into_iter().flat_map(|search| {
-        let usual = Tuned::from(search);
+        let usual = ConfiguredSearch::from(search);
         search.settings.iter().enumerate().map(move |(place, setting)| {
             let range = match setting.range {
                 Range::Number(min, max, above) => {
@@ -67,15 +67,15 @@ fn settings_of_searches() -> String {
 
 fn parameters() -> String {
     let row = |parameter: Parameter| {
-        let bounds = match parameter.usual_bounds() {
-            UsualBounds::Fixed(min, max) => format!("{min} to {max}"),
-            UsualBounds::OfTorque(min, max) => format!("{min} to {max} of the stall torque"),
-            UsualBounds::OfInput(min, max) => format!("{min} to {max} of the largest input"),
-            UsualBounds::Late(early, periods, constants) => {
+        let bounds = match parameter.default_bounds() {
+            DefaultBounds::Fixed(min, max) => format!("{min} to {max}"),
+            DefaultBounds::OfTorque(min, max) => format!("{min} to {max} of the stall torque"),
+            DefaultBounds::OfInput(min, max) => format!("{min} to {max} of the largest input"),
+            DefaultBounds::Late(early, periods, constants) => {
                 let from = if early < 0.0 { format!("{early} period") } else { "0".to_owned() };
                 format!("{from} to {periods} periods or {constants} time constants")
             }
-            UsualBounds::Samples => "1 to a quarter of the recording, 300 at most".to_owned(),
+            DefaultBounds::Samples => "1 to a quarter of the recording, 300 at most".to_owned(),
         };
         let extension = Extension::of(parameter).map_or("", Extension::name).to_owned();
         let cells = [parameter.symbol(), parameter.unit(), parameter.domain(), parameter.text()].map(str::to_owned);
@@ -103,7 +103,7 @@ fn settings() -> String {
     table("Settings", ["name", "form", "default", "meaning"], rows)
 }
 
-/// The value of a default as a front end makes it.
+/// Returns the value of a default as a front end would create it.
 fn value(kind: &Kind, text: &str) -> Value {
     match kind {
         Kind::Switch => Value::Switch(text == "true"),
@@ -133,7 +133,7 @@ fn defaults_of_the_table_are_those_of_the_library_and_examples_can_be_read() {
 }
 
 #[test]
-fn the_reference_is_that_of_the_tables() {
+fn the_reference_is_generated_from_the_tables() {
     let mut text = String::from(
         "# Reference\n\nMade from the tables of the library by `UPDATE_REFERENCE=1 cargo test --test reference`; the same \
          names serve the command line, studies and Python.\n",
@@ -177,7 +177,7 @@ fn limits() -> Vec<Limit> {
         .concat()
 }
 
-/// The numbers of the table are those that errors name, just beyond and not before.
+/// A value at each limit is accepted, and the next one gives an error with the number of the table.
 #[test]
 fn limits_are_those_that_errors_name() {
     let most = |of: &str| limits().into_iter().find(|limit| limit.of.starts_with(of)).unwrap().most;
@@ -212,12 +212,12 @@ fn limits_are_those_that_errors_name() {
     refused("candidates of a population of a benchmark", &|n| {
         ThroughputSpec { populations: vec![count(n)], samples: vec![2], budget_s: 1.0 }.checked().map(|_| ())
     });
-    refused("numbers of a population", &|n| {
+    refused("values of a population", &|n| {
         let search = SearchSettings { bounds: vec![(0.0, 1.0)], population: count(n), generations: 1, seed: 1, run: 0 };
         search.check()
     });
     assert_eq!(seen, 10);
-    // All others have a number and a sentence, and none is there twice.
+    // All other limits have a number and a text, and are unique.
     let mut names: Vec<_> = limits().iter().map(|limit| limit.of).collect();
     assert!(limits().iter().all(|limit| limit.most > 0 && !limit.beyond.is_empty()));
     names.sort_unstable();
@@ -225,7 +225,7 @@ fn limits_are_those_that_errors_name() {
     assert!(names.len() > 25, "{}", names.len());
 }
 
-/// Names in quotes, the default first.
+/// Returns quoted names, the default first.
 fn quoted(names: &[&str], default: Option<&str>) -> String {
     let mut names = names.to_vec();
     names.sort_by_key(|name| Some(*name) != default);
@@ -237,7 +237,7 @@ fn choices<T: Named + Default>() -> (Vec<&'static str>, &'static str) {
 }
 
 #[test]
-fn python_says_the_choices_of_the_tables() {
+fn python_lists_the_choices_of_the_tables() {
     let searches: Vec<&str> = SEARCHES.iter().map(|search| search.name).collect();
     let all = [
         ("criterion", "_Criterion", choices::<Norm>()),
@@ -278,15 +278,15 @@ fn python_says_the_choices_of_the_tables() {
     let extensions = Extension::ALL.map(|e| format!("    {}: {}\n", e.name(), Named::text(&e)));
     let _ = write!(
         with,
-        "    What the motor has beyond the linear one, or \"auto\", which chooses:\n{}",
+        "    Extensions of the linear motor, or \"auto\", which selects them by forward selection:\n{}",
         extensions.concat()
     );
     let symbols = Parameter::EXTENSIONS.map(Parameter::symbol).join(", ");
-    let _ = writeln!(with, "    Their parameters {symbols} take bounds and fix too.");
+    let _ = writeln!(with, "    Their parameters {symbols} can be given in bounds and fix.");
     hold(&format!("{folder}/src/docs/with.txt"), &with);
     hold(&format!("{folder}/src/docs/search.txt"), &format!("method : {{{}}}\n", quoted(&searches, None)));
     let methods = format!(
-        "methods : str or sequence, default \"gwo,jaya,ga,sm\"\n    Of {}, and sm, which stands beside them.\n",
+        "methods : str or sequence, default \"gwo,jaya,ga,sm\"\n    Searches among {}; and sm, the Steiglitz-McBride estimate.\n",
         searches.join(", ")
     );
     hold(&format!("{folder}/src/docs/methods.txt"), &methods);

@@ -1,4 +1,4 @@
-//! Proves: the folder of `--out` is replaced as a unit, and files of others in it are neither removed nor changed.
+//! Proves: the files of a report in `--out` are replaced as a unit, and other files in the folder are left as they are.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test may stop and print")]
 
 #[path = "support/program.rs"]
@@ -11,7 +11,7 @@ use std::process::Command;
 
 const INDEX: &str = "motorfit-files.json";
 
-/// Names and contents of the files of a folder.
+/// Returns the names and contents of the files of a folder.
 fn contents(dir: &str) -> Vec<(String, Vec<u8>)> {
     let entries = std::fs::read_dir(dir).unwrap().map(|entry| entry.unwrap());
     let mut all: Vec<(String, Vec<u8>)> = entries
@@ -25,7 +25,7 @@ fn names(dir: &str) -> Vec<String> {
     contents(dir).into_iter().map(|(name, _)| name).collect()
 }
 
-/// Asserts that the index lists files that are there, with their digests. Returns their names.
+/// Asserts that the files of the index exist with their digests. Returns their names.
 fn indexed(dir: &str) -> Vec<String> {
     use sha2::{Digest as _, Sha256};
     let index: Value = serde_json::from_slice(&std::fs::read(format!("{dir}/{INDEX}")).unwrap()).unwrap();
@@ -59,7 +59,7 @@ fn a_report_replaces_the_last_one_and_nothing_else() {
     ok(&["identify", EXAMPLE, "--out", &dir]);
     let second = indexed(&dir);
     assert_eq!(second, ["curves.csv", "report.html", "result.json"]);
-    // Tables of the first report are gone, those of the user are not.
+    // Tables of the first report are removed, those of the user are kept.
     let mut expected: Vec<String> = second
         .iter()
         .map(String::as_str)
@@ -84,24 +84,24 @@ fn a_table_of_the_last_report_that_the_user_has_changed_stays() {
 }
 
 #[test]
-fn files_of_others_with_names_of_a_report_stay() {
+fn other_files_with_names_of_a_report_are_kept() {
     let folder = Folder::new();
-    // A page or a document is said before the work.
+    // A conflicting page or document is reported before the computation.
     for name in ["report.html", "result.json"] {
         let dir = folder.path(name.split('.').next().unwrap());
         std::fs::create_dir(&dir).unwrap();
         std::fs::write(format!("{dir}/{name}"), "{\"mine\":1}").unwrap();
-        fails(&["identify", EXAMPLE, "--out", &dir], 3, "left as it is");
+        fails(&["identify", EXAMPLE, "--out", &dir], 3, "left unchanged");
         assert_eq!(contents(&dir), [(name.to_owned(), b"{\"mine\":1}".to_vec())]);
     }
-    // Beside a table of that name the report finds another place.
+    // If a table of that name exists, the report uses another name.
     let dir = folder.path("curves");
     std::fs::create_dir(&dir).unwrap();
     std::fs::write(format!("{dir}/curves.csv"), "mine").unwrap();
     for number in [2, 3] {
         let output = run(&["identify", EXAMPLE, "--out", &dir]);
         let err = text(&output.stderr);
-        assert!(output.status.success() && err.contains("curves.csv is not of this program"), "{err}");
+        assert!(output.status.success() && err.contains("curves.csv was not written by this program"), "{err}");
         assert!(err.contains(&format!("curves-{number}/report.html")), "{err}");
         assert_eq!(indexed(&format!("{dir}-{number}")).len(), 3);
         assert_eq!(contents(&dir), [("curves.csv".to_owned(), b"mine".to_vec())]);
@@ -109,16 +109,16 @@ fn files_of_others_with_names_of_a_report_stay() {
 }
 
 #[test]
-fn reports_of_earlier_versions_and_half_replaced_ones_are_taken() {
+fn reports_of_earlier_versions_and_interrupted_ones_are_replaced() {
     let folder = Folder::new();
     let dir = folder.path("report");
     ok(&["identify", EXAMPLE, "--out", &dir]);
-    // An earlier version wrote no index.
+    // Earlier versions wrote no index.
     std::fs::remove_file(format!("{dir}/{INDEX}")).unwrap();
     ok(&["identify", EXAMPLE, "--out", &dir]);
     assert_eq!(indexed(&dir).len(), 3);
     let whole = contents(&dir);
-    // Killed while files were moved: the new state counts, whatever the next command is.
+    // After a kill while files were moved, any next command completes the new report.
     for moved in 0..=whole.len() {
         let committed = format!("{dir}/.motorfit-new");
         std::fs::create_dir(&committed).unwrap();
@@ -135,13 +135,13 @@ fn reports_of_earlier_versions_and_half_replaced_ones_are_taken() {
             }
             std::fs::write(format!("{at}/{name}"), bytes).unwrap();
         }
-        // This one ends with an error before it writes anything.
+        // This command fails before it writes anything.
         assert_ne!(run(&["identify", "/nonexistent.csv", "--out", &dir]).status.code(), Some(0));
         ok(&["inspect", EXAMPLE, "--out", &dir]);
         assert_eq!(indexed(&dir), ["report.html", "result.json"].map(str::to_owned));
         assert_eq!(names(&dir), [INDEX, "report.html", "result.json"].map(str::to_owned));
     }
-    // Killed before: the old state counts, and what was left goes.
+    // After a kill before that, the old report is kept and the temporary files are removed.
     let staged = format!("{dir}/.motorfit-staged-4000000");
     std::fs::create_dir(&staged).unwrap();
     std::fs::write(format!("{staged}/.lock"), "").unwrap();
@@ -170,7 +170,7 @@ fn a_full_disk_keeps_the_old_report() {
     let dir = folder.path("limited");
     compare(&dir);
     let before = contents(&dir);
-    // No file may grow beyond eight blocks of 512 bytes.
+    // Limits the size of files to eight blocks of 512 bytes.
     let program = motorfit().get_program().to_owned().into_string().unwrap();
     let script = format!("trap '' XFSZ; ulimit -f 8; exec '{program}' identify '{EXAMPLE}' --out '{dir}'");
     let output = Command::new("sh").args(["-c", &script]).output().unwrap();
@@ -182,7 +182,7 @@ fn a_full_disk_keeps_the_old_report() {
     assert!(contents(&dir) == before);
 
     let Some(mounted) = Mounted::new(&folder, "size=1m") else { return };
-    // A report of 300 samples fits twice into a megabyte.
+    // Two reports of 300 samples fit into a megabyte.
     let (short, dir) = (folder.path("short.csv"), format!("{}/report", mounted.0));
     program::simulated(&short, program::M2, "step:10.5@0.05", ["0.3", "1"]);
     ok(&["identify", &short, "--out", &dir]);

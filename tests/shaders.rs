@@ -1,7 +1,6 @@
-//! Proves: every assembled shader parses and validates, those in f32 that real hardware runs without any extra
-//! capability; what the program
-//! packs is laid out as the shaders read it; a broken shader is rejected.
-//! Does not prove: that a driver compiles it rightly (see gpu.rs).
+//! Proves: every assembled shader parses and validates, those in f32 without optional capabilities; the buffers have the layout
+//! that the shaders read; an invalid shader is rejected.
+//! Does not prove: that a driver compiles a shader correctly (see gpu.rs).
 #![cfg(feature = "gpu")]
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 
@@ -14,14 +13,14 @@ fn validate(source: &str, capabilities: Capabilities) -> Result<(naga::Module, n
     Ok((module, info))
 }
 
-/// f32 as every device reads it needs none; f64 and samples shared in subgroups are features of their own.
+/// Returns the capabilities that a variant needs: none for plain f32, features for f64 and subgroups.
 fn capabilities(variant: Variant) -> Capabilities {
     let f64 = if variant.precision == Precision::F64 { Capabilities::FLOAT64 } else { Capabilities::empty() };
     let shared = if variant.fetch == Fetch::Subgroup { Capabilities::SUBGROUP } else { Capabilities::empty() };
     f64 | shared
 }
 
-/// All variants.
+/// Returns all variants of the shaders.
 fn variants() -> impl Iterator<Item = Variant> {
     let linear = Precision::ALL.map(|precision| (precision, None));
     let extended = |bits: u8| {
@@ -40,7 +39,7 @@ fn variants() -> impl Iterator<Item = Variant> {
 
 #[test]
 fn every_variant_is_valid() {
-    // Three precisions of linear motors; two of motors with extensions, each in sixteen variants.
+    // Three precisions for linear motors; two for motors with extensions, each in sixteen variants.
     assert_eq!(variants().count(), 16 * (3 + 2 * 16));
     for variant in variants() {
         validate(&assemble(variant), capabilities(variant)).unwrap_or_else(|e| panic!("{variant:?}: {e}"));
@@ -48,7 +47,7 @@ fn every_variant_is_valid() {
 }
 
 #[test]
-fn layouts_are_what_is_packed() {
+fn buffer_layouts_agree_with_the_shaders() {
     for variant in variants() {
         let (module, _) = validate(&assemble(variant), capabilities(variant)).unwrap();
         let bytes = if variant.precision == Precision::F64 { 8 } else { 4 };
@@ -81,7 +80,7 @@ fn layouts_are_what_is_packed() {
 }
 
 #[test]
-fn a_broken_shader_is_rejected() {
+fn an_invalid_shader_is_rejected() {
     let variant = Variant {
         precision: Precision::F32,
         absolute: false,

@@ -1,4 +1,5 @@
-//! Signals from outside: each ends each command with its code, keeps what is finished and leaves nothing behind.
+//! Proves: SIGINT, SIGTERM and SIGHUP end every command with their exit codes; finished results are kept, and no temporary
+//! files remain.
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 
@@ -10,10 +11,10 @@ use std::io::{BufRead as _, Write as _};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
-/// Names, numbers and exit codes.
+/// Names, numbers and exit codes of the signals.
 const SIGNALS: [(&str, u32, i32); 3] = [("INT", 2, 130), ("TERM", 15, 143), ("HUP", 1, 129)];
 
-/// Far more runs than a test has time for.
+/// Study with far more runs than a test can complete.
 const STUDY: &str = r#"
 methods = ["gwo"]
 population = [100]
@@ -23,11 +24,11 @@ bounds = "table2"
 device = "cpu"
 "#;
 
-/// The program with all signals as they are by default, however the tests were started.
+/// Returns the program with default signal dispositions, independent of those of the test runner.
 fn program() -> Command {
     let mut command = Command::new("env");
     command.args(["--default-signal=INT,TERM,HUP", env!("CARGO_BIN_EXE_motorfit")]);
-    // That of the other tests.
+    // The environment of the other tests.
     for (name, value) in motorfit().get_envs() {
         command.env(name, value.unwrap());
     }
@@ -42,7 +43,7 @@ fn started(args: &[&str]) -> Child {
     child
 }
 
-/// Waits for the program to handle the last of its signals, and for the thread that does.
+/// Waits until the program has installed its signal handlers and their thread runs.
 fn listens(child: &Child) {
     for _ in 0..10_000 {
         let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
@@ -63,7 +64,7 @@ fn send(child: &Child, signals: &[&str]) {
     assert!(Command::new("sh").args(["-c", &script]).status().unwrap().success());
 }
 
-/// Waits for the first line on stderr: the work is on its way.
+/// Waits for the first line on stderr, which shows that the computation has started.
 fn is_on_its_way(child: &mut Child) -> std::thread::JoinHandle<String> {
     let mut stderr = std::io::BufReader::new(child.stderr.take().unwrap());
     let mut line = String::new();
@@ -75,7 +76,7 @@ fn is_on_its_way(child: &mut Child) -> std::thread::JoinHandle<String> {
 }
 
 fn ended(mut child: Child, code: i32) -> Output {
-    // Waiting would close it, and the program would read its end.
+    // `wait` would close stdin, and the program would read the end of file.
     let _stdin = child.stdin.take();
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(code), "{}", text(&output.stderr));
@@ -96,7 +97,7 @@ fn a_search_ends_with_its_best() {
 }
 
 #[test]
-fn comparisons_and_benchmarks_end_with_what_they_have() {
+fn comparisons_and_benchmarks_print_finished_results() {
     let compare =
         ["compare", EXAMPLE, "--methods", "gwo,jaya", "--generations", "1000000", "--json", "--progress", "json"];
     let bench = ["bench", "--no-gpu", "--no-keep", "--seconds", "1000", "--json", "--progress", "json"];
@@ -104,7 +105,7 @@ fn comparisons_and_benchmarks_end_with_what_they_have() {
     for args in [&compare[..], &bench, &evaluate] {
         for (name, _, code) in SIGNALS {
             let mut child = started(args);
-            // A benchmark says nothing before its first case is done.
+            // A benchmark prints nothing before its first case is finished.
             let rest = (args[0] != "bench").then(|| is_on_its_way(&mut child));
             send(&child, &[name]);
             let output = ended(child, code);
@@ -117,7 +118,7 @@ fn comparisons_and_benchmarks_end_with_what_they_have() {
 }
 
 #[test]
-fn a_sweep_keeps_what_is_finished() {
+fn a_sweep_keeps_finished_runs() {
     for (name, _, code) in SIGNALS {
         let folder = Folder::new();
         let study = folder.file("study.toml", format!("recordings = [\"{EXAMPLE}\"]\n{STUDY}"));
@@ -132,8 +133,8 @@ fn a_sweep_keeps_what_is_finished() {
 }
 
 #[test]
-fn work_that_does_not_answer_is_given_up() {
-    // Their input never comes.
+fn blocked_reads_are_abandoned() {
+    // These wait for an input that never arrives.
     for args in
         [["evaluate", EXAMPLE, "--candidates", "-"].as_slice(), &["inspect", "/dev/stdin"], &["identify", "/dev/stdin"]]
     {
@@ -161,7 +162,7 @@ fn work_that_does_not_answer_is_given_up() {
 #[test]
 fn a_second_signal_ends_the_program_at_once() {
     for ((first, ..), (second, _, code)) in SIGNALS.into_iter().zip(SIGNALS.into_iter().cycle().skip(1)) {
-        // On a slow machine the program may have given up before the second one comes.
+        // On a slow machine the program may have ended before the second signal.
         let is_ended = (0..20).any(|_| {
             let mut child = started(&["inspect", "/dev/stdin"]);
             let _stdin = child.stdin.take();
@@ -177,7 +178,7 @@ fn a_second_signal_ends_the_program_at_once() {
     }
 }
 
-/// Returns true while a signal waits for the program.
+/// Returns true while a signal is pending for the program.
 fn pending(child: &Child) -> bool {
     let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
     let set = status.lines().find_map(|line| line.strip_prefix("ShdPnd:"));
@@ -185,7 +186,7 @@ fn pending(child: &Child) -> bool {
 }
 
 #[test]
-fn what_the_caller_ignores_stays_ignored() {
+fn signals_that_the_caller_ignores_stay_ignored() {
     let head = "time_s,voltage_V,current_A,speed_rad_s\n";
     let rows: String = (0..50).map(|n| format!("{},{},{},{}\n", f64::from(n) * 0.001, n % 3, n % 5, n % 7)).collect();
     for (name, number, _) in SIGNALS {
@@ -210,7 +211,7 @@ fn a_simulation_that_is_interrupted_leaves_no_file() {
     for (name, _, code) in SIGNALS {
         let folder = Folder::new();
         let child = started(&[&LONG[..], &["99999", "--out", &folder.path("recording.csv")]].concat());
-        // In the second pass, which writes.
+        // The file is written in the second pass.
         while std::fs::read_dir(folder.0.path()).unwrap().count() == 0 {
             std::thread::sleep(Duration::from_millis(5));
         }
@@ -221,7 +222,7 @@ fn a_simulation_that_is_interrupted_leaves_no_file() {
     }
 }
 
-/// The text of 3,000,001 samples is 150 MB.
+/// The CSV text of 3,000,001 samples has 150 MB.
 #[test]
 fn a_simulation_needs_little_memory() {
     let mut child = started(&[&LONG[..], &["3000", "--out", "-"]].concat());
@@ -236,7 +237,7 @@ fn a_simulation_needs_little_memory() {
 }
 
 #[test]
-fn a_file_that_may_not_grow_is_an_error_of_the_file() {
+fn a_file_size_limit_is_reported_for_the_file() {
     let folder = Folder::new();
     let motor = ["simulate", "--parameters", M2, "--input", "step:10@0.1", "--duration", "5", "--out"];
     for out in ["recording.csv", "-"] {
@@ -250,7 +251,7 @@ fn a_file_that_may_not_grow_is_an_error_of_the_file() {
         assert_eq!(output.status.code(), Some(3), "{err}");
         assert!(err.contains("cannot be written: File too large"), "{err}");
     }
-    // Neither the recording nor what was written of it.
+    // Neither a recording nor a partial file remains.
     let left: Vec<_> = std::fs::read_dir(folder.0.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     assert_eq!(left, ["stdout"]);
 }

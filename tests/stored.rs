@@ -1,11 +1,11 @@
-//! Proves: a recording travels as bytes and comes back as it was; other bytes are an error.
+//! Proves: a recording that is stored as bytes and restored equals the original; damaged bytes are an error or a valid record.
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 
 use motorfit::experiment::{Excitation, simulated, with_noise};
 use motorfit::motor::{Discretization, Parameters};
 use motorfit::record::{Preparation, ReadOptions, Record, parse_masks, read_bytes, write_csv};
 
-/// All that a recording can have: a file, lines, a mask, a filter, a change of rate.
+/// Returns a recording with every attribute: a file, lines, a mask, a filter, resampling.
 fn prepared() -> Record {
     let step = Excitation::step(10.5, 0.1, 0.5, 0.001).unwrap();
     let record = with_noise(&simulated(&Parameters::M2, &step, Discretization::Zoh).unwrap(), [0.02, 0.5], 3).unwrap();
@@ -21,9 +21,9 @@ fn prepared() -> Record {
 }
 
 #[test]
-fn it_comes_back_as_it_was() {
+fn a_restored_recording_equals_the_original() {
     let record = prepared();
-    assert!(!record.excluded().is_empty() && !record.slope().is_empty() && record.independent() < 1.0);
+    assert!(!record.excluded().is_empty() && !record.slope().is_empty() && record.effective_sample_ratio() < 1.0);
     assert_eq!(Record::from_stored(&record.to_stored().unwrap()).unwrap(), record);
 }
 
@@ -34,7 +34,7 @@ fn other_bytes_are_an_error() {
         assert!(Record::from_stored(&stored[..n]).is_err(), "{n}");
         let mut changed = stored.clone();
         changed[n] ^= 0x15;
-        // Whatever it is by now, it is checked.
+        // Changed values are checked like those of a new recording, so that both outcomes are possible.
         let _ = Record::from_stored(&changed);
     }
     assert!(Record::from_stored(b"").is_err());

@@ -1,6 +1,6 @@
-//! Proves: model selection on joint fits finds what is there; a result is trusted where it is right and not where model,
-//! units, sign, clock or channels are wrong; intervals of trusted results cover. `MOTORFIT_MOTORS=N` takes N motors of each
-//! kind instead of a few.
+//! Proves: model selection on joint fits finds the true extensions (95 % of motors); correct results are trusted (98.3 %) and
+//! results with a wrong model, unit, sign, clock or channel are not (at most 1 %); 95 % intervals of trusted results cover in
+//! 92.5 to 97.5 %. `MOTORFIT_MOTORS=N` takes N motors of each kind instead of a few.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(clippy::cast_precision_loss, reason = "small numbers")]
 
@@ -14,7 +14,7 @@ use motorfit::motor::{Axis, Discretization, Extension, Extension::*, Parameter, 
 use motorfit::record::{Record, Samples};
 use rayon::prelude::*;
 
-/// Motors of each kind.
+/// Returns the number of motors of each kind.
 fn motors(usual: u64) -> u64 {
     std::env::var("MOTORFIT_MOTORS").ok().and_then(|count| count.parse().ok()).unwrap_or(usual)
 }
@@ -23,7 +23,7 @@ fn with(list: &[Extension]) -> IdentifySpec {
     IdentifySpec { with: With::These(list.to_vec()), ..IdentifySpec::default() }
 }
 
-/// The extensions of the motors of joint fits.
+/// Extensions of the motors of joint fits.
 const MODELS: [&[Extension]; 8] = [
     &[],
     &[Coulomb],
@@ -36,7 +36,7 @@ const MODELS: [&[Extension]; 8] = [
 ];
 
 #[test]
-fn auto_finds_what_joint_fits_are_made_with() {
+fn auto_finds_the_extensions_of_joint_fits() {
     let cases: Vec<(&[Extension], f64, u64)> = MODELS
         .iter()
         .flat_map(|model| [40.0, 25.0].map(|decibels| (*model, decibels)))
@@ -67,11 +67,11 @@ fn auto_finds_what_joint_fits_are_made_with() {
     let verdicts: Vec<[bool; 3]> = cases.iter().map(one).collect();
     let share = |n: usize| verdicts.iter().filter(|v| v[n]).count() as f64 / verdicts.len() as f64;
     println!("{} fits: right model {:.3}, fit {:.3}, any order {:.3}", cases.len(), share(0), share(1), share(2));
-    // At least 95 % each is promised; of 32 one may fail.
+    // The required rate is 95 %, so that one of 32 may fail.
     assert!((0..3).all(|n| share(n) >= 0.95), "{:?}", [share(0), share(1), share(2)]);
 }
 
-/// Errors over standard errors of what a result gives.
+/// Returns the errors of a result divided by their standard errors.
 fn errors<'a>(found: &'a Identification, truth: &'a Truth) -> impl Iterator<Item = f64> + 'a {
     let estimates = found.estimates().into_iter();
     estimates.filter_map(|e| Some((e.value? - truth.motor.get(e.parameter)) / e.std_error?))
@@ -100,13 +100,13 @@ fn right_fits_are_trusted_and_their_intervals_cover() {
     let errors: Vec<f64> = all.iter().filter(|(good, _)| *good).flat_map(|(_, errors)| errors.clone()).collect();
     let covered = errors.iter().filter(|z| z.abs() < 1.96).count() as f64 / errors.len() as f64;
     println!("good {good:.3}, covered {covered:.3} of {}", errors.len());
-    // 99 % are promised: of 300 fits, 597 of 600 measured, some five may be taken for wrong. 95 % of some 1750 values has a
-    // standard deviation of 0.5 %, and up to twice that for errors that are correlated within a fit.
+    // The rate of trust is 99 % (measured: 597 of 600), so that some five of 300 fits may be rejected. A coverage of 95 % of
+    // some 1750 values has a standard deviation of 0.5 %, and up to twice that because errors within a fit are correlated.
     assert!(good >= 0.983 && (0.925..0.975).contains(&covered), "{good} {covered}");
 }
 
-/// Returns whether a model has the voltage act about half a period before it was logged: as a line between samples, which is
-/// right on average, or as a negative dead time.
+/// Returns true if in the model the voltage acts about half a period before it was logged: by a first-order hold, which is
+/// right on average, or by a negative dead time.
 fn acts_early(found: &Identification, period_s: f64) -> bool {
     let dead_time = found.estimates().into_iter().find(|e| e.parameter == Parameter::DeadTime);
     let samples = dead_time.and_then(|e| e.value).map(|value| value / period_s);
@@ -117,7 +117,7 @@ fn acts_early(found: &Identification, period_s: f64) -> bool {
 }
 
 #[test]
-fn auto_tells_a_late_voltage_and_a_latency_of_one_recording() {
+fn auto_distinguishes_a_late_voltage_from_a_latency() {
     let auto = IdentifySpec { with: With::Auto, ..IdentifySpec::default() };
     let one = |seed: u64| {
         let (mut numbers, decibels) = (numbers(3000 + seed), [40.0, 25.0][usize::from(seed % 2 == 1)]);
@@ -135,7 +135,7 @@ fn auto_tells_a_late_voltage_and_a_latency_of_one_recording() {
             && model.iter().all(|e| found.extensions().contains(e))
             && more <= 2
             && found.space.free().iter().zip(&found.values).zip(errors).all(is_right);
-        // A latency in the third recording, none in the others.
+        // Only the third recording has a latency.
         let slow = motor(&mut numbers, &[Latency]);
         let mut quick = Truth { motor: slow.motor, ..slow };
         quick.motor.set(Parameter::Latency, 0.0);
@@ -146,7 +146,7 @@ fn auto_tells_a_late_voltage_and_a_latency_of_one_recording() {
         let of = |e: ParameterEstimate| [e.value.unwrap_or(0.0), e.std_error.unwrap_or(0.0)].map(|v| v / slow.period_s);
         let values: Vec<[f64; 2]> = late.map(of).collect();
         let truth = slow.motor.get(Parameter::Latency) / slow.period_s;
-        // To half a sample, or by four standard errors: a latency shows in the first samples alone.
+        // Within half a sample or four standard errors, because only the first samples determine a latency.
         let is_near = |(n, [value, error]): (usize, &[f64; 2])| {
             (value - if n == 2 { truth } else { 0.0 }).abs() < (4.0 * error).max(0.5)
         };
@@ -161,19 +161,19 @@ fn auto_tells_a_late_voltage_and_a_latency_of_one_recording() {
     let verdicts: Vec<[bool; 2]> = (0..motors(8)).map(one).collect();
     let share = [0, 1].map(|n| verdicts.iter().filter(|v| v[n]).count() as f64 / verdicts.len() as f64);
     println!("late voltage {:.3}, latency of one {:.3}", share[0], share[1]);
-    // Of 40 motors 39 and 40 were right; of eight one may be taken for another model.
+    // 39 and 40 of 40 motors were right; one of eight may be taken for another model.
     assert!(share.iter().all(|share| *share >= 0.875), "{share:?}");
 }
 
-/// Returns whether a fit is said to have a voltage that acts before it was logged.
+/// Returns true if a fit has a warning that the voltage acts before it was logged.
 fn is_said_late(found: &Identification) -> bool {
     found.warnings.iter().any(|w| ["late_voltage", "between_samples"].contains(&w.code))
 }
 
 #[test]
-fn a_late_voltage_is_said_where_it_matters() {
-    // Each motor with the same noise once on time and once late; what is counted are shifts of some parameter by three of its
-    // standard errors and more.
+fn a_late_voltage_is_reported_if_it_matters() {
+    // Each motor is recorded with the same noise once on time and once late; counted are cases in which a parameter changes by
+    // more than three standard errors.
     for (jitter, late) in [(0.0, 0.1), (0.0, 0.3), (0.0, 0.8), (0.3, 0.1), (0.3, 0.3), (0.3, 0.8)] {
         let one = |case: usize| {
             let (seed, excitation) = ((case / EXCITATIONS) as u64, case % EXCITATIONS);
@@ -201,13 +201,13 @@ fn a_late_voltage_is_said_where_it_matters() {
             "jitter {jitter}, {late} of a period late: {said} of {moved} said, {false_alarms} of {} false",
             all.len()
         );
-        // Of some hundred one may be missed, of two thousand on time ten be said to be late.
+        // At most 5 % of these cases may be missed, and at most 0.5 % of recordings on time may raise the warning.
         assert!(100 * said >= 95 * moved && 200 * false_alarms <= all.len(), "{said} of {moved}, {false_alarms}");
     }
 }
 
 #[test]
-fn a_voltage_on_time_is_not_said_to_be_late() {
+fn a_voltage_on_time_is_not_reported() {
     let models: [&[Extension]; 8] =
         [&[], &[Coulomb], &[Deadband], &[Saturation], &[Latency], &[DirectionGain], &[SensorAverage], &[Load]];
     let one = |case: usize| {
@@ -216,7 +216,7 @@ fn a_voltage_on_time_is_not_said_to_be_late() {
         let mut numbers = numbers(9000 + seed);
         let truth = motor(&mut numbers, model);
         let made = (excitation, 600, [40.0, 25.0][usize::from(seed % 2 == 1)]);
-        // A clock whose jitter a sensor that averages over samples, or a latency of samples, does not know.
+        // Jitter is not combined with a sensor average, which counts samples.
         let jitter = if seed % 3 == 0 && !model.contains(&SensorAverage) { 0.3 } else { 0.0 };
         let record = if jitter > 0.0 {
             shifted(&mut numbers, &truth, made, (0.0, jitter))
@@ -237,7 +237,7 @@ fn delays_of_some_samples_are_found_in_long_recordings() {
     for model in [[Latency], [DeadTime]] {
         let mut numbers = numbers(0);
         let truth = motor(&mut numbers, &model);
-        // Their bounds are some hundred samples, so that an even grid passes them by.
+        // The bounds span some hundred samples, so that a uniform grid would miss the delays.
         let found = identify(&records(&mut numbers, &truth, 10_000, 40.0), &auto).unwrap();
         assert_eq!((found.extensions(), found.trust.level), (model.to_vec(), TrustLevel::Good));
     }
@@ -254,13 +254,13 @@ fn effects_that_a_recording_cannot_exclude_are_named() {
         let remark = found.warnings.iter().find(|warning| warning.code == "not_excluded");
         remark.map(|warning| warning.message.to_string()).unwrap_or_default()
     };
-    // Under one level of voltage a deadband is another voltage, and friction is nearly viscous friction.
+    // Under a single voltage level a deadband is like a lower voltage, and Coulomb friction nearly like viscous friction.
     let (step, levels) = (named(0), named(3));
     assert!(step.contains("coulomb") && step.contains("deadband"), "{step}");
     assert!(levels.is_empty(), "{levels}");
 }
 
-/// A chirp from 0.2 % to a third of the sampling rate: each value held until the next sample, or a sine that is sampled.
+/// Returns a recording under a chirp from 0.2 % to a third of the sampling rate, with a zero-order hold or continuous voltage.
 fn chirp(numbers: &mut joint::Numbers, truth: &Truth, is_held: bool) -> Record {
     const COUNT: usize = 3000;
     let fine = if is_held { 1 } else { 20 };
@@ -284,7 +284,7 @@ fn chirp(numbers: &mut joint::Numbers, truth: &Truth, is_held: bool) -> Record {
 }
 
 #[test]
-fn held_chirps_count_and_sampled_ones_do_not_where_they_are_undersampled() {
+fn undersampled_segments_of_chirps_are_excluded_unless_held() {
     let auto = IdentifySpec { with: With::Auto, ..IdentifySpec::default() };
     for seed in 0..motors(6) {
         let mut numbers = numbers(4000 + seed);
@@ -294,7 +294,7 @@ fn held_chirps_count_and_sampled_ones_do_not_where_they_are_undersampled() {
         assert!(held.left_out.is_empty() && held.extensions().is_empty(), "{:?}", held.left_out);
         let sampled = identify(&[chirp(&mut numbers, &truth, false)], &auto).unwrap();
         assert!(acts_early(&sampled, truth.period_s), "{:?} {:?}", sampled.model.discretization, sampled.values);
-        // A sixth of the rate is passed after 0.7 of the recording.
+        // The chirp exceeds a sixth of the sampling rate after 70 % of the recording.
         let left_out = sampled.left_out.iter().map(|of| of.samples).sum::<usize>();
         assert!((600..1300).contains(&left_out), "{left_out} samples");
         let off = |p: Parameter| sampled.parameters.get(p) / truth.motor.get(p) - 1.0;
@@ -303,8 +303,8 @@ fn held_chirps_count_and_sampled_ones_do_not_where_they_are_undersampled() {
     }
 }
 
-/// Fits of single recordings with an excitation: the share that is trusted, and of it the share with an error beyond five
-/// standard errors.
+/// Fits single recordings with an excitation. Returns the fraction that is trusted, and the fraction that is trusted with an
+/// error beyond five standard errors.
 fn single(truth: &[Extension], fitted: &[Extension], excitation: usize) -> [f64; 2] {
     let one = |seed: u64| {
         let mut numbers = numbers(5000 + seed);
@@ -319,7 +319,7 @@ fn single(truth: &[Extension], fitted: &[Extension], excitation: usize) -> [f64;
 }
 
 #[test]
-fn effects_that_residuals_show_only_together_are_noticed() {
+fn effects_visible_only_in_joint_residuals_are_detected() {
     for excitation in 1..EXCITATIONS {
         let right = single(&[], &[], excitation);
         let wrong = [Coulomb, Load].map(|missing| single(&[missing], &[], excitation)[0]);
@@ -329,8 +329,8 @@ fn effects_that_residuals_show_only_together_are_noticed() {
 }
 
 #[test]
-fn an_extension_at_zero_leaves_its_error_to_others() {
-    // Under a single step friction and viscous friction hardly differ: where Tc ends at zero, B may be that much lower.
+fn an_extension_at_zero_leaves_its_uncertainty_to_others() {
+    // Under a single step Coulomb and viscous friction are hard to distinguish: if Tc ends at zero, B takes its uncertainty.
     for truth in [&[Coulomb][..], &[]] {
         let [good, wrong] = single(truth, &[Coulomb], 0);
         println!("{truth:?} with friction under a step: {good:.2} trusted, {wrong:.3} wrong");
@@ -350,7 +350,7 @@ fn delayed(signal: &mut Vec<f64>, samples: usize) {
     signal.splice(0..0, std::iter::repeat_n(first, samples));
 }
 
-/// Loses every fourth block of ten samples, with a time that goes on as if nothing were missing.
+/// Removes every fourth block of ten samples, with a time column without gaps.
 fn dropped(samples: &mut Samples) {
     let kept = |signal: &mut Vec<f64>| {
         let mut n = 0;
@@ -364,7 +364,7 @@ fn dropped(samples: &mut Samples) {
     samples.time_s.truncate(samples.voltage.len());
 }
 
-/// Recordings that are wrong, by what was done to them.
+/// Corruptions of a recording, by name.
 const WRONG: [(&str, Change); 9] = [
     ("sign of the current", |s| scaled(&mut s.current, -1.0)),
     ("sign of the speed", |s| scaled(&mut s.speed, -1.0)),
@@ -377,7 +377,7 @@ const WRONG: [(&str, Change); 9] = [
     ("samples lost", dropped),
 ];
 
-/// Models that the linear motor is taken for.
+/// Extensions of motors that are fitted by the linear model.
 const MISSING: [&[Extension]; 6] =
     [&[Coulomb], &[Deadband], &[SensorAverage], &[DeadTime], &[Saturation], &[DirectionGain]];
 
@@ -416,7 +416,7 @@ fn wrong_fits_are_not_trusted() {
                 .map(|seed| {
                     let mut numbers = numbers(seed);
                     let truth = motor(&mut numbers, model);
-                    // Levels both ways: under one sign a gain or a limit of the drive would be another voltage.
+                    // Levels in both directions, because with one sign a gain or a limit of the drive is like another voltage.
                     is_good(&[1, 3].map(|excitation| record(&mut numbers, &truth, excitation, 1500, level(seed))))
                 })
                 .collect(),

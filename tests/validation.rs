@@ -1,5 +1,5 @@
-//! Proves: held-out recordings are simulated with what was found and nothing else, their initial states are the least
-//! squares ones, and real recordings keep their fit.
+//! Proves: held-out recordings are simulated with the estimated parameters only, their initial states are the least-squares
+//! estimates with the spread that theory predicts, and real recordings keep their fit.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test may stop and print")]
 #![allow(clippy::cast_precision_loss, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
 
@@ -18,14 +18,14 @@ use serde_json::Value;
 
 const SIGMA: [f64; 2] = [0.02, 0.5];
 
-/// The M2 motor under a voltage that switches, always in motion after the start.
+/// Returns a recording of the M2 motor under a square wave, in motion after the start, without noise.
 fn lively(samples: u32) -> Record {
     let time: Vec<f64> = (0..samples).map(|n| f64::from(n) * 1e-3).collect();
     let voltage = (0..samples).map(|n| if (n / 97) % 2 == 0 { 9.0 } else { -3.0 }).collect();
     support::driven(time, voltage, None)
 }
 
-/// Sum of squares in units of σ from an initial state, by the scalar simulation.
+/// Returns the weighted sum of squares from an initial state, by the scalar simulation.
 fn misfit(record: &Record, parameters: &Parameters, initial: [f64; 2]) -> f64 {
     let model = simulate(parameters, &drive(record), initial, Discretization::Zoh);
     let of = |measured: Option<&[f64]>, model: &[f64], sigma: f64| -> f64 {
@@ -36,7 +36,7 @@ fn misfit(record: &Record, parameters: &Parameters, initial: [f64; 2]) -> f64 {
 }
 
 #[test]
-fn an_initial_state_is_the_least_squares_one() {
+fn initial_states_are_least_squares_estimates() {
     let clean = lively(900);
     let [_, clean_rest] = clean.split(0.4).unwrap();
     let truth = [0, 1].map(|channel| clean_rest.measured()[channel].unwrap()[0]);
@@ -44,10 +44,10 @@ fn an_initial_state_is_the_least_squares_one() {
         let problem = fit_problem(std::slice::from_ref(record), &Space::table2(), Model::default()).unwrap();
         initial_states(&problem, &parameters.to_array(), SIGMA).unwrap()[0]
     };
-    // Without noise it is the true one, to rounding.
+    // Without noise it is the true state, up to rounding.
     let found = of(&clean_rest, &Parameters::M2);
     assert!((0..2).all(|n| (found[n] - truth[n]).abs() < 1e-9 * truth[n].abs().max(1.0)), "{found:?} {truth:?}");
-    // With noise, and with parameters that are off (within the box), no other state within its neighbourhood fits better.
+    // With noise and wrong parameters no state in its neighbourhood has a lower cost.
     let mut off = Parameters::M2.to_array();
     off[0] *= 0.9;
     off[4] *= 1.1;
@@ -62,8 +62,8 @@ fn an_initial_state_is_the_least_squares_one() {
 }
 
 #[test]
-fn a_state_that_is_not_seen_is_not_estimated() {
-    // A current that decays within a billionth of a sample, and was not measured: nothing of it is left at the next one.
+fn an_unobservable_state_is_not_estimated() {
+    // An unmeasured current that decays within 1e-9 samples is not identifiable.
     let motor = Parameters { l: 1e-12, ..Parameters::M2 };
     for with_current in [false, true] {
         let [_, rest] = with_noise(&lively(900), SIGMA, 5).unwrap().split(0.4).unwrap();
@@ -77,11 +77,11 @@ fn a_state_that_is_not_seen_is_not_estimated() {
 }
 
 #[test]
-fn initial_states_spread_as_the_noise_says() {
+fn initial_states_spread_as_predicted() {
     let clean = lively(900);
     let [_, rest] = clean.split(0.4).unwrap();
     let truth = [0, 1].map(|channel| rest.measured()[channel].unwrap()[0]);
-    // The curvature of the misfit, by differences of the simulation, is the inverse covariance.
+    // The inverse covariance is half the Hessian of the weighted sum of squares, by differences of the simulation.
     let base = |initial: [f64; 2]| misfit(&rest, &Parameters::M2, initial);
     let curve = |n: usize| {
         let mut step = [0.0; 2];
@@ -106,18 +106,18 @@ fn initial_states_spread_as_the_noise_says() {
     for z in z {
         let mean = z.iter().sum::<f64>() / 200.0;
         let rms = (z.iter().map(|z| z * z).sum::<f64>() / 200.0).sqrt();
-        // Standard errors over 200 seeds are 0.071 and 0.05: four of them.
+        // Over 200 seeds the standard errors of mean and rms are 0.071 and 0.05; the bounds are four of them.
         assert!(mean.abs() < 0.28 && (rms - 1.0).abs() < 0.2, "{mean} {rms}");
     }
 }
 
 #[test]
-fn held_out_recordings_fit_as_their_noise_allows() {
+fn held_out_recordings_reach_the_noise_floor() {
     let clean = lively(2000);
     let noisy = |seed: u64| with_noise(&clean, SIGMA, seed).unwrap();
     let found = identify(&[noisy(1)], &IdentifySpec::default()).unwrap();
     let validation = validate(&[noisy(2), noisy(3)], &IdentifySpec::default(), &found).unwrap();
-    // 100 (1 − σ/std): nothing is left to explain but the noise, whose σ over 4000 samples is known to 1.1 %.
+    // The fit is 100 (1 − σ/std): the residuals are the noise, whose σ over 4000 samples has a standard error of 1.1 %.
     for (channel, sigma) in SIGMA.into_iter().enumerate() {
         let signal = clean.measured()[channel].unwrap();
         let spread = (motorfit::numeric::standard_deviation(signal).powi(2) + sigma * sigma).sqrt();
@@ -125,7 +125,7 @@ fn held_out_recordings_fit_as_their_noise_allows() {
         let fit = validation.fit_percent[channel].unwrap();
         assert!((fit - expected).abs() < 4.0 * 0.011 * (100.0 - expected), "{fit} {expected}");
     }
-    // Another motor is not explained.
+    // Another motor does not fit.
     let mut other = found.clone();
     other.parameters.k *= 1.3;
     other.values[2] *= 1.3;
@@ -134,7 +134,7 @@ fn held_out_recordings_fit_as_their_noise_allows() {
 }
 
 #[test]
-fn a_split_fits_the_first_part_and_says_what_the_rest_is() {
+fn a_split_fits_the_first_part_and_reports_the_remainder() {
     let folder = Folder::new();
     let path = folder.file("lively.csv", motorfit::record::write_csv(&with_noise(&lively(1000), SIGMA, 1).unwrap()));
     let split = json(&["identify", &path, "--json", "--split", "0.6"]);
@@ -164,17 +164,17 @@ fn held_out_files_do_not_change_the_fit_and_are_on_the_page() {
     assert_eq!(with["parameters"], alone["parameters"]);
     let held: Vec<&Value> = with["validation"]["records"].as_array().unwrap().iter().collect();
     assert!(held.iter().all(|h| h["initial_state_estimated"] == false), "both begin at rest");
-    // The recording itself held out fits as it was fitted.
+    // The fitted recording as held-out one has the same fit.
     for channel in ["current", "speed"] {
         let [held, fitted] = [held[1], &alone].map(|of| of["fit_percent"][channel].as_f64().unwrap());
         assert!((held - fitted).abs() < 1e-9, "{held} {fitted}");
     }
     let page = std::fs::read_to_string(format!("{out}/report.html")).unwrap();
-    assert!(page.contains("Held out") && page.contains("other.csv"));
+    assert!(page.contains("Held-out recordings") && page.contains("other.csv"));
 }
 
 #[test]
-fn real_odrive_steps_are_explained_by_the_first() {
+fn the_first_odrive_step_fits_the_others() {
     let Some(folder) = std::env::var_os("MOTORFIT_RECORDINGS") else {
         assert!(std::env::var_os("MOTORFIT_NO_SKIP").is_none(), "MOTORFIT_RECORDINGS is not set");
         eprintln!("skipped: MOTORFIT_RECORDINGS is not set");
@@ -189,7 +189,7 @@ fn real_odrive_steps_are_explained_by_the_first() {
         "--json".to_owned(),
         "--columns".to_owned(),
         "time=timestep (8Hz):8kHz".to_owned(),
-        // Voltage and speed tell gain and time constant: the others are held.
+        // Voltage and speed identify gain and time constant; the other parameters are fixed.
         "--fix".to_owned(),
         "R=1,L=0.0001,B=1e-7".to_owned(),
     ];

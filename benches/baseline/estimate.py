@@ -1,5 +1,6 @@
-"""Steiglitz-McBride and Levenberg-Marquardt with analytic sensitivities in numpy and scipy: what benches/estimate.rs is
-compared with, and an independent derivation of its numbers.
+"""Steiglitz-McBride (1965) and Levenberg-Marquardt with analytic sensitivities in numpy and scipy.
+
+Baseline of benches/estimate.rs, and an independent implementation for its numbers.
 
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benches/baseline/estimate.py examples/m2-step.csv
 """
@@ -54,7 +55,7 @@ def steiglitz_mcbride():
 
 
 def step_maps(p):
-    """exp of the augmented generator, and its derivatives by the logarithms of the parameters."""
+    """Returns the exponential of the augmented system matrix, and its derivatives by the logarithms of the parameters."""
     R, L, K, B, J = p
     M, slopes = np.zeros((3, 3)), np.zeros((5, 3, 3))
     M[0], M[1, :2] = [-R / L, -K / L, 1 / L], [K / J, -B / J]

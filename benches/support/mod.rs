@@ -1,4 +1,4 @@
-//! Shared by benches: the M2 experiment, candidates, the FMA peak, and ratios measured in turn.
+//! Shared by the benches: recordings and problems of the M2 motor, candidates, and ratios of alternating measurements.
 #![allow(dead_code, reason = "each bench uses its part")]
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::needless_range_loop, reason = "a bench may stop and print")]
 
@@ -13,30 +13,30 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// The paper's experiment without noise.
+/// Returns the recording of the paper's experiment without noise.
 pub fn m2_record() -> Record {
     let excitation = Excitation::step(10.5, 1.0, 3.0, 0.001).unwrap();
     simulated(&Parameters::M2, &excitation, Discretization::Zoh).unwrap()
 }
 
-/// The M2 motor in a short recording with its step at once.
+/// Returns the problem of a short recording with a voltage step at time 0.
 pub fn problem_of(duration_s: f64) -> Arc<Problem> {
     let excitation = Excitation::step(10.5, 0.0, duration_s, 0.001).unwrap();
     let record = simulated(&Parameters::M2, &excitation, Discretization::Zoh).unwrap();
     Arc::new(Problem::new(&[record], Model::default(), Space::table2(), Criterion::default()).unwrap())
 }
 
-/// nrmse/std over the box of Table 2.
+/// Returns the problem of the paper's experiment: criterion nrmse, scale std, bounds of Table 2.
 pub fn m2_problem() -> Arc<Problem> {
     problem_with(&[m2_record()])
 }
 
-/// nrmse/std over the box of Table 2 on recordings.
+/// Returns the problem of recordings: criterion nrmse, scale std, bounds of Table 2.
 pub fn problem_with(records: &[Record]) -> Arc<Problem> {
     Arc::new(Problem::new(records, Model::default(), Space::table2(), Criterion::default()).unwrap())
 }
 
-/// The same motor with a voltage that is another at every sample.
+/// Returns a recording of the M2 motor under a voltage that changes at every sample.
 pub fn restless_record() -> Record {
     let mut excitation = Excitation::step(10.5, 0.0, 2.0, 0.001).unwrap();
     let mut generator = Xoshiro256PlusPlus::seed_from_u64(3);
@@ -44,45 +44,45 @@ pub fn restless_record() -> Record {
     simulated(&Parameters::M2, &excitation, Discretization::Zoh).unwrap()
 }
 
-/// nrmse/std with these extensions besides, free within bounds.
+/// Returns the problem of a recording with free parameters of extensions, each with its bounds.
 pub fn extended_problem(record: &Record, extensions: &[(Parameter, f64, f64)]) -> Arc<Problem> {
     let space = Space::table2_with(extensions, &[]).unwrap();
     Arc::new(Problem::new(std::slice::from_ref(record), Model::default(), space, Criterion::default()).unwrap())
 }
 
-/// Uniform candidates of the box of Table 2, row-major.
+/// Returns uniformly distributed candidates within the bounds of Table 2, shape `[count, 5]`.
 pub fn candidates(count: usize) -> Vec<f64> {
     candidates_of(&Space::table2(), count)
 }
 
-/// Uniform candidates of a box, row-major.
+/// Returns uniformly distributed candidates of a search space, shape `[count, parameters]`.
 pub fn candidates_of(space: &Space, count: usize) -> Vec<f64> {
     let mut generator = Xoshiro256PlusPlus::seed_from_u64(7);
     let bounds = space.bounds();
     (0..count).flat_map(|_| bounds.iter().map(|&(a, b)| generator.random_range(a..b)).collect::<Vec<_>>()).collect()
 }
 
-/// Evaluates all candidates once.
+/// Evaluates the candidates as one group.
 pub fn evaluate(evaluator: &mut dyn Evaluator, problem: &Arc<Problem>, values: &[f64], costs: &mut [f64]) {
     let candidates = Candidates::new(values, problem.space().free().len());
     let groups = [Group { problem, candidates, reference: None }];
     evaluator.evaluate(&Batch { groups: &groups }, costs).unwrap();
 }
 
-/// Seconds of one call.
+/// Returns the duration of a call \[s\].
 pub fn seconds(mut call: impl FnMut()) -> f64 {
     let start = Instant::now();
     call();
     start.elapsed().as_secs_f64()
 }
 
-/// Median of positive numbers.
+/// Returns the (upper) median.
 pub fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
 }
 
-/// Median over `rounds` of the ratio b/a of the seconds that two calls take, in the order A B B A.
+/// Returns the median over `rounds` of the ratio b/a of the durations of two calls, in the order A B B A.
 pub fn ratio(rounds: usize, mut a: impl FnMut(), mut b: impl FnMut()) -> f64 {
     a();
     b();
@@ -94,16 +94,16 @@ pub fn ratio(rounds: usize, mut a: impl FnMut(), mut b: impl FnMut()) -> f64 {
     median(ratios.collect())
 }
 
-/// An evaluator and its name.
+/// Name of an evaluator, and the evaluator.
 pub type Named = (String, Box<dyn Evaluator>);
 
-/// SIMD at the best level.
+/// Returns the SIMD evaluator at the best available feature level.
 pub fn simd() -> Named {
     ("SIMD f64".to_owned(), Box::new(Simd::default()))
 }
 
-/// Prints rates of motors with extensions on a recording, each with all before it, of all evaluators in turn; and what
-/// each costs against the linear motor of the same evaluator.
+/// Prints the rates of alternating evaluators for motors with one to five extensions, and the time of each relative to the
+/// linear motor on the same evaluator.
 pub fn extensions(evaluators: &mut [Named], record: &Record, rounds: usize) {
     use Parameter as P;
     let all = [
@@ -122,7 +122,7 @@ pub fn extensions(evaluators: &mut [Named], record: &Record, rounds: usize) {
         for n in 0..names.len() {
             for (k, (_, evaluator)) in evaluators.iter_mut().enumerate() {
                 let time = seconds(|| evaluate(evaluator.as_mut(), &problems[n], &values[n], &mut costs));
-                // The first makes buffers and shaders.
+                // The first round allocates buffers and compiles shaders.
                 if round > 0 {
                     times[k][n].push(time);
                 }
@@ -133,9 +133,9 @@ pub fn extensions(evaluators: &mut [Named], record: &Record, rounds: usize) {
     println!("extensions, 6400 candidates x {steps} steps, G candidate-steps/s (time against linear):");
     for ((name, _), times) in evaluators.iter().zip(times) {
         println!("  {name}");
-        // Ratios within a round: a machine shared with others changes its speed meanwhile.
+        // Ratios are taken within a round, because the speed of a shared machine varies.
         for (n, name) in names.iter().enumerate() {
-            let ratios = times[n].iter().zip(&times[0]).map(|(own, linear)| own / linear).collect();
+            let ratios = times[n].iter().zip(&times[0]).map(|(time, linear)| time / linear).collect();
             let rate = (6400 * problems[n].active()) as f64 / median(times[n].clone()) / 1e9;
             println!("    {name:12} {rate:6.3}   {:.2}", median(ratios));
         }

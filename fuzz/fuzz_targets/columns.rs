@@ -1,4 +1,4 @@
-//! `cargo fuzz run columns fuzz/found fuzz/corpus/columns`; docs/extending.md says more.
+//! `cargo fuzz run columns fuzz/found fuzz/corpus/columns`; see docs/extending.md.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {

@@ -1,4 +1,4 @@
-//! `cargo fuzz run recording fuzz/found fuzz/corpus/recording tests/golden/formats`; docs/extending.md says more.
+//! `cargo fuzz run recording fuzz/found fuzz/corpus/recording tests/golden/formats`; see docs/extending.md.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {

@@ -1,4 +1,4 @@
-//! `cargo fuzz run study fuzz/found fuzz/corpus/study`; docs/extending.md says more.
+//! `cargo fuzz run study fuzz/found fuzz/corpus/study`; see docs/extending.md.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {

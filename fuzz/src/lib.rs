@@ -1,5 +1,6 @@
-//! The bodies of the fuzz targets, used by cargo-fuzz (`fuzz_targets/`) and, on a stable compiler, by `tests/fuzz.rs`.
-//! Each takes any bytes and a folder for files, panics where a promise is broken, and returns true where the input was accepted.
+//! Bodies of the fuzz targets, shared by cargo-fuzz (`fuzz_targets/`) and, on a stable compiler, `tests/fuzz.rs`.
+//! Each takes arbitrary bytes and a folder for files, panics if an invariant is violated, and returns true if the input was
+//! accepted.
 
 use motorfit::Error;
 use motorfit::record::{
@@ -8,10 +9,10 @@ use motorfit::record::{
 use motorfit::study::sweep::Sweep;
 use std::path::Path;
 
-/// The body of a target.
+/// Body of a fuzz target.
 pub type Target = fn(&[u8], &Path) -> bool;
 
-/// All targets by name, with the words that mutations insert.
+/// Names of the targets, their bodies, and the dictionaries of the mutations.
 pub const TARGETS: [(&str, Target, &[&str]); 3] =
     [("recording", recording, &RECORDING_WORDS), ("study", study, &STUDY_WORDS), ("columns", columns, &COLUMNS_WORDS)];
 
@@ -138,12 +139,12 @@ const COLUMNS_WORDS: [&str; 40] = [
     "-",
 ];
 
-/// A remedy belongs to every refusal.
+/// Asserts that an error has a hint.
 fn check_error(error: &Error) {
     assert!(!error.hint().is_empty(), "{error} has no hint");
 }
 
-/// Every recording has at least two samples, times that increase, and finite signals of its length.
+/// Asserts that a recording has at least two samples, strictly increasing times, and finite signals of equal length.
 fn check_record(record: &Record) {
     let samples = record.samples();
     assert!(samples.time_s.len() >= 2 && samples.time_s.iter().all(|t| t.is_finite()));
@@ -151,8 +152,8 @@ fn check_record(record: &Record) {
     assert!(samples.signals().all(|(_, signal)| signal.len() == record.len() && signal.iter().all(|v| v.is_finite())));
 }
 
-/// Any bytes as a file of any format: read whole, or refused with a remedy; recordings are then diagnosed and prepared. The last byte
-/// chooses the options.
+/// Reads the bytes as a file of any format: they give valid recordings, which are diagnosed and prepared, or an error with a
+/// hint. The last byte selects the options.
 pub fn recording(bytes: &[u8], _: &Path) -> bool {
     let Some((&how, bytes)) = bytes.split_last() else { return false };
     let columns = match how % 4 {
@@ -197,13 +198,14 @@ pub fn recording(bytes: &[u8], _: &Path) -> bool {
     true
 }
 
-/// The recording that studies find.
+/// Recording that is present beside a study.
 const FOUND: &str = "time_s,voltage,current,speed\n0,0,0,0\n0.001,1,0.5,2\n0.002,1,0.7,5\n0.003,1,0.6,7\n";
 
-/// Any bytes as a study beside two recordings: planned, opened as the same and found again by a second plan, or refused with a remedy.
+/// Reads the bytes as a study with two recordings: it can be planned, opened and planned again with the same digest, or gives
+/// an error with a hint.
 ///
 /// # Panics
-/// Also when the folder cannot be written.
+/// Panics if an invariant is violated or the folder cannot be written.
 pub fn study(bytes: &[u8], folder: &Path) -> bool {
     let (study, plan) = (folder.join("study.toml"), folder.join("plan"));
     for name in ["a.csv", "b.csv"].map(|name| folder.join(name)) {
@@ -231,11 +233,11 @@ pub fn study(bytes: &[u8], folder: &Path) -> bool {
     is_accepted
 }
 
-/// A table for expressions: a clock, a duty cycle, a supply, a counter that wraps around, an angle.
+/// Table for expressions: a clock, a duty cycle, a supply voltage, a 16-bit counter that wraps around, an angle.
 const TABLE: &str = "tick,duty,\"supply (V)\",count,angle\n0,0,12,65530,0\n8,1,12,65534,1\n16,1,11.9,3,3\n24,0.5,11.9,9,6\n\
                      32,-0.5,12,12,8\n40,0,12.1,12,9\n48,-1,12,8,8\n56,1,12,1,5\n";
 
-/// Any bytes as a request for columns of a small table: understood, or refused with a remedy.
+/// Reads the bytes as a column request for a small table: it gives valid recordings, or an error with a hint.
 pub fn columns(bytes: &[u8], _: &Path) -> bool {
     let read = parse_columns(&String::from_utf8_lossy(bytes))
         .and_then(|columns| read_bytes(TABLE.as_bytes(), None, &ReadOptions { columns, ..ReadOptions::default() }));

@@ -1,52 +1,52 @@
-//! Feedforward characteristics of a motor: the voltage that a speed ω \[rad/s\] and an acceleration a \[rad/s²\] need,
+//! Feedforward characteristics of a motor: the voltage for a speed ω \[rad/s\] and an acceleration a \[rad/s²\],
 //! `v = kS sgn(ω) + kV ω + kA a`, with standard errors by the delta method.
 //!
 //! Eliminating the current from `L di/dt = v − R i − K ω − vb sgn(ω)` and `J dω/dt = K i − B ω − Tc sgn(ω)` gives
-//! `v = (R Tc/K + vb) sgn(ω) + (R B + K²)/K ω + (R J + L B)/K dω/dt + L J/K d²ω/dt²`; feedforward leaves out the last
+//! `v = (R Tc/K + vb) sgn(ω) + (R B + K²)/K ω + (R J + L B)/K dω/dt + L J/K d²ω/dt²`; feedforward neglects the last
 //! term. `kA/kV` is the sum of the motor's two time constants. A load torque TL adds `kG = R TL/K`.
 //!
-//! Where the current is the input, they are that current: `i = kS sgn(ω) + kG + kV ω + kA a` with `kS = Tc/K`, `kG = TL/K`,
-//! `kV = B/K`, `kA = J/K`; `kA/kV = J/B` is the mechanical time constant.
+//! If the current is the input, the characteristics give the current: `i = kS sgn(ω) + kG + kV ω + kA a` with `kS = Tc/K`,
+//! `kG = TL/K`, `kV = B/K`, `kA = J/K`; `kA/kV = J/B` is the mechanical time constant.
 
 use super::fitted::FittedMotor;
 use crate::motor::{Input, Parameter, Parameters, Scope};
 
-/// Covariances of R, L, K, B, J, Tc, vb, TL in their units: zero for what is held, `None` for what is not known.
+/// Covariance matrix of R, L, K, B, J, Tc, vb and TL in their units: zero for fixed parameters, `None` if unknown.
 pub type Covariance = [[Option<f64>; CONSTANTS]; CONSTANTS];
 
-/// Constants there are.
+/// Number of parameters on which the characteristics depend.
 const CONSTANTS: usize = 8;
-/// The parameters that they are.
+/// Parameters on which the characteristics depend, in the order of [`Covariance`].
 const IN_ORDER: [Parameter; CONSTANTS] = {
     let [r, l, k, b, j] = Parameter::ALL;
     [r, l, k, b, j, Parameter::Coulomb, Parameter::BrushDrop, Parameter::Load]
 };
 
-/// A value with its standard error, `None` where it depends on what is not known.
+/// A characteristic with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Characteristic {
-    /// The value.
+    /// Estimate of the characteristic.
     pub value: f64,
-    /// Its standard error.
+    /// Standard error of the estimate, in the same unit; `None` if a covariance that it depends on is unknown.
     pub std_error: Option<f64>,
 }
 
-/// Feedforward characteristics of the voltage, or of the current where that is the input (A for V in all units).
+/// The feedforward characteristics of a motor. If the current is the input, A replaces V in all units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Characteristics {
-    /// The input of the motor: its voltage, or its current.
+    /// Input of the motor: voltage or current.
     pub input: Input,
-    /// Input that friction and brushes take \[V\]; `None` where the model has neither.
+    /// Input that overcomes Coulomb friction and brush drop, kS \[V\]; `None` if the model has neither.
     pub ks: Option<Characteristic>,
-    /// Input that the load takes \[V\]; `None` where the model has none.
+    /// Input that balances the load torque, kG \[V\]; `None` if the model has none.
     pub kg: Option<Characteristic>,
-    /// Input per speed \[V·s/rad\].
+    /// Input per speed, kV \[V·s/rad\].
     pub kv: Characteristic,
-    /// Input per acceleration \[V·s²/rad\].
+    /// Input per acceleration, kA \[V·s²/rad\].
     pub ka: Characteristic,
-    /// Speed per input at standstill of the rest, 1/kV \[rad/s/V\].
+    /// Steady-state gain from input to speed, 1/kV \[rad/s/V\].
     pub gain: Characteristic,
-    /// `kA/kV` \[s\].
+    /// Time constant `kA/kV` \[s\].
     pub time_constant: Characteristic,
 }
 
@@ -54,24 +54,25 @@ pub struct Characteristics {
 pub type Named = (&'static str, &'static str, Option<Characteristic>);
 
 impl Characteristics {
-    /// Those of what was found; none of them where it does not determine them.
+    /// Returns all characteristics of a fitted motor with their names and units; `None` for those that are not identifiable.
     #[must_use]
     pub fn named_of<'a>(found: impl Into<FittedMotor<'a>>) -> [Named; 6] {
         let found = found.into();
         let mut all = Self::named(Self::of(found).as_ref(), found.input);
-        // Without a voltage friction may be too small to be told, and inertia is all the same.
-        let untold = |p: Parameter| found.lacks(p) && found.space.free().iter().all(|axis| axis.parameter != p);
+        // Without a voltage viscous friction may be unidentifiable while the inertia is identifiable.
+        let is_unidentified =
+            |p: Parameter| found.lacks(p) && found.space.free().iter().all(|axis| axis.parameter != p);
         let [_, kv, ka, _, gain, time_constant] = &mut all;
-        if found.input == Input::Current && untold(Parameter::B) {
+        if found.input == Input::Current && is_unidentified(Parameter::B) {
             [kv, gain, time_constant].into_iter().for_each(|of| of.2 = None);
         }
-        if found.input == Input::Current && untold(Parameter::J) {
+        if found.input == Input::Current && is_unidentified(Parameter::J) {
             ka.2 = None;
         }
         all
     }
 
-    /// Returns all with their names and units as in results; none of them where they are not known.
+    /// Returns all characteristics with their names and units as in results; `None` for all without characteristics.
     #[must_use]
     pub fn named(all: Option<&Self>, input: Input) -> [Named; 6] {
         let [own, by_speed, by_acceleration, gain] = match input {
@@ -88,26 +89,26 @@ impl Characteristics {
         ]
     }
 
-    /// The characteristics of what was found; `None` where it does not determine them.
+    /// Returns the characteristics of a fitted motor; `None` if the recordings do not identify them.
     #[must_use]
     pub fn of<'a>(found: impl Into<FittedMotor<'a>>) -> Option<Self> {
         let found = found.into();
-        // What stands for motors of the same speed has their characteristics; of current it has not.
+        // The normalized model of speed alone has the characteristics of the motor; that of current alone does not.
         let unknown = |parameter| found.lacks(parameter);
         let by_speed = found.residual_sigma[1].is_some();
         let by_current = found.input == Input::Current;
-        let told = match unknown(Parameter::K) {
+        let is_identified = match unknown(Parameter::K) {
             _ if by_current => true,
             true => by_speed && found.residual_sigma[0].is_none(),
             false => !unknown(Parameter::R) && !unknown(Parameter::J),
         };
         let more = [Parameter::Coulomb, Parameter::BrushDrop, Parameter::Load].map(|parameter| found.shared(parameter));
-        told.then(|| characteristics(found.input, found.parameters, more, &covariance(&found)))
+        is_identified.then(|| characteristics(found.input, found.parameters, more, &covariance(&found)))
     }
 }
 
-/// The characteristics of a motor whose constants are known with a covariance. `more` are Tc, vb and TL in their units, `None`
-/// for what the model lacks; a motor whose input is the current has none of R, L and vb in them.
+/// Computes the characteristics of a motor from its parameters and their covariance. `more` are Tc, vb and TL in their units,
+/// `None` if the model lacks them. If the current is the input, R, L and vb are not used.
 #[must_use]
 pub fn characteristics(
     input: Input,
@@ -132,10 +133,10 @@ pub fn characteristics(
     }
 }
 
-/// A value with its slopes by the constants.
+/// A value with its gradient by the parameters.
 type Sloped = (f64, [f64; CONSTANTS]);
 
-/// kS and kG, then kV, kA and the time constant.
+/// Returns kS and kG, then kV, kA and the time constant, of a motor with a voltage as its input.
 fn by_voltage(motor: &Parameters, [tc, vb, tl]: [Option<f64>; 3]) -> ([Option<Sloped>; 2], [Sloped; 3]) {
     let [r, l, k, b, j] = motor.to_array();
     let friction = (tc.is_some() || vb.is_some()).then(|| (tc.unwrap_or(0.0), vb.unwrap_or(0.0)));
@@ -149,13 +150,13 @@ fn by_voltage(motor: &Parameters, [tc, vb, tl]: [Option<f64>; 3]) -> ([Option<Sl
     ([ks, kg], [(kv, kv_slope), (ka, ka_slope), (time_constant, time_slope)])
 }
 
-/// The same of a motor whose input is the current.
+/// Returns kS and kG, then kV, kA and the time constant, of a motor with the current as its input.
 fn by_current(motor: &Parameters, [tc, _, tl]: [Option<f64>; 3]) -> ([Option<Sloped>; 2], [Sloped; 3]) {
     let [_, _, k, b, j] = motor.to_array();
-    // A value over K, with its place among the constants.
-    let over_k = |value: f64, place: usize| {
+    // The ratio of a parameter to K; `index` is that of the parameter in the gradient.
+    let over_k = |value: f64, index: usize| {
         let mut slope = [0.0; CONSTANTS];
-        (slope[2], slope[place]) = (-value / (k * k), 1.0 / k);
+        (slope[2], slope[index]) = (-value / (k * k), 1.0 / k);
         (value / k, slope)
     };
     let mut time_slope = [0.0; CONSTANTS];
@@ -163,7 +164,7 @@ fn by_current(motor: &Parameters, [tc, _, tl]: [Option<f64>; 3]) -> ([Option<Slo
     ([tc.map(|tc| over_k(tc, 5)), tl.map(|tl| over_k(tl, 7))], [over_k(b, 3), over_k(j, 4), (j / b, time_slope)])
 }
 
-/// `√(gᵀ C g)` over the constants that a characteristic depends on.
+/// Returns the standard error `√(gᵀ C g)` by the delta method; `None` if a covariance that it depends on is unknown.
 fn error(slope: &[f64; CONSTANTS], covariance: &Covariance) -> Option<f64> {
     let mut variance = 0.0;
     for (a, row) in slope.iter().zip(covariance) {
@@ -173,16 +174,16 @@ fn error(slope: &[f64; CONSTANTS], covariance: &Covariance) -> Option<f64> {
             }
         }
     }
-    // Rounding may take a sum that is zero below it.
+    // Rounding may make a variance of zero negative.
     let error = variance.max(0.0).sqrt();
     error.is_finite().then_some(error)
 }
 
-/// The covariance of the parameters found, by their standard errors and correlations.
+/// Returns the covariance matrix of the parameters from their standard errors and correlations.
 fn covariance(found: &FittedMotor<'_>) -> Covariance {
-    // A normalized model stands for motors of other parameters, and is right as it is.
+    // The assumed parameters of a normalized model contribute no variance to its characteristics.
     let is_normalized = found.input == Input::Current || found.residual_sigma.contains(&None);
-    let place = |n: usize| {
+    let index = |n: usize| {
         let parameter = IN_ORDER[n];
         found.space.free().iter().position(|axis| axis.parameter == parameter && axis.scope == Scope::Shared)
     };
@@ -190,7 +191,7 @@ fn covariance(found: &FittedMotor<'_>) -> Covariance {
         if !is_normalized && [a, b].into_iter().any(|n| found.lacks(IN_ORDER[n])) {
             return None;
         }
-        let (Some(a), Some(b)) = (place(a), place(b)) else { return Some(0.0) };
+        let (Some(a), Some(b)) = (index(a), index(b)) else { return Some(0.0) };
         let known = found.uncertainty?;
         let error = |n: usize| known.std_error.get(n).copied().flatten();
         Some((*known.correlation.get(a)?.get(b)?)? * error(a)? * error(b)?)

@@ -1,11 +1,11 @@
-//! The characteristics of a result as a document: by output error, and by regression beside it.
+//! JSON document of the characteristics of a result, from the output-error fit and from regressions.
 
 use super::characteristics::{Characteristic, Characteristics};
 use super::feedforward::Regression;
 use super::fitted::FittedMotor;
 use serde_json::{Map, Value, json};
 
-/// The part `characteristics` of a result: by output error, and by regression beside it.
+/// Returns the key `characteristics` of a result, with the keys `output_error` and `regression`.
 pub(crate) fn characteristics_document(found: FittedMotor<'_>, regressions: &[Regression]) -> Value {
     let of = |c: Characteristic, unit: &str| json!({"value": c.value, "unit": unit, "std_error": c.std_error});
     let named = Characteristics::named_of(found);

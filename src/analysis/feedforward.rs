@@ -1,44 +1,46 @@
-//! Feedforward characteristics by regression, beside those of the output error.
+//! Feedforward characteristics by regression, for comparison with those of the output-error fit.
 //!
-//! Ordinary least squares of `dω/dt = α ω + β v + γ sgn(ω)`, as FRC's `SysId` has it (allwpilib, `ols-derivations.md`):
+//! Ordinary least squares of `dω/dt = α ω + β v + γ sgn(ω)`, as in FRC's `SysId` (allwpilib, `ols-derivations.md`):
 //! `kS = −γ/β`, `kV = −α/β`, `kA = 1/β`, where `dω/dt` \[rad/s²\] is the central difference of the measured speed over a
-//! window. A wide window flattens what is fast: on an exponential of time constant τ a window `2d` makes the difference
-//! `sinh(d/τ)/(d/τ)` times as large. A narrow one multiplies the noise, and noise of the speed pulls α towards zero.
-//! Windows overlap and noise is in all of them, so that the ordinary standard errors are rough.
+//! window. A wide window has a bias: on an exponential of time constant τ a window `2d` scales the difference by
+//! `sinh(d/τ)/(d/τ)`. A narrow window amplifies the noise, and noise of the speed biases α towards zero. Since the windows
+//! overlap, their errors are correlated and the ordinary standard errors only approximate.
 
 use super::characteristics::Characteristic;
 use crate::numeric::{count, peak, whole};
 use crate::record::Record;
 use nalgebra::{Matrix3, Vector3};
 
-/// The characteristics by a regression over all recordings with a speed and without a load torque.
+/// The characteristics by regression over all recordings with a speed and without a load torque.
+///
+/// If the current is the input, A replaces V in all units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Regression {
-    /// Length of the difference \[s\].
+    /// Window of the central difference \[s\].
     pub window_s: f64,
-    /// The same in periods of the first recording.
+    /// Window of the central difference in sampling periods of the first recording.
     pub window_samples: usize,
-    /// Samples that took part.
+    /// Number of samples in the regression.
     pub samples: usize,
-    /// Voltage that friction takes \[V\]; current, as of those below, where that is the input.
+    /// Input that overcomes Coulomb friction, kS \[V\].
     pub ks: Characteristic,
-    /// Voltage per speed \[V·s/rad\].
+    /// Input per speed, kV \[V·s/rad\].
     pub kv: Characteristic,
-    /// Voltage per acceleration \[V·s²/rad\].
+    /// Input per acceleration, kA \[V·s²/rad\].
     pub ka: Characteristic,
 }
 
-/// A motor moves when it is faster than this part of its peak.
+/// Smallest speed of a moving motor relative to the peak speed.
 const MOVING: f64 = 0.05;
-/// Samples that a regression needs.
+/// Smallest number of samples of a regression.
 const SAMPLES_MIN: usize = 20;
-/// The part of the time constant that the wider window is: its difference is 0.26 % too large on an exponential.
+/// Ratio of the wider window to the time constant; on an exponential the difference is then 0.26 % too large.
 const WINDOW: f64 = 0.25;
-/// Columns whose correlations leave less than this of one say the same.
+/// Smallest pivot of the normal matrix with unit diagonal at which the regressors are not collinear.
 const PIVOT_MIN: f64 = 1e-9;
 
-/// The regressions over a window of two periods, the shortest, and over one that suits the time constant \[s\], where
-/// that is known.
+/// Computes the regression over the shortest window, two periods, and, if the time constant \[s\] is known, over a window of a
+/// quarter of it.
 #[must_use]
 pub fn regressions(records: &[Record], time_constant_s: Option<f64>) -> Vec<Regression> {
     let shortest = 2.0 * records.iter().map(Record::period_s).fold(0.0, f64::max);
@@ -48,8 +50,8 @@ pub fn regressions(records: &[Record], time_constant_s: Option<f64>) -> Vec<Regr
     found
 }
 
-/// The regression with differences over about `window_s` seconds; `None` where too little moves, or the recordings
-/// cannot tell the three apart.
+/// Computes the regression with central differences over about `window_s` \[s\]. Returns `None` if too few samples move, or if
+/// the regressors are collinear.
 #[must_use]
 pub fn regression(records: &[Record], window_s: f64) -> Option<Regression> {
     let usable: Vec<&Record> =
@@ -84,12 +86,12 @@ pub fn regression(records: &[Record], window_s: f64) -> Option<Regression> {
     [found.ks, found.kv, found.ka].iter().all(|c| c.value.is_finite()).then_some(found)
 }
 
-/// Half the window in periods of a recording, at least one.
+/// Returns half the window in periods of a recording, at least one.
 fn half(record: &Record, window_s: f64) -> usize {
     whole((window_s / (2.0 * record.period_s())).round()).max(1)
 }
 
-/// Hands the regressors `[ω, v, sgn ω]` and the difference of every moving sample on.
+/// Calls `to` with the regressors `[ω, v, sgn ω]` and the central difference of each moving sample.
 fn visit(record: &Record, half: usize, to: &mut dyn FnMut(Vector3<f64>, f64)) {
     let samples = record.samples();
     let Some(speed) = &samples.speed else { return };
@@ -101,7 +103,7 @@ fn visit(record: &Record, half: usize, to: &mut dyn FnMut(Vector3<f64>, f64)) {
         let window_s = samples.time_s[after] - samples.time_s[before];
         let sign = speed[n].signum();
         let moving = [before, n, after].iter().all(|&n| counts(n) && sign * speed[n] > slow);
-        // A window across a gap is no window.
+        // Windows across a gap are left out.
         if moving && window_s < 1.5 * count(2 * half) * record.period_s() {
             let difference = (speed[after] - speed[before]) / window_s;
             to(Vector3::new(speed[n], record.input()[n], sign), difference);
@@ -123,7 +125,7 @@ impl Sums {
         self.samples += 1;
     }
 
-    /// The coefficients, and the inverse of the matrix.
+    /// Returns the coefficients and the inverse of the normal matrix; `None` for too few samples or collinear regressors.
     fn solve(&self) -> Option<(Vector3<f64>, Matrix3<f64>)> {
         if self.samples < SAMPLES_MIN {
             return None;

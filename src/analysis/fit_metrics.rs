@@ -1,4 +1,4 @@
-//! Measures of fit of a simulation.
+//! Measures of fit of a simulation: fit in percent and standard deviation of the residuals, per channel.
 
 use crate::estimate::Refined;
 use crate::evaluate::{Problem, Signals};
@@ -10,15 +10,16 @@ use crate::warning::Warning;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// Sums over samples, of current and speed: what fits and residual deviations are made of.
+/// Sums over the samples of current and speed from which fits and residual deviations are computed.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct FitMetrics {
-    /// Squares of what the model leaves.
-    left: [f64; 2],
+    /// Sums of squared residuals.
+    squares: [f64; 2],
+    /// Spread of the measured values.
     measured: [Spread; 2],
 }
 
-/// The spread of values about their mean.
+/// The number of values, their mean, and their sum of squares about it.
 #[derive(Debug, Clone, Copy, Default)]
 struct Spread {
     count: f64,
@@ -35,7 +36,7 @@ impl Spread {
         Self { count: count(values.len()), mean, squares: squares_about(mean, values) }
     }
 
-    /// Of these and others together, about the mean of all (T. F. Chan, G. H. Golub, R. J. LeVeque 1983).
+    /// Returns the spread of both sets of values together (T. F. Chan, G. H. Golub, R. J. LeVeque, 1983).
     fn and(self, other: Self) -> Self {
         let count = self.count + other.count;
         if count == 0.0 {
@@ -47,20 +48,21 @@ impl Spread {
         Self { count, mean, squares: self.squares + other.squares + between }
     }
 
-    /// 100 (1 − √(left/squares)), where there is anything.
-    fn fit_percent(&self, left: f64) -> Option<f64> {
-        let fit = 100.0 * (1.0 - (left / self.squares).sqrt());
+    /// Returns the fit at a sum of squared residuals, `100 (1 − √(residual/squares))` \[%\]; `None` for constant or missing
+    /// signals.
+    fn fit_percent(&self, residual: f64) -> Option<f64> {
+        let fit = 100.0 * (1.0 - (residual / self.squares).sqrt());
         (self.count > 0.0 && fit.is_finite()).then_some(fit)
     }
 }
 
 impl FitMetrics {
-    /// Returns those of the recordings of a problem, simulated with a candidate.
+    /// Computes the metrics over all recordings of a problem, simulated with a candidate.
     pub(crate) fn of(records: &[Record], problem: &Problem, candidate: &[f64]) -> Self {
         Self::each(records, problem, candidate).into_iter().fold(Self::default(), Self::and)
     }
 
-    /// Returns those of each recording.
+    /// Computes the metrics of each recording of a problem, simulated with a candidate.
     pub(crate) fn each(records: &[Record], problem: &Problem, candidate: &[f64]) -> Vec<Self> {
         let one = |(recording, (record, signals)): (usize, (&Record, &Arc<Signals>))| {
             let mut sums = Self::default();
@@ -69,8 +71,9 @@ impl FitMetrics {
                 let Some(measured) = measured else { continue };
                 let counting = |(n, _): &(usize, (&f64, f64))| signals.counts(channel, *n);
                 let pairs = measured.iter().zip(simulated).enumerate().filter(counting);
-                let (measured, left): (Vec<f64>, Vec<f64>) = pairs.map(|(_, (y, x))| (*y, (y - x) * (y - x))).unzip();
-                sums.left[channel] += left.iter().sum::<f64>();
+                let (measured, squares): (Vec<f64>, Vec<f64>) =
+                    pairs.map(|(_, (y, x))| (*y, (y - x) * (y - x))).unzip();
+                sums.squares[channel] += squares.iter().sum::<f64>();
                 sums.measured[channel] = sums.measured[channel].and(Spread::of(&measured));
             }
             sums
@@ -78,29 +81,29 @@ impl FitMetrics {
         records.iter().zip(problem.signals()).enumerate().map(one).collect()
     }
 
-    /// Returns these and those of other recordings.
+    /// Returns the metrics of both sets of recordings together.
     pub(crate) fn and(self, other: Self) -> Self {
         Self {
-            left: [0, 1].map(|c| self.left[c] + other.left[c]),
+            squares: [0, 1].map(|c| self.squares[c] + other.squares[c]),
             measured: [0, 1].map(|c| self.measured[c].and(other.measured[c])),
         }
     }
 
-    /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) per channel.
+    /// Returns the fit `100 (1 − ‖y − ŷ‖/‖y − mean y‖)` of current and speed \[%\].
     pub(crate) fn fit_percent(&self) -> [Option<f64>; 2] {
-        [0, 1].map(|c| self.measured[c].fit_percent(self.left[c]))
+        [0, 1].map(|c| self.measured[c].fit_percent(self.squares[c]))
     }
 
-    /// Standard deviation of the residuals.
+    /// Returns the standard deviation of the residuals of current \[A\] and speed \[rad/s\].
     pub(crate) fn residual_sigma(&self) -> [Option<f64>; 2] {
         [0, 1].map(|c| {
-            let sigma = (self.left[c] / self.measured[c].count).sqrt();
+            let sigma = (self.squares[c] / self.measured[c].count).sqrt();
             (self.measured[c].count > 0.0 && sigma.is_finite()).then_some(sigma)
         })
     }
 }
 
-/// Returns the fit of the refined motor \[%\], from the sums with which the refinement ended.
+/// Returns the fit of current and speed of a refined motor \[%\], from the final sums of squares of the refinement.
 pub(crate) fn fit_percent(records: &[Record], refined: &Refined) -> [Option<f64>; 2] {
     [0, 1].map(|channel| {
         let mut spread = Spread::default();
@@ -119,10 +122,10 @@ pub(crate) fn fit_percent(records: &[Record], refined: &Refined) -> [Option<f64>
     })
 }
 
-/// A fit below this is none.
+/// Smallest fit of a channel without a warning \[%\].
 const POOR_FIT_PERCENT: f64 = 50.0;
 
-/// Returns the warning for a model that does not fit.
+/// Returns the warning about a model that does not fit.
 pub(crate) fn poor_fit(fit_percent: [Option<f64>; 2]) -> Option<Warning> {
     let poor = |(name, fit): (&str, Option<f64>)| {
         fit.filter(|fit| *fit < POOR_FIT_PERCENT).map(|fit| format!("{name} {} %", significant(fit, 3)))

@@ -1,9 +1,9 @@
-//! Tests whether the recordings of a joint fit show one motor.
+//! Likelihood-ratio test of whether all recordings of a joint fit are of one motor (S. S. Wilks, 1938).
 //!
-//! Each recording is refined alone from the joint optimum. The gain of a recording is the fall of its weighted sum of
-//! squares, in units of the residuals that are left, divided by the inflation of the variance by their correlation. Where
-//! all recordings show one motor, the gains add up to a χ² with as many degrees of freedom as the single fits have more
-//! than the joint one (S. S. Wilks 1938).
+//! Each recording is refined alone from the joint optimum. The gain of a recording is the decrease of its sum of squares in
+//! units of the residual variance of the separate fit, divided by the variance inflation of correlated residuals. If all
+//! recordings are of one motor, the sum of the gains follows χ². Its degrees of freedom are the number of parameters that the
+//! separate fits have more than the joint one.
 
 use super::friction::{FRICTION, friction_differs};
 use super::residuals::variance_inflation;
@@ -13,38 +13,41 @@ use crate::motor::{Axis, Parameter, Scope, Space};
 use crate::numeric::{chi_square_limit, count};
 use crate::record::Record;
 use crate::text::significant;
-use crate::warning::{Place, Warning, name_of};
+use crate::warning::{Location, Warning, name_of};
 use rayon::prelude::*;
 
-/// More recordings are not looked through.
+/// Largest number of recordings that are tested.
 const RECORDINGS_MAX: usize = 20;
-/// Values that differ by less than this part are the same in practice.
+/// Smallest relative difference of a parameter that matters in practice.
 const PART_MIN: f64 = 0.05;
-/// Residuals that become smaller by this part matter, whichever parameters do it.
+/// Smallest relative decrease of the residual deviation that matters without a significant difference of any parameter.
 const SMALLER: f64 = 0.1;
-/// The 99.5 % quantile of the normal distribution.
+/// 99.5 % quantile of the normal distribution.
 const QUANTILE: f64 = 2.58;
 
 /// The fit of one recording alone.
 struct Own {
     axes: Vec<Axis>,
     refined: Refined,
+    /// Decrease of the sum of squares against the joint fit.
     gain: f64,
-    /// The correlation of its residuals makes variances so many times as large.
+    /// Variance inflation by the correlation of the residuals.
     inflation: f64,
 }
 
-/// A parameter that differs: that of one recording, and that of the others.
+/// The difference of a parameter between one recording and the others.
 struct Difference {
     parameter: Parameter,
+    /// Estimate from the recording.
     own: f64,
+    /// Weighted mean of the estimates from the other recordings.
     others: f64,
-    /// The distance between them, in standard errors.
+    /// Distance between the two \[standard errors\].
     distance: f64,
 }
 
-/// Returns the warnings of a joint fit whose recordings show different motors. `plain` is the problem of the fit, `shared`
-/// its refinement; parameters that the recordings do not identify are `open`.
+/// Returns the warnings of a joint fit whose recordings are not of one motor. `plain` is the problem of the fit, `shared` its
+/// refinement, and `open` are the parameters that the recordings do not identify.
 pub(crate) fn homogeneity(records: &[Record], plain: &Problem, shared: &Refined, open: &[Parameter]) -> Vec<Warning> {
     let mut warnings = friction_differs(records, plain, shared);
     if !(2..=RECORDINGS_MAX).contains(&records.len()) {
@@ -64,12 +67,12 @@ pub(crate) fn homogeneity(records: &[Record], plain: &Problem, shared: &Refined,
 
 /// Refines one recording alone, from the joint optimum.
 fn alone(plain: &Problem, shared: &Refined, recording: usize) -> Option<Own> {
-    let place = u32::try_from(recording).ok()?;
+    let index = u32::try_from(recording).ok()?;
     let (space, all) = (plain.space(), plain.space().free().iter().zip(&shared.values));
-    let of = all.filter(|(axis, _)| axis.scope.covers(place));
+    let of = all.filter(|(axis, _)| axis.scope.covers(index));
     let (axes, start): (Vec<Axis>, Vec<f64>) =
         of.map(|(axis, value)| (Axis { scope: Scope::Shared, ..*axis }, *value)).unzip();
-    let fixed = space.fixed().iter().filter(|(_, scope, _)| scope.covers(place));
+    let fixed = space.fixed().iter().filter(|(_, scope, _)| scope.covers(index));
     let fixed = fixed.map(|(parameter, _, value)| (*parameter, Scope::Shared, *value)).collect();
     let problem = plain.only(recording).with_space(Space::new(axes.clone(), fixed).ok()?);
     let refined = refine_on(&problem, &start, None).ok()?;
@@ -78,14 +81,14 @@ fn alone(plain: &Problem, shared: &Refined, recording: usize) -> Option<Own> {
         of.squares[n].iter().zip(refined.sigmas[0]).map(|(squares, sigma)| squares / (sigma * sigma)).sum::<f64>()
     };
     let gain = (sums(shared, recording) - sums(&refined, 0)).max(0.0) / inflation;
-    // σ is estimated too: the logarithm of the likelihood ratio grows less than the sum.
+    // With an estimated σ twice the log-likelihood ratio is `N ln(1 + gain/N)`, less than the gain.
     let signals = &plain.signals()[recording];
     let values = (0..2).filter(|c| signals.has(*c)).map(|c| signals.count(c)).sum::<usize>();
-    let independent = (count(values) / inflation).max(1.0);
-    Some(Own { axes, gain: independent * (gain / independent).ln_1p(), refined, inflation })
+    let effective = (count(values) / inflation).max(1.0);
+    Some(Own { axes, gain: effective * (gain / effective).ln_1p(), refined, inflation })
 }
 
-/// The recording that differs most and the parameters by which it does, where the recordings show different motors.
+/// Returns the recording that differs most with the parameters that differ; `None` if all recordings are of one motor.
 fn differing(plain: &Problem, shared: &Refined, own: &[Own], open: &[Parameter]) -> Option<(usize, Vec<Difference>)> {
     let rank: usize = own.iter().map(|own| own.refined.uncertainty.rank).sum();
     let freedom = rank.checked_sub(shared.uncertainty.rank).filter(|freedom| *freedom > 0)?;
@@ -95,10 +98,10 @@ fn differing(plain: &Problem, shared: &Refined, own: &[Own], open: &[Parameter])
     }
     let named = |odd: usize| -> Vec<Difference> {
         let shared = plain.space().free().iter().filter(|axis| axis.scope == Scope::Shared);
-        let told = shared.filter(|axis| !open.contains(&axis.parameter));
-        told.filter_map(|axis| difference(axis, own, odd)).collect()
+        let identified = shared.filter(|axis| !open.contains(&axis.parameter));
+        identified.filter_map(|axis| difference(axis, own, odd)).collect()
     };
-    // The one that differs is farther from the mean of the others than they are from means that it is part of.
+    // The outlying recording is farther from the mean of the others than any other is from a mean that includes the outlier.
     let distance = |differences: &[Difference]| differences.iter().map(|d| d.distance).fold(0.0, f64::max);
     let by_gain = |a: &usize, b: &usize| own[*a].gain.total_cmp(&own[*b].gain);
     let largest = (0..own.len()).max_by(by_gain)?;
@@ -112,15 +115,16 @@ fn differing(plain: &Problem, shared: &Refined, own: &[Own], open: &[Parameter])
     })
 }
 
-/// The difference of a parameter of one recording from the mean of the others, weighted by their information.
+/// Returns the difference of a parameter between one recording and the mean of the others, weighted by inverse variances;
+/// `None` if it is not significant or too small to matter.
 fn difference(axis: &Axis, own: &[Own], odd: usize) -> Option<Difference> {
-    let told = |of: &Own| {
-        let place = of.axes.iter().position(|own| own.parameter == axis.parameter)?;
-        let (value, error) = (of.refined.values[place], of.refined.uncertainty.std_error[place]?);
+    let estimate = |of: &Own| {
+        let index = of.axes.iter().position(|own| own.parameter == axis.parameter)?;
+        let (value, error) = (of.refined.values[index], of.refined.uncertainty.std_error[index]?);
         Some((axis.coordinate(value), error / axis.slope(value) * of.inflation.sqrt()))
     };
-    let (value, error) = told(&own[odd])?;
-    let others: Vec<(f64, f64)> = (0..own.len()).filter(|n| *n != odd).filter_map(|n| told(&own[n])).collect();
+    let (value, error) = estimate(&own[odd])?;
+    let others: Vec<(f64, f64)> = (0..own.len()).filter(|n| *n != odd).filter_map(|n| estimate(&own[n])).collect();
     let weight: f64 = others.iter().map(|(_, error)| error.powi(-2)).sum();
     let mean = others.iter().map(|(value, error)| value * error.powi(-2)).sum::<f64>() / weight;
     let distance = (value - mean).abs() / error.hypot(weight.sqrt().recip());
@@ -142,17 +146,17 @@ fn warning(records: &[Record], odd: usize, differences: &[Difference], gain: f64
     let one = |Difference { parameter, own, others, .. }: &Difference| {
         let (symbol, unit) = (parameter.symbol(), parameter.unit());
         let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
-        format!("{symbol} is {}{unit} there and {} in the others", significant(*own, 3), significant(*others, 3))
+        format!("{symbol} is {}{unit} in it and {} in the others", significant(*own, 3), significant(*others, 3))
     };
     let list: Vec<String> = differences.iter().map(one).collect();
     let what = if list.is_empty() { "other parameters fit it better".to_owned() } else { list.join(", ") };
     let message = format!(
-        "the recordings do not show one motor: {name} differs most, {what}; the joint fit is a compromise, and its standard \
-         errors are too small"
+        "the recordings are not of one motor under one condition: {name} differs most, {what}; the joint fit is a \
+         compromise, and its standard errors are too small"
     );
     let remedy = "Fit the recordings one by one; check whether the motor, its temperature or its load changed.";
     Warning {
-        place: Some(Place { recording: Some(name), figures: vec![("gain", gain)], ..Place::default() }),
+        place: Some(Location { recording: Some(name), figures: vec![("gain", gain)], ..Location::default() }),
         remedy: Some(remedy.into()),
         ..Warning::new("recordings_differ", message)
     }

@@ -1,4 +1,4 @@
-//! Noise of an input that was measured: what it does to standard errors.
+//! Effect of the noise of a measured input current on the standard errors.
 
 use super::fitted::FittedMotor;
 use crate::motor::Input;
@@ -7,13 +7,14 @@ use crate::record::Record;
 use crate::text::{engineering, significant};
 use crate::warning::Warning;
 
-/// Noise of the current makes standard errors so many times too small before it is said.
+/// Smallest factor by which standard errors are too small at which a warning is given.
 const TOO_SMALL: f64 = 1.5;
 
-/// Returns the effect of the current's noise on standard errors, which account for the noise of the speed alone.
+/// Returns the warning about noise of an input current, which the standard errors neglect: they include the noise of the speed
+/// only.
 ///
-/// Through the motor, white noise of σ_i becomes one of the speed that is correlated over its time constant. Where
-/// parameters act as slowly as that, it counts as white noise of `gain σ_i` would.
+/// The motor filters white noise of the current, of standard deviation σ_i, into noise of the speed that is correlated over the
+/// mechanical time constant. Parameters whose effects are as slow see it like white noise of standard deviation `gain σ_i`.
 pub(crate) fn input_noise(records: &[Record], found: &FittedMotor<'_>) -> Option<Warning> {
     let sigma = found.residual_sigma[1].filter(|sigma| found.input == Input::Current && *sigma > 0.0)?;
     found.uncertainty?;
@@ -25,8 +26,8 @@ pub(crate) fn input_noise(records: &[Record], found: &FittedMotor<'_>) -> Option
     (times > TOO_SMALL).then(|| {
         let (noise, times) = (engineering(noise, "A", 2), significant(times, 2));
         let message = format!(
-            "the current has noise of {noise}, which acts on the speed: standard errors, which know the noise of the speed \
-             alone, are too small by up to a factor of {times}"
+            "the current has noise of {noise}, which acts on the speed: the standard errors include only the noise of the \
+             speed sensor and are too small by up to a factor of {times}"
         );
         Warning::new("input_noise", message)
     })

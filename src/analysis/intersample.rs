@@ -1,7 +1,8 @@
-//! Tests whether a voltage is held between samples or was sampled while it went on: what the outputs say.
+//! Detection of the intersample behaviour of the input by likelihood.
 //!
-//! A drive that sets a new voltage at each sample holds it; a voltage that a sensor samples goes on in between. Taking
-//! the one for the other shifts the input by half a period. Both are tried, and the likelihood of the outputs tells.
+//! A voltage that a drive sets at each sample has a zero-order hold; a continuous voltage that a sensor samples is better
+//! described by a first-order hold. Confusing the two shifts the input by half a period. Both are fitted, and the likelihoods
+//! of the outputs are compared.
 
 use super::fitted::FittedMotor;
 use super::recording::warnings_of_records;
@@ -15,27 +16,27 @@ use crate::numeric;
 use crate::record::{Quantity, Record};
 use crate::setting::text;
 use crate::text::{engineering, significant};
-use crate::warning::{Place, Warning};
+use crate::warning::{Location, Warning};
 
-/// Between samples, the voltage goes on as this rather than as that which was assumed.
+/// An intersample behaviour that fits better than the assumed one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Intersample {
-    /// The discretization that explains the outputs better.
+    /// Discretization that fits better.
     pub better: Discretization,
-    /// The logarithm of how many times likelier they make it.
+    /// Log-likelihood ratio of the better discretization to the assumed one, at the effective sample size.
     pub log_likelihood: f64,
-    /// σ of the worst channel's residuals, relative to that of what was assumed.
+    /// Smallest ratio, over the channels, of the residual deviation under the better discretization to that under the assumed
+    /// one.
     pub sigma_ratio: f64,
 }
 
-/// Where the voltage changes at fewer samples than this part of them, a line between samples is a delay by half a period, which
-/// a dead time stands for as well.
+/// Smallest ratio of samples at which the input changes. Below it, a first-order hold is equivalent to a delay by half a
+/// period, which a dead time describes as well.
 const LIVELY: f64 = 0.3;
-/// The gain from which a difference is reported: a factor of e⁵ in likelihood, of residuals that count as far as they are not
-/// correlated from sample to sample.
+/// Smallest log-likelihood ratio, at the effective sample size, at which a difference is reported.
 const LOG_LIKELIHOOD: f64 = 5.0;
 
-/// Returns whether the voltage changes at so many samples that its course between them can be seen.
+/// Returns true if the input changes at enough samples for its intersample behaviour to be detected.
 pub(crate) fn is_lively(record: &Record) -> bool {
     let voltage = record.input();
     let changes = voltage.windows(2).filter(|v| v[0].to_bits() != v[1].to_bits()).count();
@@ -43,7 +44,7 @@ pub(crate) fn is_lively(record: &Record) -> bool {
     part > LIVELY && record.slope().is_empty()
 }
 
-/// The other way on, where there is one.
+/// Returns the alternative intersample behaviour: first-order hold for zero-order hold and the reverse; `None` for others.
 fn other(method: Discretization) -> Option<Discretization> {
     match method {
         Discretization::Zoh => Some(Discretization::Foh),
@@ -52,8 +53,8 @@ fn other(method: Discretization) -> Option<Discretization> {
     }
 }
 
-/// Compares two fits of the same recordings.
-fn judged(here: &Refined, there: &Refined, better: Discretization, count: usize) -> Option<Intersample> {
+/// Compares the fits under the assumed and the alternative intersample behaviour; `None` if the alternative is not better.
+fn compared(here: &Refined, there: &Refined, better: Discretization, count: usize) -> Option<Intersample> {
     let count = numeric::count(count) / variance_inflation(&there.uncertainty);
     let (mut log_likelihood, mut sigma_ratio) = (0.0, f64::INFINITY);
     for (here, there) in here.sigma.iter().zip(&there.sigma) {
@@ -61,15 +62,16 @@ fn judged(here: &Refined, there: &Refined, better: Discretization, count: usize)
         log_likelihood += count * (here / there).ln();
         sigma_ratio = f64::min(sigma_ratio, there / here);
     }
-    let told = log_likelihood > LOG_LIKELIHOOD && sigma_ratio < 1.0;
-    told.then_some(Intersample { better, log_likelihood, sigma_ratio })
+    let is_better = log_likelihood > LOG_LIKELIHOOD && sigma_ratio < 1.0;
+    is_better.then_some(Intersample { better, log_likelihood, sigma_ratio })
 }
 
-/// Returns whether recordings speak for another course of the voltage between samples than `method`: by all five parameters
-/// where current and speed were measured, else by gain and time constant.
+/// Tests whether another intersample behaviour of the voltage than `method` fits a recording better. The model is the linear
+/// motor with all five parameters, started at `start`, or without a start the normalized model of the speed alone. Returns
+/// `None` if `method` fits as well, or if the recording does not allow the test.
 ///
 /// # Errors
-/// As a refinement.
+/// Propagates the errors of the refinement and of the initial estimate from the speed.
 pub fn detect_intersample(
     record: &Record,
     start: Option<&[f64; 5]>,
@@ -77,7 +79,7 @@ pub fn detect_intersample(
 ) -> Result<Option<Intersample>> {
     let by_voltage = record.driver() == Quantity::Voltage;
     let Some(better) = other(method).filter(|_| by_voltage && is_lively(record)) else { return Ok(None) };
-    let alone = (start.is_none() && record.measured()[1].is_some()).then(|| record.speed_alone());
+    let alone = (start.is_none() && record.measured()[1].is_some()).then(|| record.without_current());
     let record = alone.as_ref().unwrap_or(record);
     let records = std::slice::from_ref(record);
     let options =
@@ -92,16 +94,16 @@ pub fn detect_intersample(
     };
     let here = refine(records, &space, &start, &options(method))?;
     let there = refine(records, &space, &here.values, &options(better))?;
-    Ok(judged(&here, &there, better, record.len()))
+    Ok(compared(&here, &there, better, record.len()))
 }
 
-/// The axis between two multiples of a value.
+/// Returns the axis of a parameter between two multiples of a value.
 fn axis(parameter: Parameter, value: f64, [low, high]: [f64; 2]) -> Axis {
     Axis { parameter, scope: Scope::Shared, min: low * value, max: high * value }
 }
 
-/// Returns the normalized model of speed alone: R = 1 Ω and no friction, so that the gain is 1/K, the time constants J/K² and
-/// L/R.
+/// Returns the normalized model of speed alone with initial values. With R = 1 Ω and negligible friction the gain is 1/K and
+/// the time constants are J/K² and L/R.
 fn by_speed(record: &Record) -> Result<(Space, Vec<f64>)> {
     let start = guess_by_speed(record)?;
     let [_, k, _] = start;
@@ -111,17 +113,17 @@ fn by_speed(record: &Record) -> Result<(Space, Vec<f64>)> {
 }
 
 impl Intersample {
-    /// Returns it as a warning about what drives the motor, with the setting that follows it.
+    /// Returns the warning about the input `driver`, with the better discretization as the remedy.
     #[must_use]
     pub fn warning(&self, driver: Quantity) -> Warning {
         let (what, follows) = match self.better {
-            Discretization::Foh => ("as if it had been sampled while it went on in between", "foh"),
-            _ => ("as if it had been held in between", "zoh"),
+            Discretization::Foh => ("as with a first-order hold between samples", "foh"),
+            _ => ("as with a zero-order hold between samples", "zoh"),
         };
         let smaller = significant(100.0 * (1.0 - self.sigma_ratio), 2);
         Warning {
             remedy: Some(text!("Use " [Discretization = "{follows}"] ".")),
-            place: Some(Place { quantity: Some(driver), ..Place::default() }),
+            place: Some(Location { quantity: Some(driver), ..Location::default() }),
             ..Warning::new(
                 "between_samples",
                 format!("the motor follows the {driver} {what}: residuals are {smaller} % smaller"),
@@ -130,7 +132,7 @@ impl Intersample {
     }
 }
 
-/// Returns possible reasons why recordings give no result: findings, and a voltage that was interpolated wrongly.
+/// Returns possible reasons for a failed identification: findings about the recordings, and a wrong intersample behaviour.
 #[must_use]
 pub fn suspicions(records: &[Record], method: Discretization) -> Vec<Warning> {
     let mut warnings = warnings_of_records(records);
@@ -139,12 +141,13 @@ pub fn suspicions(records: &[Record], method: Discretization) -> Vec<Warning> {
     warnings
 }
 
-/// A period longer than these parts of the fastest time constant is too coarse: for a voltage made of lines over it,
-/// and for values between samples. Measured on the M2 motor and one six times as fast: biases of a standard error.
+/// Largest ratio of the period to the fastest time constant for a decimated recording, whose voltage has a slope over each
+/// period. At this ratio the bias was one standard error, on the M2 motor and on one six times as fast.
 const COARSE_LINES: f64 = 0.7;
+/// Largest ratio of the period to the fastest time constant for an interpolated recording, at the same bias.
 const COARSE_BETWEEN: f64 = 0.2;
 
-/// The warning for a recording that was brought to a rate at which the motor's fastest motion is not seen.
+/// Returns the warning about a resampled recording whose rate is too low for the fastest time constant of the motor.
 pub(crate) fn coarse_rate(records: &[Record], found: &FittedMotor<'_>) -> Option<Warning> {
     let [r, l, k, b, j] = found.parameters.to_array();
     let (sum, product) = (r / l + b / j, (r * b + k * k) / (l * j));
@@ -156,16 +159,16 @@ pub(crate) fn coarse_rate(records: &[Record], found: &FittedMotor<'_>) -> Option
     };
     let limit = |record: &Record| if record.is_interpolated() { COARSE_BETWEEN } else { COARSE_LINES };
     let record = records.iter().find(|r| !r.slope().is_empty() && r.period_s() > limit(r) * fastest)?;
-    let what = if record.is_interpolated() { "what stands between samples" } else { "what the input does within" };
+    let what = if record.is_interpolated() { "the interpolated values" } else { "the input within a period" };
     let [period, fastest] = [record.period_s(), fastest].map(|seconds| engineering(seconds, "s", 3));
     let message = text!(
-        "{period} between samples is long against the fastest time constant, {fastest}: {what} is not known well enough, "
-        "and the parameters are off by more than their errors; give a higher " [Rate] ", decimate less, or leave both out"
+        "{period} between samples is long compared with the fastest time constant, {fastest}: the bias from {what} exceeds "
+        "the standard errors of the parameters; give a higher " [Rate] ", decimate less, or leave both out"
     );
     Some(Warning::new("coarse_rate", message))
 }
 
-/// The warning for a result whose voltage was taken to go on otherwise than the outputs say.
+/// Returns the warning about a result whose voltage has another intersample behaviour than the model.
 pub(crate) fn intersample_of_voltage(records: &[Record], model: Model, found: &FittedMotor<'_>) -> Option<Warning> {
     let [record] = records else { return None };
     found.uncertainty?;
@@ -175,7 +178,7 @@ pub(crate) fn intersample_of_voltage(records: &[Record], model: Model, found: &F
     between.ok().flatten().map(|between| between.warning(Quantity::Voltage))
 }
 
-/// The same where the current is the input.
+/// Returns the warning about a result whose input current has another intersample behaviour than the model.
 pub(crate) fn intersample_of_current(records: &[Record], model: Model, found: &FittedMotor<'_>) -> Option<Warning> {
     let [record] = records else { return None };
     let applies = found.input == Input::Current && found.uncertainty.is_some() && is_lively(record);
@@ -185,6 +188,6 @@ pub(crate) fn intersample_of_current(records: &[Record], model: Model, found: &F
         let options = RefineOptions { model: Model { discretization, ..model }, sigma: None };
         refine(records, found.space, found.values, &options).ok()
     };
-    let between = judged(&refined(method)?, &refined(better)?, better, record.len())?;
+    let between = compared(&refined(method)?, &refined(better)?, better, record.len())?;
     Some(between.warning(Quantity::Current))
 }

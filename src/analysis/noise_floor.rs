@@ -1,8 +1,8 @@
-//! The noise floor: differences between recordings with the same input, which no model of the motor explains.
+//! The noise floor: the differences between recordings with the same input, which no deterministic model can reproduce.
 //!
-//! Of m recordings of one input the variance of what does not repeat is that within them,
-//! `σ² = Σ_n Σ_r (y_rn − ȳ_n)²/(N(m − 1))`, for two `mean((y_a − y_b)²)/2`. A model that knows all that repeats leaves
-//! σ² in each, so that its fit is expected to be `100 (1 − √(Σ σ²)/‖y − mean y‖)`, the ceiling.
+//! From m recordings with the same input and N samples each, the variance of the noise is estimated by
+//! `σ² = Σ_n Σ_r (y_rn − ȳ_n)²/(N(m − 1))`, for two recordings `mean((y_a − y_b)²)/2`. The residuals of an ideal model have the
+//! variance σ², so that the best achievable fit is `100 (1 − √(Σ σ²)/‖y − mean y‖)`.
 
 use crate::channels::Channels;
 use crate::evaluate::{Model, Problem};
@@ -12,17 +12,16 @@ use crate::{Result, estimate::fit_problem, motor::Space};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
-/// Repeatability of recordings with the same input.
+/// The noise floor of recordings with the same input.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NoiseFloor {
-    /// Which recordings have the same input, by their numbers from 0 on.
+    /// Groups of recordings with the same input, as indices from 0.
     pub groups: Vec<Vec<usize>>,
-    /// Samples that were compared in each group.
+    /// Number of compared samples of each group.
     pub samples: Vec<usize>,
-    /// The fit that no model can be expected to exceed on them, of current and speed \[%\]; `None` for a channel not
-    /// measured.
+    /// Best achievable fit of current and speed on these recordings \[%\]; `None` for a channel that was not measured.
     pub best_achievable_percent: [Option<f64>; 2],
-    /// σ of what does not repeat, in A and rad/s.
+    /// Standard deviation of the noise of current \[A\] and speed \[rad/s\].
     pub sigma: [Option<f64>; 2],
 }
 
@@ -38,21 +37,20 @@ impl Serialize for NoiseFloor {
     }
 }
 
-/// Voltages that differ by less than this part of their peak are the same.
+/// Largest difference of equal inputs relative to their peak.
 const SAME: f64 = 1e-3;
-/// Periods that differ by less than this part are the same.
+/// Largest relative difference of equal sampling periods.
 const SAME_PERIOD: f64 = 1e-4;
-/// Samples to compare.
+/// Smallest number of common samples.
 const SAMPLES_MIN: usize = 20;
-/// Recordings that are looked through.
+/// Largest number of recordings that are compared.
 const RECORDINGS_MAX: usize = 200;
 
-/// Returns the noise floor of recordings that begin at rest and have the same voltage, aligned where it first changes; `None`
-/// where
-/// no two of them do. Recordings that are the same to the last bit are one.
+/// Returns the noise floor of recordings that begin at rest and have the same input, aligned at its first change; `None` if no
+/// two recordings do. Identical recordings count once.
 ///
 /// # Errors
-/// As for a problem of these recordings.
+/// Propagates the errors of [`fit_problem`].
 pub fn noise_floor(records: &[&Record], model: Model) -> Result<Option<NoiseFloor>> {
     if records.len() < 2 {
         return Ok(None);
@@ -68,14 +66,14 @@ pub fn noise_floor(records: &[&Record], model: Model) -> Result<Option<NoiseFloo
         }
     }
     groups.retain(|group| group.len() > 1);
-    Ok((!groups.is_empty()).then(|| judged(&groups)))
+    Ok((!groups.is_empty()).then(|| noise_floor_of(&groups)))
 }
 
-/// A recording that begins at rest.
+/// A recording that begins at rest, aligned at the first change of its input.
 struct Aligned<'a> {
     number: usize,
     record: &'a Record,
-    /// The sample at which its voltage first changes.
+    /// Index of the sample at which the input first changes.
     onset: usize,
     counting: Vec<[bool; 2]>,
 }
@@ -90,7 +88,7 @@ impl<'a> Aligned<'a> {
         usable.then(|| Self { number, record, onset, counting: record.counting() })
     }
 
-    /// The samples before and after the onset that two have in common.
+    /// Returns the numbers of samples before and after the onset that two recordings have in common.
     fn common(&self, other: &Self) -> [usize; 2] {
         let after = |of: &Self| of.record.len() - of.onset;
         [self.onset.min(other.onset), after(self).min(after(other))]
@@ -119,7 +117,7 @@ impl<'a> Aligned<'a> {
             && alike(a.input(), b.input())
     }
 
-    /// The value of a channel so many samples from the start of what is common, where it counts.
+    /// Returns sample `n` of the common range of a channel, which begins `before` samples before the onset; `None` if excluded.
     fn value(&self, channel: usize, before: usize, n: usize) -> Option<f64> {
         let n = self.onset - before + n;
         let counts = self.counting.get(n).is_none_or(|counts| counts[channel]);
@@ -127,7 +125,8 @@ impl<'a> Aligned<'a> {
     }
 }
 
-fn judged(groups: &[Vec<Aligned<'_>>]) -> NoiseFloor {
+/// Computes the noise floor over groups of recordings with the same input.
+fn noise_floor_of(groups: &[Vec<Aligned<'_>>]) -> NoiseFloor {
     let mut sums = [Sums::default(); 2];
     let mut samples = Vec::new();
     for group in groups {
@@ -149,11 +148,11 @@ fn judged(groups: &[Vec<Aligned<'_>>]) -> NoiseFloor {
 /// Sums over all groups.
 #[derive(Clone, Copy, Default)]
 struct Sums {
-    /// Of σ² for each value.
+    /// Sum of the estimates of σ² over all values.
     noise: f64,
-    /// Of squares about the mean of each recording.
+    /// Sum of squares about the mean of each recording.
     about: f64,
-    /// Of values.
+    /// Number of values.
     count: f64,
 }
 
@@ -162,7 +161,7 @@ impl Sums {
         let size = count(group.len());
         let mut kept = vec![Vec::with_capacity(before + after); group.len()];
         for n in 0..before + after {
-            // A sample counts where it counts in all of them.
+            // Samples that are excluded in one recording are excluded in all.
             let values: Option<Vec<f64>> = group.iter().map(|of| of.value(channel, before, n)).collect();
             let Some(values) = values else { continue };
             self.noise += size * squares_about(mean(&values), &values) / (size - 1.0);

@@ -1,16 +1,16 @@
-//! Warnings about recordings, whatever they are used for.
+//! Warnings about recordings that do not depend on the model: findings of the diagnosis, units, constant inputs.
 
 use crate::record::{Finding, Quantity, Record, Severity, diagnose};
 use crate::setting::{Text, text};
-use crate::warning::{Place, Warning, name_of};
+use crate::warning::{Location, Warning, name_of};
 
-/// Returns warnings about recordings, each named.
+/// Returns the warnings about recordings, each with the name of its recording.
 #[must_use]
 pub fn warnings_of_records(records: &[Record]) -> Vec<Warning> {
     let named = |record: &Record| {
         let name = name_of(record);
         let place = move |warning: Warning| {
-            let place = Place { recording: Some(name.clone()), ..warning.place.unwrap_or_default() };
+            let place = Location { recording: Some(name.clone()), ..warning.place.unwrap_or_default() };
             Warning { place: Some(place), ..warning }
         };
         record_warnings(record).into_iter().map(place).collect::<Vec<_>>()
@@ -18,7 +18,7 @@ pub fn warnings_of_records(records: &[Record]) -> Vec<Warning> {
     records.iter().flat_map(named).collect()
 }
 
-/// The columns that were not used, in words.
+/// Describes the columns that were not used; empty if all were.
 pub(crate) fn unused_columns(records: &[Record]) -> Text {
     let unused: Vec<String> = records.iter().flat_map(|r| r.source().ignored.iter().cloned()).take(12).collect();
     match unused.len() {
@@ -27,27 +27,27 @@ pub(crate) fn unused_columns(records: &[Record]) -> Text {
     }
 }
 
-/// A period from which on it is doubted \[s\], if nobody names its unit: a motor moves faster, and a logger in
-/// milliseconds is common.
+/// Period \[s\] from which a time column without a named unit gets a warning: it is long for a motor, and times in milliseconds
+/// are common.
 const PERIOD_DOUBTED_S: f64 = 0.02;
 
-/// Returns warnings about a recording, whatever it is used for.
+/// Returns the warnings about one recording, remarks last.
 #[must_use]
 pub fn record_warnings(record: &Record) -> Vec<Warning> {
-    let whole = |finding: &Finding| {
+    let is_visible = |finding: &Finding| {
         let masked = |place: &std::ops::Range<usize>| {
             record.excluded().iter().any(|e| e.start <= place.start && place.end <= e.end)
         };
         finding.places.is_empty() || !finding.places.iter().all(masked)
     };
     let mut warnings: Vec<Warning> =
-        diagnose(record).into_iter().filter(whole).map(|finding| Warning::found(record, finding)).collect();
+        diagnose(record).into_iter().filter(is_visible).map(|finding| Warning::found(record, finding)).collect();
     let columns = &record.source().columns;
     let period = record.period_s();
     let unit_open = columns.iter().any(|c| c.quantity == Quantity::Time && !c.unit_named);
     if period >= PERIOD_DOUBTED_S && unit_open && !warnings.iter().any(|w| w.code == "units") {
         let message = text!(
-            "{period} s between samples is long for a motor; if the times are milliseconds, name the unit: "
+            "{period} s between samples is long for a motor; if the times are in milliseconds, name the unit: "
                 [Columns = "time=HEADING:ms"]
         );
         warnings.push(Warning::new("period_unit", message));
@@ -63,11 +63,11 @@ pub fn record_warnings(record: &Record) -> Vec<Warning> {
     let assumed: Vec<String> =
         (columns.iter().filter(|c| !c.unit_named)).map(|c| format!("{} in {}", c.heading, c.unit)).collect();
     if !assumed.is_empty() {
-        let message = text!(("no unit is named, taken to be {}; name it with ", assumed.join(", "))[Columns]);
+        let message = text!(("no unit is named, assumed {}; name it with ", assumed.join(", "))[Columns]);
         warnings.push(Warning::new("unit_assumed", message));
     }
     if record.source().last_line_open {
-        let message = "the file ends without a line end: its last number may be cut off";
+        let message = "the file ends without a line break: its last number may be truncated";
         warnings.push(Warning::new("no_line_end", message));
     }
     warnings.sort_by_key(|warning| warning.severity == Severity::Mention);

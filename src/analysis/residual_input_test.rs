@@ -1,72 +1,73 @@
-//! Tests whether residuals depend on the voltage: if they do, the model misses how the voltage acts.
+//! Cross-correlation test of residuals and input: if the residuals depend on the input, the model lacks an effect of the input.
 //!
-//! The residuals are regressed on the voltage: as it was up to 20 samples before, and on its means over ever longer
-//! stretches before that. Residuals that are correlated among themselves are correlated with any voltage by chance
-//! (M. S. Bartlett 1935); so all is filtered first by what makes white what the voltage does not explain, an
-//! autoregression whose order is Schwarz's (G. E. P. Box, G. M. Jenkins 1970; D. Cochrane, G. H. Orcutt 1949). With
-//! filtered residuals e and columns X the statistic is `zᵀ(σ² XᵀX + H Hᵀ)⁻¹ z`, `z = Xᵀe`, which follows χ² with the rank
-//! of X where nothing is missed. `H = Xᵀ D` is what the standard errors of the parameters explain: the columns of D are
-//! how the output moves with each of their principal errors.
+//! The residuals are regressed on the input at lags of 0 to 20 samples and on its means over successively longer windows
+//! before. Autocorrelated residuals are correlated with any input by chance (M. S. Bartlett, 1935). Residuals and input are
+//! therefore prewhitened by the autoregression of the noise, with its order by BIC (D. Cochrane, G. H. Orcutt, 1949; G. E. P.
+//! Box, G. M. Jenkins, 1970). With filtered residuals e and regressors X the statistic is `zᵀ(σ² XᵀX + H Hᵀ)⁻¹ z`, `z = Xᵀe`.
+//! It follows χ² with the rank of X as degrees of freedom if the model is complete. `H = Xᵀ D` accounts for the standard errors
+//! of the parameters; the columns of D are the output sensitivities to independent errors of the parameters.
 
 use crate::estimate::products_about_means;
 use crate::numeric::{autoregression, chi_square_limit, count, dot, running_sums, sum};
 use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// The test of residuals against the voltage.
+/// The result of the test of residuals against the input.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct ResidualInputTest {
-    /// True if the residuals do not depend on the voltage.
+    /// True if the residuals do not depend on the input.
     #[serde(rename = "independent")]
     pub is_independent: bool,
-    /// The statistic: about its degrees of freedom where the residuals do not depend on the voltage.
+    /// Test statistic; its expectation is the number of degrees of freedom if the residuals do not depend on the input.
     pub statistic: f64,
-    /// The value that it exceeds with a probability of one in ten thousand.
+    /// Threshold that the statistic exceeds with a probability of 1e-4 if the residuals do not depend on the input.
     pub threshold: f64,
-    /// The part of the residuals that the voltage explains \[%\], beyond the part explained by chance.
+    /// Percentage of the variance of the residuals that the input explains beyond chance \[%\].
     pub explained_percent: f64,
 }
 
-/// Lags of the voltage, from none.
+/// Largest lag of the input \[samples\].
 const LAGS: usize = 20;
-/// Its means begin there and reach a quarter further each, to this part of the recording and so many samples at most.
+/// Smallest ratio of the number of samples to the largest lag of the windowed means.
 const PART_MAX: usize = 5;
+/// Largest lag of the windowed means \[samples\].
 const LAG_MAX: usize = 1000;
-/// The highest order of the filter, and samples that each of it needs.
+/// Highest order of the prewhitening filter.
 const ORDER_MAX: usize = 20;
+/// Number of samples per coefficient of the filter.
 const SAMPLES_PER_ORDER: usize = 20;
-/// Independent samples that each column needs, lest it be fitted to noise.
+/// Effective number of samples per regressor, against overfitting.
 const SAMPLES_PER_COLUMN: f64 = 5.0;
-/// Samples that are looked at: more show no more that matters.
+/// Largest number of samples in the test; more make no practical difference.
 const SAMPLES_MAX: usize = 50_000;
-/// Directions of the voltage with less than this part of the most are none.
+/// Smallest eigenvalue of the normal matrix, relative to the largest, of a direction that the input excites.
 const EIGENVALUE_MIN: f64 = 1e-10;
 
-/// Residuals with what may explain them; all of one length.
+/// Residuals with their regressors and sensitivities, all of the same length.
 #[derive(Debug, Clone, Copy)]
 pub struct Residuals<'a> {
-    /// Measured less simulated values; any value where a sample does not count.
+    /// Measured minus simulated values; arbitrary at excluded samples.
     pub values: &'a [f64],
-    /// The voltage.
+    /// Regressors made from the input.
     pub regressors: &'a Regressors,
-    /// Which samples count; empty when all do.
+    /// Mask of the samples, false if excluded; empty if none is excluded.
     pub counting: &'a [bool],
     /// Output sensitivities to the errors of the parameters, one signal for each independent error.
     pub sensitivities: &'a [Vec<f64>],
 }
 
-/// A voltage \[V\] as residuals of both channels are regressed on it.
+/// The regressors made from an input, shared by the residuals of both channels.
 #[derive(Debug, Clone)]
 pub struct Regressors {
-    /// From the first sample on.
+    /// Input minus its first value.
     voltage: Vec<f64>,
     columns: Columns,
-    /// Of the columns about their means.
+    /// Normal matrix of the columns about their means.
     normal: Normal,
 }
 
 impl Regressors {
-    /// Of the voltage of a recording, or of the current where that is the input.
+    /// Makes the regressors from the input of a recording: the voltage \[V\], or the current \[A\] if that is the input.
     #[must_use]
     pub fn new(voltage: &[f64]) -> Self {
         let size = voltage.len().min(SAMPLES_MAX);
@@ -77,8 +78,8 @@ impl Regressors {
     }
 }
 
-/// Tests residuals against the voltage; `None` for too few samples, signals of different lengths, a voltage that does not
-/// change, or residuals so correlated that nothing shows whether the voltage or noise made them.
+/// Tests residuals against the input. Returns `None` for too few samples, signals of different lengths, a constant input, or a
+/// negative result that is inconclusive because the residuals are too strongly correlated.
 #[must_use]
 pub fn residual_input_test(residuals: &Residuals<'_>) -> Option<ResidualInputTest> {
     let Regressors { voltage, .. } = residuals.regressors;
@@ -88,7 +89,7 @@ pub fn residual_input_test(residuals: &Residuals<'_>) -> Option<ResidualInputTes
     }
     let counts = |n: usize| residuals.counting.get(n).copied().unwrap_or(true);
     let values: Vec<f64> = (0..size).map(|n| if counts(n) { residuals.values[n] } else { 0.0 }).collect();
-    let Noise { filter, is_told } = noise(&values, residuals.regressors);
+    let Noise { filter, is_separated } = noise(&values, residuals.regressors);
     let reach = filter.len();
     let mut run = 0;
     let rows = (0..size).filter(|&n| {
@@ -100,7 +101,7 @@ pub fn residual_input_test(residuals: &Residuals<'_>) -> Option<ResidualInputTes
     if count(rows.len()) < SAMPLES_PER_COLUMN * count(regressors) {
         return None;
     }
-    // The columns of what is filtered are the filtered columns.
+    // Filtering commutes with lags and means.
     let columns = Columns::new(&filtered(voltage, &filter));
     let mut all = columns.all();
     let explained = std::iter::once(values.as_slice()).chain(residuals.sensitivities.iter().map(|s| &s[..size]));
@@ -116,23 +117,23 @@ pub fn residual_input_test(residuals: &Residuals<'_>) -> Option<ResidualInputTes
     let explained_percent = 100.0 * ((statistic - count(rank)) / count(rows.len())).clamp(0.0, 1.0);
     let is_independent = statistic <= threshold;
     let found = ResidualInputTest { statistic, threshold, explained_percent, is_independent };
-    (statistic.is_finite() && (is_told || !is_independent)).then_some(found)
+    (statistic.is_finite() && (is_separated || !is_independent)).then_some(found)
 }
 
-/// A signal at each lag, and its means over longer and longer windows before; before the start it was zero.
+/// A signal at each lag and its means over successively longer windows before; the signal is zero before its start.
 #[derive(Debug, Clone)]
 struct Columns {
     size: usize,
-    /// The signal from its longest lag before the start on.
+    /// Signal minus its mean, from the longest lag before the start.
     signal: Vec<f64>,
-    /// Its means over each window.
+    /// Means over each window.
     means: Vec<Vec<f64>>,
 }
 
 impl Columns {
     fn new(signal: &[f64]) -> Self {
         let size = signal.len();
-        // About their mean, so that sums lose no digits.
+        // Subtracting the mean keeps the running sums accurate.
         let mean = sum(signal) / count(size);
         let early = std::iter::repeat_n(&0.0, LAG_MAX);
         let signal: Vec<f64> = early.chain(signal).map(|value| value - mean).collect();
@@ -148,48 +149,49 @@ impl Columns {
         Self { size, means: edges.windows(2).map(mean).collect(), signal }
     }
 
-    /// Every column from the first sample on.
+    /// Returns all columns from the first sample on.
     fn all(&self) -> Vec<&[f64]> {
         let lags = (0..=LAGS).map(|lag| &self.signal[LAG_MAX - lag..][..self.size]);
         lags.chain(self.means.iter().map(Vec::as_slice)).collect()
     }
 }
 
-/// The filter that makes the noise white.
+/// The filter that whitens the noise.
 struct Noise {
+    /// Coefficients of the autoregression.
     filter: Vec<f64>,
-    /// True if it was told apart from what the voltage explains: where not, it may take that for noise.
-    is_told: bool,
+    /// True if the effect of the input was removed from the residuals before the filter was estimated.
+    is_separated: bool,
 }
 
-/// The autoregression of the noise: of what the columns do not explain, or, where independent samples are so few that the
-/// columns would explain noise, of all.
+/// Estimates the autoregression of the noise from the residuals of the regression on the input. If the effective sample size is
+/// too small for this regression, it is estimated from the residuals of the model.
 fn noise(values: &[f64], regressors: &Regressors) -> Noise {
     let Regressors { columns, normal, .. } = regressors;
     let columns = columns.all();
     let mut rest = centred(values.to_vec());
     let z = DVector::from_iterator(columns.len(), columns.iter().map(|column| dot(column, &rest)));
     let Some((solution, _)) = normal.solve(&z) else {
-        return Noise { filter: schwarz(values), is_told: false };
+        return Noise { filter: whitening(values), is_separated: false };
     };
     for (column, factor) in columns.iter().zip(solution.iter()) {
         rest.iter_mut().zip(*column).for_each(|(rest, x)| *rest -= factor * x);
     }
     let rest = centred(rest);
     let lag1 = (dot(&rest[1..], &rest) / dot(&rest, &rest)).clamp(0.0, 1.0);
-    let independent = count(rest.len()) * (1.0 - lag1) / (1.0 + lag1);
-    let enough = independent >= SAMPLES_PER_COLUMN * count(columns.len());
-    Noise { filter: schwarz(if enough { &rest } else { values }), is_told: enough }
+    let effective = count(rest.len()) * (1.0 - lag1) / (1.0 + lag1);
+    let enough = effective >= SAMPLES_PER_COLUMN * count(columns.len());
+    Noise { filter: whitening(if enough { &rest } else { values }), is_separated: enough }
 }
 
-/// A symmetric matrix, to be solved over the directions that it has.
+/// The pseudoinverse of a symmetric positive semidefinite matrix.
 #[derive(Debug, Clone)]
 struct Normal {
-    /// Factors that make its diagonal ones.
+    /// Factors that scale the diagonal to ones.
     scale: DVector<f64>,
-    /// The inverse of the scaled matrix over its directions.
+    /// Pseudoinverse of the scaled matrix.
     inverse: DMatrix<f64>,
-    /// The number of its directions.
+    /// Numerical rank of the matrix.
     rank: usize,
 }
 
@@ -198,7 +200,7 @@ impl Normal {
         let scale = matrix.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 0.0 });
         let size = scale.len();
         let scaled = DMatrix::from_fn(size, size, |a, b| matrix[(a, b)] * scale[a] * scale[b]);
-        // No eigenvalue is below one over the trace of the inverse, and none above the trace of the matrix.
+        // All eigenvalues are between the inverse of the trace of the inverse and the trace of the matrix.
         let inverse = scaled.clone().cholesky().map(|root| root.inverse());
         if let Some(inverse) = inverse.filter(|i| 1.0 / i.trace() > EIGENVALUE_MIN * scaled.trace()) {
             return Self { scale, inverse, rank: size };
@@ -213,36 +215,36 @@ impl Normal {
         Self { scale, inverse, rank }
     }
 
-    /// `M⁻¹ z` over the directions that `M` has, and how many these are; `None` without any.
+    /// Returns the solution of `M x = z` over the excited directions and the rank of `M`; `None` for rank 0.
     fn solve(&self, z: &DVector<f64>) -> Option<(DVector<f64>, usize)> {
         let solution = (&self.inverse * z.component_mul(&self.scale)).component_mul(&self.scale);
         (self.rank > 0).then_some((solution, self.rank))
     }
 }
 
-/// Returns the coefficients of the autoregression of a signal, their number by Schwarz's criterion.
-fn schwarz(values: &[f64]) -> Vec<f64> {
+/// Returns the coefficients of the autoregression of a signal, with the order by BIC.
+fn whitening(values: &[f64]) -> Vec<f64> {
     let order_max = ORDER_MAX.min(values.len() / SAMPLES_PER_ORDER);
     autoregression(values, order_max, count(values.len()).ln()).coefficients
 }
 
-/// Returns the innovations of a signal under the autoregression; before its start the signal has its first value.
+/// Returns the innovations of a signal under an autoregression; the first value of the signal extends before its start.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
 fn filtered(signal: &[f64], filter: &[f64]) -> Vec<f64> {
-    let mut left = signal.to_vec();
+    let mut innovations = signal.to_vec();
     for (lag, a) in (1..).zip(filter) {
-        let (early, late) = left.split_at_mut(lag.min(signal.len()));
-        for left in early {
-            *left -= a * signal[0];
+        let (early, late) = innovations.split_at_mut(lag.min(signal.len()));
+        for innovation in early {
+            *innovation -= a * signal[0];
         }
-        for (left, before) in late.iter_mut().zip(signal) {
-            *left -= a * before;
+        for (innovation, before) in late.iter_mut().zip(signal) {
+            *innovation -= a * before;
         }
     }
-    left
+    innovations
 }
 
-/// A signal less its mean.
+/// Returns a signal minus its mean.
 fn centred(mut signal: Vec<f64>) -> Vec<f64> {
     let mean = sum(&signal) / count(signal.len());
     signal.iter_mut().for_each(|value| *value -= mean);

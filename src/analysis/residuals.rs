@@ -1,10 +1,10 @@
-//! The residuals of each recording, tested: whether they are white, and whether they depend on the voltage (or the
-//! current, where that is the input).
+//! Residual tests of each recording: whiteness, and independence of the input (the voltage, or the current if that is the
+//! input).
 
 use super::fitted::FittedMotor;
 use super::residual_input_test::{Regressors, ResidualInputTest, Residuals, residual_input_test};
 use crate::channels::Channels;
-use crate::estimate::{INDEPENDENT_MIN, Uncertainty, Whiteness};
+use crate::estimate::{EFFECTIVE_RATIO_MIN, Uncertainty, Whiteness};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Scope};
 use crate::record::{Record, driver};
@@ -13,21 +13,21 @@ use crate::warning::{Warning, name_of};
 use nalgebra::DMatrix;
 use serde_json::{Value, json};
 
-/// The tests of the residuals of a channel of a recording.
+/// The tests of the residuals of one channel of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct ResidualTest {
-    /// Against themselves.
+    /// Autocorrelation test.
     #[serde(flatten)]
     pub whiteness: Whiteness,
-    /// Against the voltage; `None` where it does not change enough.
+    /// Cross-correlation test with the input; `None` if the test is not possible or inconclusive.
     pub voltage: Option<ResidualInputTest>,
 }
 
-/// The tests of current and speed of one recording.
+/// The residual tests of current and speed of one recording.
 pub type ResidualTests = [Option<ResidualTest>; 2];
 
-/// Tests the residuals of every recording of a problem. `moved` are candidates that are off by one independent error of
-/// the parameters each, where these are no part of what was fitted.
+/// Tests the residuals of each recording of a problem. For recordings that were not fitted, `moved` are candidates that differ
+/// from `values` by one independent error of the parameters each, as from [`moved`].
 pub(crate) fn residual_tests(
     records: &[Record],
     problem: &Problem,
@@ -41,15 +41,16 @@ pub(crate) fn residual_tests(
         let moved: Vec<[Vec<f64>; 2]> = moved.iter().map(|values| simulated(values)).collect();
         let mut regressors = None;
         [0, 1].map(|channel| {
-            // What a filter has passed is correlated, whatever the model misses.
-            let measured = record.measured()[channel].filter(|_| signals.independent >= INDEPENDENT_MIN)?;
+            // Residuals of low-pass filtered signals are correlated even if the model is complete.
+            let measured =
+                record.measured()[channel].filter(|_| signals.effective_sample_ratio >= EFFECTIVE_RATIO_MIN)?;
             let counting: Vec<bool> = match record.excluded().is_empty() {
                 true => Vec::new(),
                 false => (0..record.len()).map(|n| signals.counts(channel, n)).collect(),
             };
             let less = |from: &[f64]| from.iter().zip(&model[channel]).map(|(a, b)| a - b).collect::<Vec<f64>>();
             let values = less(measured);
-            // Where that test has nothing to say, neither has the other.
+            // Without enough samples for the whiteness test the other one is not possible either.
             let whiteness = Whiteness::of(&kept(&values, &counting), signals.rms(channel))?;
             let residuals = Residuals {
                 values: &values,
@@ -63,7 +64,8 @@ pub(crate) fn residual_tests(
     records.iter().enumerate().map(of).collect()
 }
 
-/// The part `residuals` of a result: the worst of each channel, then all recordings.
+/// Returns the key `residuals` of a result: for each channel the whiteness of the fit and the input test with the largest ratio
+/// of statistic to threshold, then the tests of each recording.
 pub(crate) fn document(tests: &[ResidualTests], uncertainty: &Uncertainty) -> Value {
     let part = |test: &ResidualInputTest| test.statistic / test.threshold;
     let worst = |channel: usize| {
@@ -75,17 +77,17 @@ pub(crate) fn document(tests: &[ResidualTests], uncertainty: &Uncertainty) -> Va
     json!({"current": worst(0), "speed": worst(1), "records": records.collect::<Value>()})
 }
 
-/// The values that count.
+/// Returns the values of the samples that are not excluded.
 fn kept(values: &[f64], counting: &[bool]) -> Vec<f64> {
     let counts = |n: usize| counting.get(n).copied().unwrap_or(true);
     values.iter().enumerate().filter(|(n, _)| counts(*n)).map(|(_, value)| *value).collect()
 }
 
-/// Candidates (values of what is shared) that are off by one independent error of the parameters each.
+/// Returns candidates (values of the shared parameters) that differ from the fitted ones by one independent error each.
 ///
-/// The errors are those of the coordinates, as far as they are known: the columns of a root of their covariance. Where the
-/// residuals of the fit were correlated and the errors do not allow for that yet, they are larger, by as much as samples count
-/// less.
+/// The errors are the columns of the Cholesky factor of the covariance in the coordinates of the axes, without parameters whose
+/// standard error is unknown. Standard errors that were not widened for correlated residuals are multiplied by the root of the
+/// variance inflation.
 pub(super) fn moved(found: &FittedMotor<'_>) -> Vec<Vec<f64>> {
     let Some(uncertainty) = found.uncertainty else { return Vec::new() };
     let (axes, values) = (found.space.free(), found.values);
@@ -115,16 +117,17 @@ pub(super) fn moved(found: &FittedMotor<'_>) -> Vec<Vec<f64>> {
     (0..known.len()).map(one).collect()
 }
 
-/// By how much variances are larger than those of independent residuals, by the correlation from sample to sample.
+/// Returns the variance inflation of correlated residuals, `(1 + ρ)/(1 − ρ)` with ρ the correlation at lag 1; the larger of
+/// both channels, at least 1.
 pub(crate) fn variance_inflation(uncertainty: &Uncertainty) -> f64 {
     let lags = uncertainty.whiteness.iter().flatten().map(|white| white.lag1.clamp(0.0, 0.999));
     lags.map(|lag| (1.0 + lag) / (1.0 - lag)).fold(1.0, f64::max)
 }
 
-/// Of what is left, less than this part that the voltage explains does not matter \[%\].
+/// Smallest percentage of the variance of residuals explained by the input that matters \[%\].
 const EXPLAINED_MIN: f64 = 1.0;
 
-/// The warning for residuals that depend on the voltage.
+/// Returns the warning about residuals that depend on the input.
 pub(crate) fn residuals_follow_input(records: &[Record], tests: &[ResidualTests]) -> Option<Warning> {
     let follows = |test: &ResidualTest| test.voltage.filter(|v| !v.is_independent).map(|v| v.explained_percent);
     let mut list: Vec<String> = Vec::new();
@@ -134,13 +137,13 @@ pub(crate) fn residuals_follow_input(records: &[Record], tests: &[ResidualTests]
         let Some((explained, record)) = each.max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
         if explained >= EXPLAINED_MIN {
             let place = if records.len() > 1 { format!(" in {}", name_of(record)) } else { String::new() };
-            list.push(format!("{} % of what is left of the {name}{place}", significant(explained, 2)));
+            list.push(format!("{} % of the residuals of the {name}{place}", significant(explained, 2)));
         }
     }
     let input = driver(records);
     let message = format!(
-        "the model misses how the {input} acts: the {input} still explains {}; parameters may be off by more than their \
-         errors",
+        "the model lacks an effect of the {input}: the {input} explains {}; the parameters may be biased by more than \
+         their standard errors",
         list.join(" and ")
     );
     (!list.is_empty()).then(|| Warning::new("residuals_follow_voltage", message))

@@ -1,10 +1,10 @@
-//! Validation: how well parameters explain recordings that they were not fitted to.
+//! Validation: the fit of identified parameters on held-out recordings.
 
 use super::fit_metrics::FitMetrics;
 use super::fitted::FittedMotor;
 use super::residuals::{ResidualTests, moved, residual_tests};
 use crate::criterion::Criterion;
-use crate::estimate::{best_start, explained, fit_problem, initial_states, signal_deviations};
+use crate::estimate::{best_start, delay_starts, fit_problem, initial_states, signal_deviations};
 use crate::evaluate::{Model, Problem};
 use crate::motor::{Axis, Input, Parameter, Scope, Space};
 use crate::record::{Quantity, Record};
@@ -13,44 +13,44 @@ use crate::{Error, Result, channels};
 use serde::{Serialize, Serializer};
 use std::sync::Arc;
 
-/// A recording that was held out.
+/// The validation on one held-out recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HeldOut {
-    /// The recording.
+    /// Held-out recording.
     pub record: Record,
-    /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of current and speed; `None` for a channel not measured.
+    /// Fit `100 (1 − ‖y − ŷ‖/‖y − mean y‖)` of current and speed \[%\]; `None` for a channel that was not measured.
     #[serde(serialize_with = "channels::by_name")]
     pub fit_percent: [Option<f64>; 2],
-    /// Standard deviation of the residuals of both.
+    /// Standard deviation of the residuals of current \[A\] and speed \[rad/s\].
     #[serde(serialize_with = "channels::by_name")]
     pub residual_sigma: [Option<f64>; 2],
-    /// The residuals of both, tested.
+    /// Residual tests of current and speed.
     #[serde(rename = "residuals", serialize_with = "channels::by_name")]
     pub residual_tests: ResidualTests,
-    /// The state `[i, ω]` at its start.
+    /// Initial state `[i, ω]` \[A, rad/s\].
     #[serde(rename = "initial_state", serialize_with = "channels::by_name")]
     pub initial: [f64; 2],
-    /// True if that was estimated from the recording.
+    /// True if the initial state was estimated from the recording.
     #[serde(rename = "initial_state_estimated")]
     pub initial_is_estimated: bool,
-    /// Parameters that each recording has for itself, estimated from this one: what else is, is its initial state.
+    /// Parameters with one value per recording, estimated from this recording.
     #[serde(rename = "estimated", serialize_with = "by_symbol")]
     pub own: Vec<(Parameter, f64)>,
-    /// Simulated current and speed, one value a sample.
+    /// Simulated current \[A\] and speed \[rad/s\], one value per sample.
     #[serde(skip)]
     pub simulated: [Vec<f64>; 2],
 }
 
-/// The fit of parameters on held-out recordings.
+/// The validation of a result on held-out recordings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Validation {
-    /// The fit over all of them. Where they hardly move there is little to explain, and the residuals tell more.
+    /// Fit of current and speed over all recordings \[%\]. It is low if the outputs hardly vary; compare the residuals then.
     #[serde(serialize_with = "channels::by_name")]
     pub fit_percent: [Option<f64>; 2],
-    /// Standard deviation of the residuals over all of them.
+    /// Standard deviation of the residuals of current \[A\] and speed \[rad/s\] over all recordings.
     #[serde(serialize_with = "channels::by_name")]
     pub residual_sigma: [Option<f64>; 2],
-    /// One by one.
+    /// Validation on each recording.
     #[serde(rename = "records")]
     pub held_out: Vec<HeldOut>,
 }
@@ -59,10 +59,11 @@ fn by_symbol<S: Serializer>(values: &[(Parameter, f64)], serializer: S) -> std::
     serializer.collect_map(values.iter().map(|(parameter, value)| (parameter.symbol(), value)))
 }
 
-/// The first parts of recordings, which are fitted; the rest is added to what is held out.
+/// Splits each recording at a fraction of its samples. Returns the first parts, which are to be fitted, and adds the second
+/// parts to `held_out`.
 ///
 /// # Errors
-/// As [`Record::split`].
+/// Returns the same errors as [`Record::split`].
 pub fn split(records: Vec<Record>, fraction: f64, held_out: &mut Vec<Record>) -> Result<Vec<Record>> {
     let mut first = Vec::with_capacity(records.len());
     for record in records {
@@ -73,7 +74,10 @@ pub fn split(records: Vec<Record>, fraction: f64, held_out: &mut Vec<Record>) ->
     Ok(first)
 }
 
-/// Validates a fitted motor, as [`crate::identify::validate`] has it.
+/// Validates a fitted motor on held-out recordings.
+///
+/// # Errors
+/// Returns `Data` for a recording with another input than that of the fit; propagates the errors of [`Problem::new`].
 pub(crate) fn validate(
     records: &[Record],
     found: &FittedMotor<'_>,
@@ -104,7 +108,7 @@ pub(crate) fn validate(
     Ok(Validation { held_out, fit_percent: sums.fit_percent(), residual_sigma: sums.residual_sigma() })
 }
 
-/// A motor that was found without a voltage says nothing of one, nor the other way round.
+/// Checks that a recording has the same input, voltage or current, as the fitted motor.
 fn check_input(record: &Record, found: &FittedMotor<'_>) -> Result<()> {
     if (record.driver() == Quantity::Current) == (found.input == Input::Current) {
         return Ok(());
@@ -122,11 +126,11 @@ fn check_input(record: &Record, found: &FittedMotor<'_>) -> Result<()> {
     Err(record.source().path.iter().fold(Error::data(message, remedy), |error, path| error.in_file(path)))
 }
 
-/// A problem, the values of its candidate, and parameters with their values.
+/// A problem, the values of its free parameters, and the estimated parameters of the recording.
 type Settled = (Problem, Vec<f64>, Vec<(Parameter, f64)>);
 
-/// Returns the problem of one recording from its own initial state, with the shared parameters free, their values, and the
-/// parameters of this recording alone.
+/// Returns the problem of one recording with its initial state, the values of the shared parameters, which are the free ones,
+/// and the parameters with one value per recording, estimated from this recording.
 fn settle(record: &Record, found: &FittedMotor<'_>, model: Model, criterion: Criterion) -> Result<Settled> {
     let alone = std::slice::from_ref(record);
     let (mut free, mut values, mut own): (Vec<Axis>, Vec<f64>, Vec<Axis>) = Default::default();
@@ -138,8 +142,8 @@ fn settle(record: &Record, found: &FittedMotor<'_>, model: Model, criterion: Cri
             own.push(Axis { scope: Scope::Shared, ..*axis });
         }
     }
-    let held = found.space.fixed().iter().filter(|(_, scope, _)| *scope == Scope::Shared);
-    let mut fixed: Vec<(Parameter, Scope, f64)> = held.copied().collect();
+    let shared = found.space.fixed().iter().filter(|(_, scope, _)| *scope == Scope::Shared);
+    let mut fixed: Vec<(Parameter, Scope, f64)> = shared.copied().collect();
     let mut estimated = Vec::new();
     let mut initial = None;
     if !own.is_empty() {
@@ -147,7 +151,7 @@ fn settle(record: &Record, found: &FittedMotor<'_>, model: Model, criterion: Cri
         let space = Space::new(own.clone(), fixed.iter().copied().chain(known).collect())?;
         let plain = fit_problem(alone, &space, model)?;
         let problem = Arc::new(Problem::new(alone, model, space, criterion)?);
-        let starts = explained(&problem, &[found.parameters.to_array()])?;
+        let starts = delay_starts(&problem, &[found.parameters.to_array()])?;
         let settled = best_start(&plain, &starts, &signal_deviations(alone));
         initial = settled.as_ref().map(|settled| settled.initial.clone());
         let of_own = settled.map(|settled| settled.values).or_else(|| starts.into_iter().next()).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Commands and flags.
+//! Commands and the flags that belong to one command. Shared flags are in `flags`.
 
 pub(crate) use super::flags::*;
 pub(crate) use super::sweep::args::*;
@@ -8,13 +8,13 @@ use motorfit::motor::Discretization;
 use motorfit::study::compare::Preset;
 use std::path::PathBuf;
 
-/// Parameters of DC motors from recordings of voltage, current and speed
+/// Identify the parameters of DC motors from recordings of voltage, current and speed
 ///
-/// Give it a recording and it returns resistance R, inductance L, motor constant K, viscous friction B and inertia J.
+/// Estimates resistance R, inductance L, motor constant K, viscous friction B and inertia J, with standard errors.
 #[derive(Parser)]
 #[command(name = "motorfit", version, propagate_version = true, max_term_width = 100)]
 #[command(
-    after_help = "Exit codes: 0 done, 2 wrong usage, 3 bad data, 4 not identified (or some runs of a sweep\nfailed), 5 device not there, 130 interrupted (129 by SIGHUP, 143 by SIGTERM)."
+    after_help = "Exit codes: 0 done, 2 wrong usage, 3 bad data, 4 not identified (or some runs of a sweep\nfailed), 5 device not available, 130 interrupted (129 by SIGHUP, 143 by SIGTERM)."
 )]
 pub(crate) struct Cli {
     #[command(subcommand)]
@@ -25,13 +25,13 @@ pub(crate) struct Cli {
 
 #[derive(Args)]
 pub(crate) struct Common {
-    /// Print results only: no notes, no warnings, no progress
+    /// Print only results: no notes, warnings or progress
     #[arg(short, long, global = true, conflicts_with = "verbose", help_heading = "Output", hide_short_help = true)]
     pub quiet: bool,
-    /// Print details of what is done
+    /// Print details of the computation
     #[arg(short, long, global = true, help_heading = "Output", hide_short_help = true)]
     pub verbose: bool,
-    /// When to use colour; NO_COLOR is respected
+    /// Use of colour; NO_COLOR is respected
     #[arg(
         long,
         value_enum,
@@ -45,7 +45,7 @@ pub(crate) struct Common {
     /// Show no progress bar
     #[arg(long, global = true, help_heading = "Output", hide_short_help = true)]
     pub no_progress: bool,
-    /// Progress on stderr: a bar on a terminal, or JSON lines
+    /// Form of progress on stderr: a bar if it is a terminal (auto), or lines of JSON
     #[arg(
         long,
         value_enum,
@@ -60,30 +60,30 @@ pub(crate) struct Common {
 
 #[derive(Subcommand)]
 pub(crate) enum Command {
-    /// Identify one motor from one or more recordings (several: one joint fit)
+    /// Identify one motor from one or more recordings (several make one joint fit)
     Identify(Box<IdentifyArgs>),
-    /// Costs of many candidates, from a file or sampled, in any number
+    /// Compute the costs of any number of candidates, read from a file or sampled
     Evaluate(Box<EvaluateArgs>),
-    /// Compare methods under equal budgets: runs, statistics, tables, plots
+    /// Compare methods under equal budgets, with statistics, tables and plots
     Compare(Box<CompareArgs>),
-    /// Run a study of methods, seeds and recordings as one batch that goes on where it was interrupted
+    /// Run a study of methods, seeds and recordings as one batch; an interrupted sweep can be resumed
     Sweep(Box<SweepArgs>),
-    /// Simulate a motor at rest and write a recording
+    /// Simulate a motor that starts at rest, and write a recording
     Simulate(SimulateArgs),
-    /// Show what a recording holds, how it was understood and what is odd about it
+    /// Show the contents of recordings, how columns were interpreted, and suspect data
     Inspect(InspectArgs),
-    /// Measure CPU against GPU evaluation over population sizes
+    /// Measure the throughput of CPU and GPU evaluation over population sizes
     Bench(BenchArgs),
-    /// List what can evaluate on this machine
+    /// List the devices of this machine that can evaluate candidates
     Devices(DevicesArgs),
     /// Print a completion script for a shell
     Completions {
-        /// The shell
+        /// Shell that runs the script
         shell: clap_complete::Shell,
     },
-    /// Print the manual (roff), or write a page for each command into a folder
+    /// Print the manual pages (roff), or write one page per command into a folder
     Man {
-        /// The folder for motorfit.1, motorfit-identify.1 and so on
+        /// Folder for motorfit.1, motorfit-identify.1 and so on
         #[arg(value_name = "DIR")]
         dir: Option<PathBuf>,
     },
@@ -91,7 +91,7 @@ pub(crate) enum Command {
 
 #[derive(Args)]
 pub(crate) struct Recordings {
-    /// Recordings (CSV, XLSX, MAT, JSON); A+B makes one recording of two files
+    /// Recordings (CSV, XLSX, MAT, JSON); A+B combines two files into one recording
     #[arg(required = true, value_name = "RECORD")]
     pub records: Vec<PathBuf>,
     #[command(flatten)]
@@ -102,22 +102,22 @@ pub(crate) struct Recordings {
 pub(crate) struct IdentifyArgs {
     #[command(flatten)]
     pub recordings: Recordings,
-    /// Recordings for validation, which are simulated but not fitted; repeatable
+    /// Held-out recordings, which are simulated but not fitted; repeatable
     #[arg(long, value_name = "RECORD", help_heading = "Validation")]
     pub validate: Vec<PathBuf>,
-    /// Fraction of each recording that is fitted; the rest is for validation
+    /// Fraction of each recording to fit (0 to 1); the rest is for validation
     #[arg(long, value_name = "FRACTION", allow_negative_numbers = true, help_heading = "Validation")]
     pub split: Option<f64>,
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,
-    /// A folder for report.html, result.json and curves.csv
+    /// Write report.html, result.json and curves.csv to this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// A file for a plot of measured and modelled signals, one for each recording
+    /// Write an SVG plot of measured and modelled signals; one file per recording
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
-    /// Exit with 4 unless the level of trust is good
+    /// Exit with code 4 unless the level of trust is good
     #[arg(long)]
     pub strict: bool,
     #[command(flatten)]
@@ -130,54 +130,54 @@ pub(crate) struct IdentifyArgs {
 
 #[derive(Args)]
 pub(crate) struct CompareArgs {
-    /// Recordings of one motor; without any, the paper's experiment on its M2 motor is simulated
+    /// Recordings of one motor [default: a simulation of the paper's experiment with its motor M2]
     #[arg(value_name = "RECORD")]
     pub records: Vec<PathBuf>,
     #[command(flatten)]
     pub reading: Reading,
-    /// The set-up of the paper, its tables beside ours
+    /// Use the settings of the paper, and show its tables beside the results
     #[arg(long, value_parser = described::<Preset>(), conflicts_with_all = ["records", "methods", "criteria", "population", "generations", "set", "bounds", "fix"])]
     pub preset: Option<Preset>,
     #[arg(long, help = methods_compared(), value_parser = described::<Method>(), value_delimiter = ',')]
     #[arg(default_value = "gwo,jaya,ga,sm", value_name = "LIST")]
     pub methods: Vec<Method>,
-    /// Runs of each method
+    /// Runs of each method, each with its own random numbers
     #[arg(long, default_value_t = 50, value_name = "N", allow_negative_numbers = true)]
     pub runs: usize,
-    /// Criteria with scales, as CRITERION:SCALE,…; several are compared one by one
+    /// Criteria with scales, as CRITERION:SCALE,…; each is compared separately
     #[arg(long, value_delimiter = ',', default_value = "nrmse:std", value_name = "LIST")]
     pub criteria: Vec<String>,
-    /// Agents; several are compared one by one
+    /// Candidates in each generation; each value of a list is compared separately
     #[arg(long, value_delimiter = ',', default_value = "100", value_name = "LIST")]
     pub population: Vec<usize>,
-    /// Generations, the first population included; several are compared one by one
+    /// Generations, the initial population included; each value of a list is compared separately
     #[arg(long, value_delimiter = ',', default_value = "100", value_name = "LIST")]
     pub generations: Vec<usize>,
-    /// Settings of methods, as ga.mutation=0.1,…; several values as 0.1/0.2 are compared one by one
+    /// Settings of methods, as ga.mutation=0.1,…; alternatives, as 0.1/0.2, are compared separately
     #[arg(long, value_name = "METHOD.KEY=VALUE", value_delimiter = ',')]
     pub set: Vec<String>,
-    /// Seed of all runs
+    /// Seed of the random numbers of all runs
     #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     pub seed: u64,
-    /// Records with new noise for Steiglitz–McBride, which has no seeds
+    /// Noise realizations on which Steiglitz–McBride, which uses no random numbers, is run
     #[arg(long, default_value_t = 200, value_name = "N", allow_negative_numbers = true)]
     pub noise_records: usize,
-    /// The cost that runs are to reach [default: a range of targets]
+    /// Target cost; the share of runs that reach it is reported [default: a range of targets]
     #[arg(long, value_name = "COST", allow_negative_numbers = true)]
     pub target: Option<f64>,
-    /// Bounds as of identify [default: table2 without a recording, else auto]; repeatable
+    /// Bounds of the search, as for identify [default: table2 without a recording, else auto]; repeatable
     #[arg(long, value_delimiter = ',', value_name = "BOUNDS")]
     pub bounds: Vec<String>,
-    /// Parameters that are held, as R=0.92,…; repeatable
+    /// Parameters fixed at known values, as R=0.92,… in SI units; repeatable
     #[arg(long, value_delimiter = ',', value_name = "VALUES")]
     pub fix: Vec<String>,
-    /// One-step method
+    /// Discretization of the motor
     #[arg(long, value_parser = named::<Discretization>(), default_value = "zoh")]
     pub discretization: Discretization,
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,
-    /// A folder for report.html, result.json and CSV files
+    /// Write report.html, result.json and CSV files to this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     #[command(flatten)]
@@ -188,27 +188,28 @@ pub(crate) struct CompareArgs {
 pub(crate) struct EvaluateArgs {
     #[command(flatten)]
     pub recordings: Recordings,
-    /// Candidates, CSV or .parquet, with a column for each free parameter (R,L,K,B,J; SI units; with --per-recording R
-    /// R[0],R[1]); - reads CSV from stdin
+    /// File of candidates, CSV or .parquet, with a column for each free parameter in SI units (R,L,K,B,J; with
+    /// --per-recording R: R[0],R[1]); - reads CSV from stdin
     #[arg(long, value_name = "FILE", required_unless_present_any = ["sample", "slice"])]
     #[arg(conflicts_with_all = ["sample", "slice"])]
     pub candidates: Option<PathBuf>,
-    /// Candidates from the bounds: uniform:N, lhs:N (Latin hypercube), or grid:N (N an axis)
+    /// Sample candidates within the bounds: uniform:N, lhs:N (Latin hypercube), or grid:N (N values per parameter)
     #[arg(long, value_name = "SAMPLE")]
     pub sample: Option<String>,
-    /// The cost over two parameters around the identified optimum, as R,L; --sample grid:N sets the points a side
+    /// Compute the cost over two parameters, as R,L, around the identified optimum; --sample grid:N sets the points per
+    /// axis
     #[arg(long, value_name = "P,Q", conflicts_with_all = ["top", "json"])]
     pub slice: Option<String>,
-    /// With --slice: a file for the heat map, with the optimum and its 95 % ellipse
+    /// With --slice: write the heat map (SVG), with the optimum and its 95 % confidence ellipse, to this file
     #[arg(long, value_name = "FILE", requires = "slice")]
     pub svg: Option<PathBuf>,
-    /// Print the K best only, the lowest cost first [default with --json: 10]
+    /// Print only the K candidates of lowest cost, the best first [default: all; with --json: 10]
     #[arg(long, value_name = "K")]
     pub top: Option<usize>,
-    /// Seed of the sample
+    /// Seed of the random sample
     #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     pub seed: u64,
-    /// Print one JSON document with the best
+    /// Print one JSON document with the best candidates
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
@@ -219,26 +220,26 @@ pub(crate) struct EvaluateArgs {
 
 #[derive(Args)]
 pub(crate) struct SimulateArgs {
-    /// The motor: R=…,L=…,K=…,B=…,J=… in SI units, or m2 for the motor of the paper; behind it parameters of
-    /// extensions (see identify --with): m2,Tc=0.01,td=0.004
+    /// Parameters of the motor: R=…,L=…,K=…,B=…,J=… in SI units, or m2 for the paper's motor M2; parameters of
+    /// extensions may follow (see identify --with): m2,Tc=0.01,td=0.004
     #[arg(long, value_name = "VALUES")]
     pub parameters: String,
-    /// Input: step:VOLTS@SECONDS, or a CSV file with time and voltage (and load torque)
+    /// Input: step:VOLTS@SECONDS, or a CSV file with columns time and voltage (optionally load torque)
     #[arg(long, value_name = "INPUT")]
     pub input: String,
-    /// Length in seconds, for a step
+    /// With a step: length of the simulation, in seconds
     #[arg(long, default_value_t = 3.0, value_name = "S", allow_negative_numbers = true)]
     pub duration: f64,
-    /// Time between samples in seconds, for a step
+    /// With a step: time between samples, in seconds
     #[arg(long, default_value_t = 0.001, value_name = "S", allow_negative_numbers = true)]
     pub period: f64,
-    /// White noise on current and speed: 40dB, or i=0.05,w=0.5 [A, rad/s]
+    /// White noise added to current and speed: 40dB, or i=0.05,w=0.5 [A, rad/s] [default: none]
     #[arg(long, value_name = "NOISE")]
     pub noise: Option<String>,
-    /// Seed of the noise
+    /// Seed of the random noise
     #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     pub seed: u64,
-    /// The file to write; - writes to stdout
+    /// Recording to write (CSV); - writes to stdout
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
     #[command(flatten)]
@@ -249,7 +250,7 @@ pub(crate) struct SimulateArgs {
 
 #[derive(Args)]
 pub(crate) struct Band {
-    /// Band of the settling time, in percent of the steady state
+    /// Half-width of the band that defines the settling time, in percent of the steady state
     #[arg(long, default_value_t = 2.0, value_name = "PERCENT")]
     pub settling_band: f64,
 }
@@ -263,35 +264,36 @@ pub(crate) struct InspectArgs {
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,
-    /// A folder for report.html and result.json
+    /// Write report.html and result.json to this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 }
 
 #[derive(Args)]
 pub(crate) struct BenchArgs {
-    /// Candidates in a batch
+    /// Batch sizes, in candidates
     #[arg(long, value_delimiter = ',', value_name = "LIST", default_value = "1,10,100,1000,10000,100000,1000000")]
     pub populations: Vec<usize>,
-    /// Samples of the recordings
+    /// Lengths of the recordings, in samples
     #[arg(long, value_delimiter = ',', value_name = "LIST", default_value = "300,3000")]
     pub samples: Vec<usize>,
-    /// About how long measuring may take, in seconds
+    /// Approximate time for the measurements, in seconds
     #[arg(long, default_value_t = 60.0, value_name = "S")]
     pub seconds: f64,
-    /// Threads of the CPU contender that uses several [default: all]
+    /// Threads of the multithreaded CPU evaluator [default: all]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub threads: Option<usize>,
-    /// A file for a plot of rate against population; with several recordings one each, their samples in the name
+    /// Write a plot (SVG) of throughput against batch size to this file; with several lengths one file each, with the
+    /// length in its name
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
-    /// Measure no adapters
+    /// Measure no GPUs
     #[arg(long)]
     pub no_gpu: bool,
-    /// Measure adapters in f32 without deviations too: the fastest there is, and wrong near the optimum
+    /// Also measure GPUs in plain f32, without deviations from a reference: the fastest, but inaccurate near the optimum
     #[arg(long)]
     pub plain: bool,
-    /// Do not keep what was measured for --device auto
+    /// Do not store the measurements that --device auto uses
     #[arg(long)]
     pub no_keep: bool,
     /// Print one JSON document

@@ -1,4 +1,4 @@
-//! `bench`: CPU against GPU evaluation over population sizes.
+//! The command `bench`: throughput of CPU and GPU evaluation over population sizes.
 
 use super::args::BenchArgs;
 use super::prelude::*;
@@ -29,7 +29,7 @@ pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
     let text = if args.json { json(&bench_document(&spec, &result)) } else { text(&spec, &result) };
     data(&text)?;
     if result.interrupted {
-        style.note("interrupted: this is what was measured until then");
+        style.note("interrupted: the result has only the measurements made so far");
     } else if !args.no_gpu && !args.no_keep {
         keep(&spec, &result, style);
     }
@@ -39,23 +39,27 @@ pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
     Ok(if result.interrupted { Outcome::Interrupted } else { Outcome::Done })
 }
 
-/// The largest population that a measurement must have to be kept: what is larger is extrapolated from it.
+/// Smallest value for the largest population of a measurement that is stored. Throughput beyond it is extrapolated.
 const KEPT_FROM: usize = 10_000;
 
-/// Keeps what `--device auto` chooses by. That it cannot be kept spoils nothing.
+/// Stores the throughput profile for `--device auto`. A failure is noted and is not an error.
 fn keep(spec: &ThroughputSpec, result: &Throughput, style: &Style) {
     let threads = result.baseline().map_or(0, |n| result.contenders[n].threads);
     let largest = spec.populations.iter().copied().max().unwrap_or(0);
     if spec.populations.len() < 3 || largest < KEPT_FROM || threads != rayon::current_num_threads() {
-        let few = format!("not kept for --device auto: that takes three populations, one of {KEPT_FROM} or more");
+        let few = format!("not stored for --device auto: needs three populations, one of at least {KEPT_FROM}");
         style.note(&format!("{few}, and all threads"));
         return;
     }
-    let Some(paces) = result.paces().filter(|paces| !paces.adapters.is_empty()) else { return };
-    match cache::keep(&paces) {
-        Ok(Some(path)) => style.note(&format!("kept for --device auto: {}", path.display())),
-        Ok(None) => style.note("there is no home folder to keep this in: --device auto will not know of it"),
-        Err(error) => style.note(&format!("not kept for --device auto: {error}")),
+    let Some(throughput_profile) =
+        result.throughput_profile().filter(|throughput_profile| !throughput_profile.adapters.is_empty())
+    else {
+        return;
+    };
+    match cache::keep(&throughput_profile) {
+        Ok(Some(path)) => style.note(&format!("stored for --device auto: {}", path.display())),
+        Ok(None) => style.note("not stored for --device auto: there is no home folder"),
+        Err(error) => style.note(&format!("not stored for --device auto: {error}")),
     }
 }
 
@@ -70,7 +74,7 @@ fn plots(path: &Path, spec: &ThroughputSpec, result: &Throughput, style: &Style)
             .map(|(n, contender)| Line { name: contender.name.clone(), points: points(n), ..Line::default() })
             .collect();
         let title = format!("{samples} samples, end to end");
-        let svg = log_log(&title, ["candidates in a batch", "candidate-steps a second [1/s]"], lines);
+        let svg = log_log(&title, ["candidates in a batch", "candidate-steps per second [1/s]"], lines);
         let file = out::numbered(path, (spec.samples.len() > 1).then_some(samples));
         out::write_file(&file, &themed(&svg))?;
         style.note(&format!("wrote {}", file.display()));
@@ -78,7 +82,7 @@ fn plots(path: &Path, spec: &ThroughputSpec, result: &Throughput, style: &Style)
     Ok(())
 }
 
-/// Tables: one for each recording, a column for each contender.
+/// Returns the tables: one for each recording, with a column for each evaluator.
 fn text(spec: &ThroughputSpec, result: &Throughput) -> String {
     let mut text = String::new();
     for (n, contender) in result.contenders.iter().enumerate() {
@@ -86,12 +90,12 @@ fn text(spec: &ThroughputSpec, result: &Throughput) -> String {
     }
     if let Some(peak) = result.fma_peak {
         let (peak, level) = (significant(peak, 3), Level::best().name());
-        let _ = writeln!(text, "one core's peak in this run: {peak} multiply-adds a second ({level})");
+        let _ = writeln!(text, "peak of one core in this run: {peak} multiply-adds per second ({level})");
     }
     for &samples in spec.samples.iter().filter(|s| result.measurements.iter().any(|m| m.samples == **s)) {
         let _ = writeln!(
             text,
-            "\n{STRONG}{samples} samples{STRONG:#}: candidate-steps a second, end to end {DIM}(± half the 95 % interval of \
+            "\n{STRONG}{samples} samples{STRONG:#}: candidate-steps per second, end to end {DIM}(± half the 95 % interval of \
              the median;\n\u{2013} too slow for the time given){DIM:#}"
         );
         text.push_str(&table(spec, result, samples));
@@ -100,12 +104,12 @@ fn text(spec: &ThroughputSpec, result: &Throughput) -> String {
     }
     control(&mut text, result);
     if result.contenders.iter().all(|c| matches!(c.kind, "cpu" | "software")) {
-        text.push_str("No GPU was measured: a software adapter runs on the CPU.\n");
+        text.push_str("No GPU was measured. Software adapters run on the CPU.\n");
     }
     text
 }
 
-fn everyone(result: &Throughput) -> Vec<usize> {
+fn all_contenders(result: &Throughput) -> Vec<usize> {
     (0..result.contenders.len()).collect()
 }
 
@@ -123,26 +127,26 @@ fn table(spec: &ThroughputSpec, result: &Throughput, samples: usize) -> String {
             None => "\u{2013}".to_owned(),
         }
     };
-    laid_out(spec, &everyone(result), &cell)
+    population_table(spec, &all_contenders(result), &cell)
 }
 
 fn kernels(text: &mut String, spec: &ThroughputSpec, result: &Throughput, samples: usize) {
     let has_clock = |n: &usize| result.of(*n).any(|m| m.samples == samples && m.kernel.is_some());
-    let timed: Vec<usize> = everyone(result).into_iter().filter(has_clock).collect();
+    let timed: Vec<usize> = all_contenders(result).into_iter().filter(has_clock).collect();
     if timed.is_empty() {
         return;
     }
-    let _ = writeln!(text, "computing alone, by the adapter's clock {DIM}(and its share of the whole){DIM:#}");
+    let _ = writeln!(text, "kernel time only, by the adapter's clock {DIM}(and its share of the total){DIM:#}");
     let cell = |n: usize, population: usize| {
         let share = |m: &Measurement| Some((m.kernel_rate()?, m.kernel.map(|[kernel, whole]| 100.0 * kernel / whole)?));
         let known = result.case(n, population, samples).and_then(share);
         known.map_or("\u{2013}".to_owned(), |(rate, share)| format!("{rate:.2e} {share:>3.0} %"))
     };
-    text.push_str(&laid_out(spec, &timed, &cell));
+    text.push_str(&population_table(spec, &timed, &cell));
 }
 
-/// A row for each population, a column for each contender.
-fn laid_out(spec: &ThroughputSpec, contenders: &[usize], cell: &dyn Fn(usize, usize) -> String) -> String {
+/// Returns a table with a row for each population and a column for each evaluator.
+fn population_table(spec: &ThroughputSpec, contenders: &[usize], cell: &dyn Fn(usize, usize) -> String) -> String {
     let mut table = comfy_table::Table::new();
     table.load_style(comfy_table::presets::NOTHING);
     let letters = contenders.iter().map(|&n| letter(n).to_string());
@@ -158,7 +162,7 @@ fn laid_out(spec: &ThroughputSpec, contenders: &[usize], cell: &dyn Fn(usize, us
     format!("{table}\n")
 }
 
-/// Writes the fraction of the peak that the best CPU contender reaches, and the population from which adapters are faster.
+/// Writes the fraction of the peak that CPU evaluators reach, and the population from which each adapter is faster.
 fn crossovers(text: &mut String, result: &Throughput, samples: usize) {
     let Some(baseline) = result.baseline() else { return };
     let rates = |n: usize| result.of(n).filter(|m| m.samples == samples).filter_map(Measurement::rate);
@@ -188,7 +192,7 @@ fn control(text: &mut String, result: &Throughput) {
     let [median, most] = control.difference.map(|part| 100.0 * part);
     let _ = writeln!(
         text,
-        "\nControl: {name} measured a second time in the same rounds is {median:.1} % off in the median case, {most:.1} % at \
-         most; in {apart} of {cases}\ncases by more than both intervals. Smaller differences than these mean nothing."
+        "\nControl: {name} measured twice in the same rounds differs by {median:.1} % in the median case, {most:.1} % at most, \
+         and in {apart} of {cases}\ncases by more than both intervals. Smaller differences between evaluators are noise."
     );
 }

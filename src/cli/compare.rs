@@ -1,4 +1,4 @@
-//! `compare`: methods side by side.
+//! The command `compare`: methods under equal budgets.
 
 use super::args::CompareArgs;
 use super::prelude::*;
@@ -9,20 +9,20 @@ use motorfit::report::compare::{compare_document, paper_tables, quartiles, setti
 use motorfit::report::figures::model;
 use motorfit::report::{Table, compare_page};
 use motorfit::settings::Value;
-use motorfit::study::compare::{Block, CompareSettings, CompareSpec, Comparison, Subject, compare, reached};
+use motorfit::study::compare::{Block, CompareSettings, CompareSpec, Comparison, ComparisonSubject, compare, reached};
 
-/// Columns that a terminal has at least.
+/// Width of printed tables \[characters\].
 const WIDTH: usize = 80;
 
 pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
     let device = inputs::device(&args.device, style)?;
     let threads = device.threads;
-    let (subject, asked) = (subject(args)?, asked(args));
-    let spec = spec(args, &asked, device)?;
+    let (subject, requested) = (subject(args)?, requested(args));
+    let spec = spec(args, &requested, device)?;
     let out = args.out.as_deref().map(Out::take).transpose()?;
     let mut show = progress::reporter(style, "generation");
     let comparison = with_threads(threads, || {
-        let spec = CompareSpec { space: asked.space(&subject, spec.model)?, ..spec };
+        let spec = CompareSpec { space: requested.space(&subject, spec.model)?, ..spec };
         compare(subject, &spec, &mut |progress| {
             show(progress);
             signals::searching(progress.generation < progress.generations);
@@ -32,7 +32,7 @@ pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
     drop(show);
     style.warnings(&comparison.warnings);
     if comparison.interrupted {
-        style.note("interrupted: these are the best so far");
+        style.note("interrupted: the results are the best so far");
     }
     let document = json(&compare_document(&comparison, args.preset.is_some()));
     data(if args.json { document.clone() } else { text(args, &comparison) }.as_str())?;
@@ -45,7 +45,7 @@ pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
 fn report(args: &CompareArgs, comparison: &Comparison, document: String) -> Vec<(String, String)> {
     let spec = &comparison.spec;
     let bounds = spec.space.free().iter().map(|a| format!("{}={}:{}", a.parameter.symbol(), a.min, a.max));
-    let held = spec.space.fixed().iter().map(|(p, _, value)| format!("{}={value}", p.symbol()));
+    let fixed = spec.space.fixed().iter().map(|(p, _, value)| format!("{}={value}", p.symbol()));
     let settings = spec.settings.iter().map(|setting| {
         let methods: Vec<&str> = setting.methods.iter().map(Method::name).collect();
         format!("{}: {}", setting_name(setting), methods.join(", "))
@@ -56,9 +56,9 @@ fn report(args: &CompareArgs, comparison: &Comparison, document: String) -> Vec<
         ("settings", settings.collect::<Vec<_>>().join("; ")),
         ("steiglitz-mcbride", if spec.steiglitz_mcbride { sm } else { "no".to_owned() }),
         ("discretization", spec.model.discretization.name().to_owned()),
-        ("held", held.collect::<Vec<_>>().join(", ")),
+        ("fixed", fixed.collect::<Vec<_>>().join(", ")),
         ("target", spec.target.map_or("a range".to_owned(), |cost| cost.to_string())),
-        ("device asked for", format!("{device}, threads {}", rayon::current_num_threads())),
+        ("requested device", format!("{device}, threads {}", rayon::current_num_threads())),
         ("runs", spec.runs.to_string()),
         ("seed", spec.seed.to_string()),
         ("bounds", bounds.collect::<Vec<_>>().join(", ")),
@@ -81,7 +81,7 @@ fn report(args: &CompareArgs, comparison: &Comparison, document: String) -> Vec<
     files
 }
 
-/// Every run: its method, number, cost and parameters.
+/// Returns CSV with a line for each run: its method, number, cost, evaluations and parameters.
 fn runs(block: &Block) -> String {
     let mut text = String::from("method,run,cost,evaluations,R,L,K,B,J\n");
     for result in &block.results {
@@ -96,7 +96,7 @@ fn runs(block: &Block) -> String {
     text
 }
 
-/// The first recording, measured and by the best run of each method of the first block.
+/// Returns CSV with the first recording and its simulations by the best run of each method of the first block.
 fn curves(comparison: &Comparison) -> String {
     let Some(record) = comparison.subject.records.first() else { return String::new() };
     let samples = record.samples();
@@ -120,7 +120,7 @@ fn curves(comparison: &Comparison) -> String {
     out::curves(&heads, &columns)
 }
 
-/// Share of targets reached by each method, over evaluations and over time.
+/// Returns CSV with the share of targets that each method reached, over evaluations and over time.
 fn shares(comparison: &Comparison, block: &Block) -> String {
     let (_, reached) = reached(block, comparison.spec.target);
     let (mut heads, mut columns) = (Vec::new(), Vec::new());
@@ -132,7 +132,7 @@ fn shares(comparison: &Comparison, block: &Block) -> String {
     out::curves(&heads, &columns)
 }
 
-/// Quartiles of the lowest cost after each generation.
+/// Returns CSV with the quartiles over runs of the lowest cost after each generation.
 fn history(block: &Block) -> String {
     let names = block.results.iter().flat_map(|c| ["q25", "median", "q75"].map(|q| format!("{}_{q}", c.method.name())));
     let heads: Vec<String> = std::iter::once("generation".to_owned()).chain(names).collect();
@@ -145,16 +145,16 @@ fn history(block: &Block) -> String {
     out::curves(&heads, &columns)
 }
 
-fn subject(args: &CompareArgs) -> Result<Subject> {
+fn subject(args: &CompareArgs) -> Result<ComparisonSubject> {
     if args.records.is_empty() {
-        return Subject::m2();
+        return ComparisonSubject::m2();
     }
     let mut given = args.reading.0.clone();
     given.put(Setting::Discretization, Value::Text(args.discretization.name().to_owned()));
-    Ok(Subject { records: inputs::records(&args.records, &given)?, truth: None })
+    Ok(ComparisonSubject { records: inputs::records(&args.records, &given)?, truth: None })
 }
 
-fn asked(args: &CompareArgs) -> CompareSettings {
+fn requested(args: &CompareArgs) -> CompareSettings {
     CompareSettings {
         methods: args.methods.clone(),
         criteria: args.criteria.clone(),
@@ -166,20 +166,20 @@ fn asked(args: &CompareArgs) -> CompareSettings {
     }
 }
 
-fn spec(args: &CompareArgs, asked: &CompareSettings, device: IdentifySpec) -> Result<CompareSpec> {
+fn spec(args: &CompareArgs, requested: &CompareSettings, device: IdentifySpec) -> Result<CompareSpec> {
     let model = Model { discretization: args.discretization, initial: Initial::Auto };
     let base = if args.preset.is_some() { CompareSpec::paper() } else { CompareSpec::default() };
     Ok(CompareSpec {
-        settings: if args.preset.is_some() { base.settings } else { asked.settings()? },
+        settings: if args.preset.is_some() { base.settings } else { requested.settings()? },
         runs: args.runs,
         seed: args.seed,
         model,
-        steiglitz_mcbride: asked.methods.contains(&Method::SteiglitzMcBride),
+        steiglitz_mcbride: requested.methods.contains(&Method::SteiglitzMcBride),
         noise_records: args.noise_records,
         target: args.target,
         device: device.device,
         precision: device.precision,
-        paces: device.paces,
+        throughput_profile: device.throughput_profile,
         ..base
     })
 }

@@ -1,4 +1,4 @@
-//! `devices`: what can evaluate here.
+//! The command `devices`: the devices of this machine that can evaluate candidates.
 
 use super::args::DevicesArgs;
 use super::prelude::*;
@@ -14,7 +14,8 @@ pub(super) fn run(args: &DevicesArgs) -> Result<Outcome> {
     let levels: Vec<&str> = Level::available().map(Level::name).collect();
     let mut text = String::new();
     let _ = writeln!(text, "{STRONG}cpu{STRONG:#}  {}", cpu_name());
-    let _ = writeln!(text, "     {threads} threads, f64, SIMD {} (has {})", Level::best().name(), levels.join(", "));
+    let _ =
+        writeln!(text, "     {threads} threads, f64, SIMD {} (available: {})", Level::best().name(), levels.join(", "));
     gpus(&mut text);
     data(&text)?;
     Ok(Outcome::Done)
@@ -32,11 +33,11 @@ fn gpus(text: &mut String) {
             writeln!(text, "     driver {}; bindings up to {megabytes} MiB, {} workgroups", a.driver, a.workgroups_max);
     }
     if adapters.is_empty() {
-        text.push_str("gpu  no adapter answers (a Vulkan driver needs its loader: libvulkan1 on Debian)\n");
+        text.push_str("gpu  no adapter found (a Vulkan driver needs its loader, on Debian libvulkan1)\n");
     }
 }
 
 #[cfg(not(feature = "gpu"))]
 fn gpus(text: &mut String) {
-    text.push_str("gpu  not in this build\n");
+    text.push_str("gpu  this build has no GPU support\n");
 }

@@ -1,4 +1,4 @@
-//! `evaluate`: costs of candidates, from a file or sampled, streamed.
+//! The command `evaluate`: costs of candidates from a file or a sample, streamed in batches.
 
 use super::args::EvaluateArgs;
 use super::candidates::{self, Sampled, Source, sampling};
@@ -13,9 +13,9 @@ use motorfit::record::Record;
 use motorfit::report::EvaluateDocument;
 use std::time::{Duration, Instant};
 
-/// Candidate-steps in one batch: some hundredths of a second, so that progress and Ctrl-C come in time…
+/// Largest number of candidate-steps in one batch: some hundredths of a second, so that progress and Ctrl-C are prompt.
 const BATCH_STEPS: usize = 100_000_000;
-/// …and candidates, so that memory does not depend on how many there are.
+/// Largest number of candidates in one batch, which bounds memory.
 const BATCH_MAX: usize = 1 << 17;
 
 pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
@@ -25,10 +25,10 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     let mut spec = inputs::spec(&args.problem, &args.device, style)?;
     let sampled = args.sample.as_deref().map(sampling).transpose()?;
     if args.top == Some(0) {
-        return Err(Error::usage("--top is 0", "Give how many of the best to print."));
+        return Err(Error::usage("--top is 0", "Give the number of best candidates to print."));
     }
     let records = inputs::records(&args.recordings.records, &args.recordings.reading.0.and(&args.problem.0))?;
-    // For the choice of a device: how many candidates come at once and in all; of a file that is not known.
+    // The choice of a device depends on the numbers of candidates per batch and in total. For a file the total is a guess.
     let axes = u32::try_from(spec.space.free().len()).unwrap_or(u32::MAX);
     let expected = match sampled {
         None => 1 << 20,
@@ -56,7 +56,7 @@ fn batch(samples: usize) -> usize {
     (BATCH_STEPS / samples.max(1)).clamp(1, BATCH_MAX)
 }
 
-/// A candidate among the best: its cost, its number, which decides between equals, and its values.
+/// One of the best candidates: its cost, its number, which breaks ties, and its values.
 type Kept = (f64, u64, Vec<f64>);
 
 struct Evaluation<'a> {
@@ -73,7 +73,7 @@ impl Evaluation<'_> {
         let most = batch(self.costs.problem().active());
         let known = self.costs.warnings().len();
         let top = self.args.top.or(self.args.json.then_some(10));
-        // While one batch is evaluated by a device, the next is made.
+        // The next batch is read while a GPU evaluates the current one.
         let (mut values, mut next, mut costs) = (Vec::new(), Vec::new(), Vec::new());
         let mut best = Vec::new();
         let (mut done, mut lowest, mut busy) = (0_u64, f64::INFINITY, Duration::ZERO);
@@ -83,7 +83,7 @@ impl Evaluation<'_> {
         let mut interrupted = false;
         self.source.next(most, width, &mut values)?;
         if top.is_none() {
-            signals::remark("interrupted: this is what was evaluated until then");
+            signals::remark("interrupted: the output has only the candidates evaluated so far");
             data(&format!("{},cost\n", self.names().join(",")))?;
         }
         self.costs.begin(&values)?;
@@ -107,7 +107,7 @@ impl Evaluation<'_> {
                 let generation = usize::try_from(done.div_ceil(most as u64)).unwrap_or(generations);
                 show(&Progress { generation, generations, evaluations: done, cost: lowest });
             }
-            // The next batch of a sample does not wait for anybody.
+            // Sampling cannot block, unlike reading stdin, so that the next check for a signal comes soon.
             signals::searching(self.args.sample.is_some());
             interrupted = signals::is_interrupted();
             std::mem::swap(&mut values, &mut next);
@@ -115,17 +115,17 @@ impl Evaluation<'_> {
         drop(show);
         self.style.warnings(&self.costs.warnings()[known..]);
         if interrupted {
-            self.style.note("interrupted: this is what was evaluated until then");
+            self.style.note("interrupted: the output has only the candidates evaluated so far");
         }
         if done == 0 {
-            return Err(Error::data("there are no candidates", "Give a file with rows below its heading."));
+            return Err(Error::data("there are no candidates", "Give a file with at least one row below its heading."));
         }
         let (_, device, precision) = self.costs.device();
         let seconds = started.elapsed().as_secs_f64();
         let rate = significant(count_u64(done) / seconds, 3);
         let [whole, busy] = [seconds, busy.as_secs_f64()].map(|seconds| engineering(seconds, "s", 3));
         self.style.note(&format!(
-            "{done} candidates in {whole} ({busy} of it evaluating), {rate} a second, on {device}, {precision}; lowest cost {}",
+            "{done} candidates in {whole} (evaluation {busy}), {rate} per second, on {device}, {precision}; lowest cost {}",
             significant(lowest, 6)
         ));
         shorten(&mut best, top.unwrap_or(0));
@@ -147,7 +147,7 @@ impl Evaluation<'_> {
     }
 }
 
-/// Keeps what may be among the `top` lowest of all that came so far: the first `top` are in order, others behind them.
+/// Adds candidates that may be among the `top` best. The first `top` entries are sorted, later ones are not.
 fn keep(best: &mut Vec<Kept>, top: usize, first: u64, candidates: Candidates<'_>, costs: &[f64]) {
     for (row, &cost) in costs.iter().enumerate() {
         if best.get(top - 1).is_none_or(|worst| cost < worst.0) {
@@ -159,13 +159,13 @@ fn keep(best: &mut Vec<Kept>, top: usize, first: u64, candidates: Candidates<'_>
     }
 }
 
-/// Leaves the `top` lowest, in order.
+/// Keeps the `top` entries of lowest cost, sorted.
 fn shorten(best: &mut Vec<Kept>, top: usize) {
     best.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     best.truncate(top);
 }
 
-/// Lines of CSV: shortest decimals that read back as the same numbers.
+/// Returns lines of CSV with the shortest decimals that parse to the same numbers.
 fn rows(candidates: Candidates<'_>, costs: &[f64]) -> String {
     let mut text = String::with_capacity(costs.len() * (candidates.width() + 1) * 20);
     for (row, cost) in costs.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Flags of the settings that commands share, made from the library's table; names that other flags take.
+//! Flags of the settings that commands share, built from the library's table; parsers for named values of other flags.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, ValueEnum, value_parser};
@@ -8,21 +8,21 @@ use motorfit::report::command_line;
 use motorfit::setting::Setting;
 use motorfit::settings::{DEVICE, Given, Kind, PROBLEM, READING, SEARCH, Value, row};
 
-/// Choices whose texts help lists too.
+/// Choices whose values help lists with their descriptions.
 const DESCRIBED: [Setting; 4] = [Setting::Method, Setting::Polish, Setting::BadRows, Setting::Gaps];
 
-/// Settings of the first steps with their texts in the short help; the long help has the rows' own.
+/// Settings shown in the short help (`-h`), with their short texts; the long help shows the texts of the table.
 const FIRST: [(Setting, &str); 10] = [
     (Setting::Columns, "Columns, as time=t:ms,voltage=pwm*12/255:V,speed=rpm"),
-    (Setting::Rate, "Samples per second, where there is no time column"),
-    (Setting::Gaps, "Gaps in time: an error, a long step, or recordings of their own"),
-    (Setting::Mask, "Samples that are left out: auto, or FROM:TO in seconds"),
+    (Setting::Rate, "Sampling rate in Hz, if there is no time column"),
+    (Setting::Gaps, "Treatment of gaps in time"),
+    (Setting::Mask, "Samples excluded from the fit: auto, or FROM:TO in seconds"),
     (Setting::Method, "Method that finds the optimum"),
     (Setting::Seed, "Seed of the random numbers"),
-    (Setting::Bounds, "Bounds of parameters, as R=0.1:10,L=0.001:0.1"),
-    (Setting::Fix, "Parameters that are fixed, as R=0.92"),
+    (Setting::Bounds, "Bounds of the search, as R=0.1:10,L=0.001:0.1"),
+    (Setting::Fix, "Parameters fixed at known values, as R=0.92"),
     (Setting::With, "Extensions of the motor (coulomb, load, dead-time, …), or auto"),
-    (Setting::Device, "Device that evaluates: auto, cpu, gpu, gpu:INDEX or gpu:NAME"),
+    (Setting::Device, "Device that evaluates candidates: auto, cpu, gpu, gpu:INDEX or gpu:NAME"),
 ];
 
 fn flag(setting: Setting) -> Option<Arg> {
@@ -54,7 +54,7 @@ fn flag(setting: Setting) -> Option<Arg> {
     })
 }
 
-/// Returns the given values of some settings, defaults included.
+/// Returns the values of `settings` in parsed arguments, defaults included.
 fn given(matches: &ArgMatches, settings: &[Setting]) -> Given {
     let mut given = Given::default();
     for row in settings.iter().filter_map(|setting| row(*setting)) {
@@ -100,24 +100,24 @@ macro_rules! flags {
 }
 
 flags! {
-    /// Columns of recordings.
+    /// The flag that names the columns of recordings.
     Columns = [Setting::Columns];
-    /// Settings of reading and preparing recordings.
+    /// Flags for reading and preparing recordings.
     Reading = READING;
-    /// Settings of the search and the refinement.
+    /// Flags of the search and the refinement.
     SearchArgs = SEARCH;
-    /// Settings of the problem.
+    /// Flags of the problem: parameters, criterion and model.
     ProblemArgs = PROBLEM;
-    /// The device that evaluates candidates.
+    /// Flags of the device that evaluates candidates.
     DeviceArgs = DEVICE;
 }
 
-/// Reads a row of a table; help lists the names.
+/// Returns a parser for the names of a table; help lists the names.
 pub(crate) fn named<T: Named + Send + Sync + 'static>() -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(T::names()).try_map(|name| T::named("value", &name))
 }
 
-/// The same; help lists the names with their texts.
+/// Returns a parser for the names of a table; help lists the names with their descriptions.
 pub(crate) fn described<T: Named + Send + Sync + 'static>() -> impl TypedValueParser<Value = T> {
     let row = |row: &T| PossibleValue::new(row.name()).help(row.text());
     PossibleValuesParser::new(T::all().iter().map(row)).try_map(|name| T::named("value", &name))
@@ -136,7 +136,7 @@ pub(crate) enum ProgressKind {
     Json,
 }
 
-/// The help of `--methods`.
+/// Returns the help text of `--methods`.
 pub(crate) fn methods_compared() -> String {
-    format!("Methods: {}, sm", SEARCHES.map(|search| search.name).join(", "))
+    format!("Methods to compare: {}, sm", SEARCHES.map(|search| search.name).join(", "))
 }

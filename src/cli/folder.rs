@@ -1,8 +1,8 @@
-//! The folder of `--out`: its files are replaced as a unit, and files of others are never touched.
+//! The folder of `--out`. Its files are replaced as a unit, and files that this program did not write are never changed.
 //!
-//! New files are written and synced in a folder inside it, which is then renamed to [`COMMITTED`]: from there on the new
-//! state counts. Its files are moved to their places, the index last. A run that was killed in between is finished by the
-//! next one that takes the folder, and one that was killed before leaves the old files as they were.
+//! New files are written and synced in a staging folder inside it, which is then renamed to [`COMMITTED`]; the rename commits
+//! the new report. Its files are then moved to their final names, the index last. If a run is killed after the commit, the next
+//! run that uses the folder completes the moves; if it is killed before, the old files are unchanged.
 
 use motorfit::file::sync_folder;
 use motorfit::text::{hexadecimal, printable};
@@ -14,15 +14,16 @@ use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-/// The list of the files of a report.
+/// Name of the index, which lists the files of a report.
 const INDEX: &str = "motorfit-files.json";
-/// Files of a report that are being written, and those that are whole and being moved.
+/// Prefix of the staging folder's name, which the process id completes.
 const STAGED: &str = ".motorfit-staged-";
+/// Name of the folder of complete files that are being moved to their final names.
 const COMMITTED: &str = ".motorfit-new";
-/// A file in the folder of staged files, locked by who writes them.
+/// Name of the file in the staging folder that the writing process locks.
 const LOCK: &str = ".lock";
 
-/// The files of a report with their digests.
+/// The index: the files of a report with their digests.
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct Index {
     /// The version of the program that wrote them.
@@ -30,7 +31,7 @@ struct Index {
     files: BTreeMap<String, Entry>,
 }
 
-/// One file.
+/// Size and digest of a file.
 #[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Entry {
     bytes: u64,
@@ -42,7 +43,7 @@ impl Entry {
         Self { bytes: bytes.len() as u64, sha256: hexadecimal(&Sha256::digest(bytes)) }
     }
 
-    /// Returns whether a file is as it was written.
+    /// Returns true if a file is unchanged since it was written.
     fn is_of(&self, path: &Path) -> bool {
         path.metadata().is_ok_and(|data| data.is_file() && data.len() == self.bytes)
             && std::fs::read(path).is_ok_and(|bytes| Self::of(&bytes) == *self)
@@ -50,7 +51,7 @@ impl Entry {
 }
 
 impl Index {
-    /// The index of a folder; an empty one where there is none. Names that lead out of the folder are not followed.
+    /// Returns the index of a folder, or `None` if it has none. Names that lead out of the folder are ignored.
     fn read(folder: &Path) -> Option<Self> {
         let text = std::fs::read_to_string(folder.join(INDEX)).ok()?;
         let mut index: Self = serde_json::from_str(&text).ok()?;
@@ -59,14 +60,14 @@ impl Index {
     }
 }
 
-/// Returns whether a name is that of a file in the folder itself.
+/// Returns true if a name is a plain file name and none of those reserved here.
 fn is_name(name: &str) -> bool {
     let path = Path::new(name);
     path.file_name() == Some(path.as_os_str()) && ![INDEX, COMMITTED, LOCK].contains(&name)
 }
 
-/// Returns whether a file of a folder was written by this program: the index lists it, or it is a page or a document of a
-/// version that wrote no index.
+/// Returns true if this program wrote a file of a folder: the index lists it or, without an index, the folder has a page or
+/// document of a version that wrote none.
 pub(super) fn is_ours(folder: &Path, name: &str) -> bool {
     if let Some(index) = Index::read(folder) {
         return index.files.contains_key(name);
@@ -76,14 +77,14 @@ pub(super) fn is_ours(folder: &Path, name: &str) -> bool {
     document()["motorfit"].is_string() || read("report.html").contains("content=\"motorfit ")
 }
 
-/// Finishes what a run that was killed had begun, and removes what one left that had not come so far.
+/// Completes the report of a run that was killed after its commit, and removes staging folders of runs that were killed before.
 pub(super) fn recover(folder: &Path) -> std::io::Result<()> {
     move_in(folder)?;
     for entry in std::fs::read_dir(folder)?.flatten() {
         if !entry.file_name().to_string_lossy().starts_with(STAGED) {
             continue;
         }
-        // One without a lock was made this instant, or its writer was killed before it took it: it is empty.
+        // Without a lock file the folder was just created, or its writer was killed before it locked it: it is empty.
         let is_left = match File::open(entry.path().join(LOCK)) {
             Ok(lock) => lock.try_lock().is_ok(),
             Err(_) => std::fs::remove_dir(entry.path()).is_ok(),
@@ -95,11 +96,11 @@ pub(super) fn recover(folder: &Path) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Replaces the files that the index of a folder lists by others.
+/// Replaces the files that the index of a folder lists by the (name, text) pairs of `files`.
 pub(super) fn replace_all(folder: &Path, files: &[(String, String)]) -> Result<()> {
     let failed = |error: std::io::Error| {
         let remedy =
-            "The files that were there are as they were. Make room or allow writing there, or name another folder.";
+            "The files in it are unchanged. Free disk space, allow writing to the folder, or name another one.";
         Error::data(format!("cannot be written: {}", printable(&error.to_string())), remedy).in_file(folder)
     };
     let staged = Staged::new(folder).map_err(failed)?;
@@ -108,10 +109,10 @@ pub(super) fn replace_all(folder: &Path, files: &[(String, String)]) -> Result<(
     move_in(folder).map_err(failed)
 }
 
-/// A folder of files that are being written; what is not committed is removed.
+/// A staging folder, which is removed unless it is committed.
 struct Staged {
     path: PathBuf,
-    /// Locked for as long as it is written.
+    /// Lock that is kept until the commit.
     lock: File,
 }
 
@@ -124,11 +125,11 @@ impl Drop for Staged {
 impl Staged {
     fn new(folder: &Path) -> std::io::Result<Self> {
         let path = folder.join(format!("{STAGED}{}", std::process::id()));
-        // One of a process that had the same number and was killed.
+        // A killed process with the same id may have left one.
         let _ = std::fs::remove_dir_all(&path);
         std::fs::create_dir(&path)?;
         let lock = File::create(path.join(LOCK))?;
-        // A file system without locks: then two runs into one folder at once are up to the user.
+        // This fails on file systems without locks; there the user must not start two runs into one folder.
         let _ = lock.try_lock();
         Ok(Self { path, lock })
     }
@@ -147,11 +148,11 @@ impl Staged {
         sync_folder(&self.path)
     }
 
-    /// Makes the new state count.
+    /// Commits the files: renames the staging folder and syncs.
     fn commit(self, folder: &Path) -> std::io::Result<()> {
         let committed = folder.join(COMMITTED);
         if committed.exists() {
-            // Of another run into the same folder, which was killed or is not quite done.
+            // It is left by another run into this folder, which was killed or is not complete yet.
             move_in(folder)?;
         }
         std::fs::rename(&self.path, &committed)?;
@@ -160,14 +161,14 @@ impl Staged {
     }
 }
 
-/// Moves files that are committed to their places, removes those that the index listed before and lists no more if nobody
-/// has changed them, then moves the index, and removes the folder when all is on the disk.
+/// Moves committed files to their final names, removes unchanged files that only the old index lists, moves the index, and
+/// removes the folder of committed files after a sync.
 fn move_in(folder: &Path) -> std::io::Result<()> {
     let committed = folder.join(COMMITTED);
     if !committed.is_dir() {
         return Ok(());
     }
-    // The index goes last; where it has gone, files that a loss of power left behind are still those it lists.
+    // The index is moved last. If it is already moved, a power failure may have left files that it lists.
     let new = Index::read(&committed).or_else(|| Index::read(folder)).unwrap_or_default();
     for name in new.files.keys() {
         moved(&committed, folder, name)?;
@@ -187,7 +188,7 @@ fn move_in(folder: &Path) -> std::io::Result<()> {
     }
 }
 
-/// Moves a file, unless it was moved before a run was killed, or another run has just done it.
+/// Moves a file. It is no error if the file is missing, since a killed or concurrent run may have moved it.
 fn moved(from: &Path, to: &Path, name: &str) -> std::io::Result<()> {
     match std::fs::rename(from.join(name), to.join(name)) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),

@@ -1,13 +1,13 @@
-//! Help that begins with examples.
+//! Help texts with examples before the options.
 
 use super::args::Cli;
 use clap::builder::StyledStr;
 use clap::{Command, CommandFactory as _};
 
-/// The order of the parts: what the command does, examples, usage, options.
+/// Order of the sections: description, examples, usage, options.
 const TEMPLATE: &str = "{about-with-newline}\n{before-help}{usage-heading} {usage}\n\n{all-args}{after-help}";
 
-/// Examples of each command.
+/// Examples of each command, by its path of subcommands.
 const EXAMPLES: [(&str, &[&str]); 15] = [
     ("", &["identify log.csv", "identify log.csv --with auto --split 0.7", "inspect log.csv"]),
     (
@@ -55,23 +55,23 @@ const EXAMPLES: [(&str, &[&str]); 15] = [
 
 /// Returns the program's commands with their examples.
 pub(super) fn command() -> Command {
-    taught(Cli::command(), "")
+    with_examples(Cli::command(), "")
 }
 
-fn taught(command: Command, path: &str) -> Command {
+fn with_examples(command: Command, path: &str) -> Command {
     let examples = EXAMPLES.iter().find(|(of, _)| *of == path).map(|(_, examples)| *examples).unwrap_or_default();
     let command = match examples {
         [] => command,
-        examples => command.before_help(written(examples)).help_template(TEMPLATE),
+        examples => command.before_help(examples_text(examples)).help_template(TEMPLATE),
     };
     let names: Vec<String> = command.get_subcommands().map(|of| of.get_name().to_owned()).collect();
     names.into_iter().fold(command, |command, name| {
         let path = format!("{path} {name}");
-        command.mut_subcommand(&name, |of| taught(of, path.trim_start()))
+        command.mut_subcommand(&name, |of| with_examples(of, path.trim_start()))
     })
 }
 
-fn written(examples: &[&str]) -> StyledStr {
+fn examples_text(examples: &[&str]) -> StyledStr {
     use super::output::STRONG;
     let lines: String = examples.iter().map(|example| format!("  motorfit {example}\n")).collect();
     format!("{STRONG}Examples:{STRONG:#}\n{}", lines.trim_end()).into()
@@ -95,7 +95,7 @@ mod tests {
         for path in paths {
             let (_, examples) = EXAMPLES.iter().find(|(of, _)| *of == path).unwrap();
             for example in *examples {
-                // Behind a pipe or a redirection another program goes on.
+                // The words after a pipe or a redirection are another program's.
                 let own = example.split(['|', '>']).next().unwrap();
                 let words = std::iter::once("motorfit").chain(own.split_whitespace());
                 let words = words.map(|word| word.trim_matches('\'').to_owned());

@@ -1,4 +1,4 @@
-//! `identify`: the main job.
+//! The command `identify`: parameters of one motor from one or more recordings.
 
 use super::args::IdentifyArgs;
 use super::next;
@@ -23,7 +23,7 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     let records = inputs::records(&args.recordings.records, &reading)?;
     let mut held_out = inputs::records(&args.validate, &reading)?;
     if !given.has(Setting::Discretization) && records.iter().all(|record| record.driver() == Quantity::Current) {
-        // What is measured goes on between samples.
+        // A measured current is continuous: a first-order hold describes it better than a zero-order hold.
         spec.model.discretization = Discretization::Foh;
     }
     let records = match args.split {
@@ -46,7 +46,7 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     hold_out(&mut found, &records, &held_out, &spec)?;
     style.warnings(&found.warnings);
     if found.stop == Stop::Interrupted {
-        style.note("interrupted: this is the best so far");
+        style.note("interrupted: the result is the best so far");
     }
     let next = found.trust.next.as_ref().map(|step| next::command(step, &args.recordings.records));
     let mut document = identify_document(&records, &spec, &found);
@@ -90,7 +90,7 @@ fn report(records: &[Record], spec: &IdentifySpec, found: &Identification, docum
     ]
 }
 
-/// Draws measured and modelled signals, a file for each recording.
+/// Draws measured and modelled signals, one file for each recording.
 fn draw(path: &Path, records: &[Record], found: &Identification, style: &Style) -> Result<()> {
     for ((n, record), signals) in (1..).zip(records).zip(&found.modelled(records)?) {
         let file = out::numbered(path, (records.len() > 1).then_some(n));
@@ -100,7 +100,7 @@ fn draw(path: &Path, records: &[Record], found: &Identification, style: &Style) 
     Ok(())
 }
 
-/// Measured and modelled signals of all recordings, one below the other.
+/// Returns CSV with the measured and modelled signals of all recordings, one after the other.
 fn curves(records: &[Record], found: &Identification) -> String {
     let mut columns = vec![Vec::new(); 7];
     let modelled = found.modelled(records).unwrap_or_default();
@@ -121,10 +121,10 @@ fn curves(records: &[Record], found: &Identification) -> String {
     out::curves(&heads.map(str::to_owned), &columns)
 }
 
-/// Columns of the terminal that tables keep to.
+/// Width of printed tables \[characters\].
 const WIDTH: usize = 100;
 
-/// Returns the line on trust: the level, the reasons and the one command to run next.
+/// Returns the level of trust with its reasons, and the recommended next command if there is one.
 fn trust_line(found: &Identification, next: Option<&str>) -> String {
     let trust = &found.trust;
     let reasons: Vec<String> = trust.reasons.iter().map(|reason| reason.message.spelled(command_line)).collect();
@@ -166,7 +166,7 @@ fn table(records: &[Record], spec: &IdentifySpec, found: &Identification, style:
     text
 }
 
-/// The parameters, each with its standard error and interval, or its bounds where it has none.
+/// Writes the parameters, each with its standard error and confidence interval, or with its bounds if it has no standard error.
 fn parameters(text: &mut String, found: &Identification) {
     let uncertainty = found.uncertainty.as_ref();
     if uncertainty.is_some() {
@@ -177,7 +177,7 @@ fn parameters(text: &mut String, found: &Identification) {
     for e in estimates {
         let remark = match (e.axis, e.std_error.zip(e.ci95)) {
             _ if e.value.is_none() => format!("{DIM}not identifiable{DIM:#}"),
-            (None, _) => format!("{DIM}held{DIM:#}"),
+            (None, _) => format!("{DIM}fixed{DIM:#}"),
             (Some(_), Some((error, [low, high]))) => {
                 format!("{:>11}   {} … {}", significant(error, 2), significant(low, 6), significant(high, 6))
             }
@@ -198,16 +198,16 @@ fn parameters(text: &mut String, found: &Identification) {
     }
 }
 
-/// Recordings of a joint fit that have a line of their own.
+/// Largest number of recordings whose fits are printed separately.
 const RECORDINGS_MAX: usize = 12;
 
-/// Returns a fit in words.
+/// Returns the fit of each channel as text.
 fn fit_text(fit: [Option<f64>; 2]) -> String {
     let named = ["current", "speed"].into_iter().zip(fit);
     named.filter_map(|(name, value)| Some(format!("{name} {:.2} %", value?))).collect::<Vec<_>>().join(", ")
 }
 
-/// Returns a line for each of several recordings, with its fit.
+/// Returns a line for each recording with its fit, or no lines for a single recording.
 fn fits_by_recording<'a>(
     fits: impl ExactSizeIterator<Item = (&'a Record, [Option<f64>; 2])>,
 ) -> Vec<(&'static str, String)> {
@@ -217,7 +217,7 @@ fn fits_by_recording<'a>(
     }
     let one = |(record, fit): (&Record, _)| ("", format!("{}: {}", inputs::name(record.source()), fit_text(fit)));
     let more = count.saturating_sub(RECORDINGS_MAX);
-    let rest = (more > 0).then(|| ("", format!("{more} more, in --json")));
+    let rest = (more > 0).then(|| ("", format!("{more} more recordings, see --json")));
     fits.take(RECORDINGS_MAX).map(one).chain(rest).collect()
 }
 
@@ -225,9 +225,11 @@ fn lines(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Vec
     let method = match found.searched.method {
         "sm" => format!("Steiglitz–McBride, {} iterations", found.evaluations),
         "grid" if found.input == Input::Current => {
-            "a start by least squares, and grids along the extensions".to_owned()
+            "start by least squares, and grids over the parameters of extensions".to_owned()
         }
-        "grid" => "starts from Steiglitz–McBride or one channel, and grids along the extensions".to_owned(),
+        "grid" => {
+            "starts from Steiglitz–McBride or one channel, and grids over the parameters of extensions".to_owned()
+        }
         search => format!(
             "{search}, {} agents × {} generations, {} evaluations, seed {}",
             spec.population, spec.generations, found.evaluations, spec.seed
@@ -261,7 +263,7 @@ fn lines(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Vec
         let tested = format!("residuals white: {white}; independent of the {input}: {independent} (current, speed)");
         lines.push(("", tested));
     }
-    lines.extend(found.noise_floor.iter().map(|of| ("ceiling", noise_floor_text(of))));
+    lines.extend(found.noise_floor.iter().map(|of| ("best fit", noise_floor_text(of))));
     lines.extend(selection_text(found).map(|text| ("model", text)));
     lines.extend(characteristics_lines(found));
     if found.residual_sigma != [None; 2] {
@@ -288,8 +290,8 @@ fn residuals([current, speed]: [Option<f64>; 2]) -> String {
 fn verdict(found: &Identification) -> String {
     let check = &found.verification;
     let reference = match check.reference {
-        Some(ReferenceKind::VariableProjection) => "a search of the whole box (variable projection)",
-        Some(_) => "refinements from all over the box",
+        Some(ReferenceKind::VariableProjection) => "a global search (variable projection)",
+        Some(_) => "refinements from starts all over the box",
         None => "no reference",
     };
     let gap = check.cost_gap.map_or(String::new(), |gap| format!(" {} %", significant(100.0 * gap, 2)));
@@ -299,17 +301,19 @@ fn verdict(found: &Identification) -> String {
     };
     match check.status {
         Status::Agrees if check.cost_gap.is_some_and(|gap| gap > 1e-6) => {
-            format!("agrees with {reference}: the same optimum, its cost{gap} above the best")
+            format!("agrees with {reference}: the same optimum, at a cost{gap} above the best")
         }
         Status::Agrees => format!("agrees with {reference}{reached}"),
         Status::SearchStuck if check.refined_agrees && found.uncertainty.is_some() => format!(
-            "search stuck in an optimum that costs{gap} more; the refinement left it and agrees with {reference}"
+            "search stuck in an optimum whose cost is{gap} higher; the refinement left it and agrees with {reference}"
         ),
-        Status::SearchStuck => format!("search stuck: {reference} finds a better optimum; this one costs{gap} more"),
+        Status::SearchStuck => {
+            format!("search stuck: {reference} finds a better optimum; the cost of this one is{gap} higher")
+        }
         Status::ReferenceFailed if check.cost_gap.is_some_and(|gap| gap < -1e-6) => {
             format!("reference failed: {reference} ended in a worse optimum")
         }
-        Status::ReferenceFailed => format!("inconclusive: of {reference} too few ended in one optimum{reached}"),
-        Status::NotApplicable => "there is no reference for this".to_owned(),
+        Status::ReferenceFailed => format!("inconclusive: {reference} did not agree on one optimum{reached}"),
+        Status::NotApplicable => "not verified: no reference is available for this fit".to_owned(),
     }
 }

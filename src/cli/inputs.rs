@@ -1,4 +1,4 @@
-//! The inputs that commands share: recordings, and the parts of a spec that flags give: criterion, model, space and device.
+//! Inputs that commands share: recordings, and the fields of a spec that flags set (criterion, model, space and device).
 
 use super::args::{DeviceArgs, ProblemArgs};
 use super::cache;
@@ -27,8 +27,8 @@ pub(super) fn name(source: &Source) -> String {
     source.part.as_ref().map_or(path.clone(), |part| format!("{path} ({part})"))
 }
 
-/// Returns what was understood of recordings: a line each, and notes on what was left out or prepared. A note on several of them
-/// stands once, behind all.
+/// Returns a summary of recordings as they were read: a line for each, and notes on omitted or prepared data. A note that
+/// applies to several recordings is printed once, after all of them.
 pub(super) fn all_understood(records: &[Record]) -> String {
     let of_several = |note: &String| records.iter().filter(|record| record.source().notes.contains(note)).count() > 1;
     let mut lines = Vec::new();
@@ -56,8 +56,8 @@ pub(super) fn all_understood(records: &[Record]) -> String {
     lines.join("\n")
 }
 
-/// Returns what was understood of a recording: file, samples, period, duration, columns with units; others for what was left out or
-/// prepared.
+/// Returns a summary of a recording as it was read: file, samples, period, duration and columns with units on one line, then
+/// notes on omitted or prepared data.
 pub(super) fn understood(record: &Record) -> String {
     all_understood(std::slice::from_ref(record))
 }
@@ -77,12 +77,12 @@ fn headline(record: &Record) -> String {
     printable(&format!("{name}: {count} samples every {period}, {duration}; {columns}"))
 }
 
-/// The part of a spec that says what candidates are evaluated on, and by what.
+/// Returns a spec with the problem and the device of the flags.
 pub(super) fn spec(problem: &ProblemArgs, device: &DeviceArgs, style: &Style) -> Result<IdentifySpec> {
     checked(settings::problem(&problem.0.and(&device.0))?, &problem.0, style)
 }
 
-/// A spec with what was measured of this machine, where no flag is without effect.
+/// Returns a spec with the stored throughput profile of this machine, or a usage error if a given flag has no effect.
 pub(super) fn checked(spec: IdentifySpec, given: &Given, style: &Style) -> Result<IdentifySpec> {
     if given.has(Setting::Noise) && spec.criterion.scale != Scale::Noise {
         let message = "--noise has no effect without --scale noise";
@@ -100,5 +100,8 @@ pub(super) fn device(args: &DeviceArgs, style: &Style) -> Result<IdentifySpec> {
 }
 
 fn measured(spec: IdentifySpec, style: &Style) -> IdentifySpec {
-    IdentifySpec { paces: if spec.device == DeviceSpec::Auto { cache::paces(style) } else { None }, ..spec }
+    IdentifySpec {
+        throughput_profile: if spec.device == DeviceSpec::Auto { cache::throughput_profile(style) } else { None },
+        ..spec
+    }
 }

@@ -1,4 +1,4 @@
-//! `inspect`: what a recording holds and how it was understood.
+//! The command `inspect`: the contents of recordings, how columns were interpreted, and findings.
 
 use super::args::InspectArgs;
 use super::prelude::*;
@@ -27,7 +27,7 @@ pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// The settling band as a fraction.
+/// Returns the settling band as a fraction of the steady state.
 pub(super) fn band(percent: f64) -> Result<f64> {
     if percent > 0.0 && percent < 100.0 {
         return Ok(percent / 100.0);
@@ -40,7 +40,7 @@ fn text(inspection: &Inspection<'_>, band: f64) -> String {
     let mut text = format!("{}\n", inputs::understood(record));
     if record.steps().jitter > 1e-6 {
         let jitter = significant(100.0 * record.steps().jitter, 2);
-        let _ = writeln!(text, "  jitter of the period: at most {jitter} %");
+        let _ = writeln!(text, "  jitter of the sampling period: at most {jitter} %");
     }
     if !record.source().ignored.is_empty() {
         let _ = writeln!(text, "  not used: {}", printable(&record.source().ignored.join(", ")));
@@ -52,13 +52,13 @@ fn text(inspection: &Inspection<'_>, band: f64) -> String {
         let unit = facts.quantity.unit();
         let settled = match response.settling_time_s {
             Some(time) => format!("settled from {} s on", significant(time, 5)),
-            None if facts.settling_hidden => "noise hides when it settles".to_owned(),
+            None if facts.settling_hidden => "settling time hidden by noise".to_owned(),
             None => "not settled".to_owned(),
         };
         let overshoot = response
             .overshoot_percent
             .filter(|p| *p < 1000.0)
-            .map_or_else(String::new, |p| format!(" ({p:.1} % over)"));
+            .map_or_else(String::new, |p| format!(" ({p:.1} % overshoot)"));
         let [peak, at, steady] =
             [response.peak, response.peak_time_s, response.steady_state].map(|value| significant(value, 5));
         let band = significant(100.0 * band, 3);

@@ -1,4 +1,4 @@
-//! The command line: reads arguments, calls the library, prints. One file a command; `args` alone knows clap.
+//! The command-line program: parses arguments, calls the library and prints results. Each command has its file.
 
 mod args;
 mod bench;
@@ -47,11 +47,11 @@ use std::process::ExitCode;
 /// Outcomes of a command that did not fail.
 pub(crate) enum Outcome {
     Done,
-    /// A signal ended the work: what was finished is printed.
+    /// A signal ended the work, and the partial result was printed.
     Interrupted,
     /// Some runs of a sweep have no result.
     Incomplete,
-    /// The result is not to be trusted as it is, and only such a one was asked for.
+    /// `--strict` was given and the level of trust is not good.
     Untrusted,
 }
 
@@ -98,7 +98,7 @@ fn exit_code(error: &Error) -> u8 {
     }
 }
 
-/// Help and version go to stdout; anything else that clap says is a wrong usage, exit code 2.
+/// Prints help and version to stdout; any other error of clap is wrong usage, exit code 2.
 fn refuse(error: &clap::Error) -> ExitCode {
     if !error.use_stderr() {
         return match output::data(&error.render().ansi().to_string()) {

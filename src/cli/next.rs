@@ -1,4 +1,4 @@
-//! The one next command of a result that cannot be trusted as it is: complete, and quoted for a shell.
+//! The recommended next command for a result whose level of trust is not good, complete and quoted for a shell.
 
 use motorfit::report::command_line;
 use motorfit::setting::Text;
@@ -6,13 +6,13 @@ use motorfit::settings::{Kind, READING, row};
 use motorfit::text::shell_quoted;
 use std::path::PathBuf;
 
-/// Returns the command that takes the next step after this one: with other settings, or an inspection of its recordings.
+/// Returns the next command: this one with another setting, or an inspection of its recordings.
 pub(super) fn command(next: &Text, records: &[PathBuf]) -> String {
     let given: Vec<String> = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
-    after(&given, &next.spelled(command_line), records)
+    next_command(&given, &next.spelled(command_line), records)
 }
 
-fn after(given: &[String], step: &str, records: &[PathBuf]) -> String {
+fn next_command(given: &[String], step: &str, records: &[PathBuf]) -> String {
     let words: Vec<String> = match step.strip_prefix("motorfit ") {
         Some(operation) => {
             let paths = records.iter().map(|path| path.to_string_lossy().into_owned());
@@ -42,7 +42,7 @@ fn without(given: &[String], flag: &str) -> Vec<String> {
     words
 }
 
-/// Returns the flags that say how recordings are read, with their values.
+/// Returns the flags for reading recordings among the words of a command, with their values.
 fn reading(given: &[String]) -> Vec<String> {
     let mut words = Vec::new();
     let mut rest = given.iter();
@@ -62,7 +62,7 @@ fn reading(given: &[String]) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::after;
+    use super::next_command;
     use std::path::PathBuf;
 
     #[test]
@@ -70,11 +70,11 @@ mod tests {
         let words = |text: &[&str]| text.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
         let given = words(&["identify", "my log.csv", "--with", "coulomb", "--columns=time=t:ms", "--json"]);
         let records = [PathBuf::from("my log.csv")];
-        let again = after(&given, "--with auto", &records);
+        let again = next_command(&given, "--with auto", &records);
         assert_eq!(again, "motorfit identify 'my log.csv' --columns=time=t:ms --json --with auto");
-        let inspect = after(&given, "motorfit inspect", &records);
+        let inspect = next_command(&given, "motorfit inspect", &records);
         assert_eq!(inspect, "motorfit inspect 'my log.csv' --columns=time=t:ms");
         let given = words(&["identify", "a.csv", "--with=load", "--mask", "auto"]);
-        assert_eq!(after(&given, "--with auto", &records), "motorfit identify a.csv --mask auto --with auto");
+        assert_eq!(next_command(&given, "--with auto", &records), "motorfit identify a.csv --mask auto --with auto");
     }
 }

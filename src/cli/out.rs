@@ -1,4 +1,4 @@
-//! Files that are written, and the folder of `--out`: a page, the document and tables.
+//! Output files, and the folder of `--out` with the report page, the JSON document and tables.
 
 use super::folder;
 use super::output::Style;
@@ -18,14 +18,15 @@ pub(super) struct Out {
 impl Drop for Out {
     fn drop(&mut self) {
         if self.is_new {
-            // Only if nothing came to lie in it.
+            // This fails, as it should, if the folder is not empty.
             let _ = std::fs::remove_dir(&self.folder);
         }
     }
 }
 
 impl Out {
-    /// Takes a folder. What is in it stays as it is, but for the report of an earlier run, which is then replaced.
+    /// Checks that a folder can take a report, and creates it if needed. Existing files stay, except for the report of an
+    /// earlier run, which `write` replaces.
     pub(super) fn take(path: &Path) -> Result<Self> {
         let failed = |what: String| Error::data(what, "Name a new folder with --out.").in_file(path);
         let unusable = |e: std::io::Error| failed(format!("cannot be used: {e}"));
@@ -34,38 +35,39 @@ impl Out {
             std::fs::create_dir_all(path).map_err(unusable)?;
         }
         let out = Self { folder: path.to_path_buf(), is_new };
-        // Better now than after the work.
+        // A folder that cannot be written to is reported before the computation, not after it.
         folder::recover(path).map_err(unusable)?;
         tempfile::tempfile_in(path).map_err(unusable)?;
         for name in ["report.html", "result.json"].into_iter().filter(|name| path.join(name).exists()) {
             if !folder::is_ours(path, name) {
-                return Err(failed(format!("holds a {name} that is not of this program: it is left as it is")));
+                return Err(failed(format!("contains a {name} that this program did not write; it is left unchanged")));
             }
         }
         Ok(out)
     }
 
-    /// Replaces the report by files by name. Where one of another maker has the name of a table, the whole report goes to a
-    /// new folder beside: it is not lost after the work.
+    /// Replaces the report by the (name, text) pairs of `list`. If a file that this program did not write has one of the names,
+    /// the complete report goes to a new folder beside this one, so that the result is not lost.
     pub(super) fn write(&self, list: &[(String, String)], style: &Style) -> Result<()> {
         let is_foreign = |name: &str| self.folder.join(name).exists() && !folder::is_ours(&self.folder, name);
         let foreign = list.iter().map(|(name, _)| name).find(|name| is_foreign(name));
         let beside = foreign.map(|name| {
             let found = self.folder.join(name).display().to_string();
-            style
-                .note(&format!("{found} is not of this program and left as it is: the report goes to a folder beside"));
+            style.note(&format!(
+                "{found} was not written by this program and is kept: the report goes to another folder"
+            ));
             self.beside()
         });
         let target = beside.as_ref().unwrap_or(&self.folder);
         std::fs::create_dir_all(target)
-            .map_err(|e| Error::data(format!("cannot be made: {e}"), "Name another folder.").in_file(target))?;
+            .map_err(|e| Error::data(format!("cannot be created: {e}"), "Name another folder.").in_file(target))?;
         let _under_way = FileUnderWay::begin();
         folder::replace_all(target, list)?;
         style.note(&format!("wrote {}", target.join("report.html").display()));
         Ok(())
     }
 
-    /// The first folder beside this one that is not there yet: its name with a number.
+    /// Returns the first path beside this folder, its name with a number, that does not exist yet.
     fn beside(&self) -> PathBuf {
         let name = self.folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let numbered = |n: u32| self.folder.with_file_name(format!("{name}-{n}"));
@@ -78,22 +80,22 @@ fn unwritable(path: &Path, error: &std::io::Error) -> Error {
     Error::data(format!("cannot be written: {error}"), remedy).in_file(path)
 }
 
-/// Returns the path of one of several drawings: with a number behind the name.
+/// Returns the path of one of several drawings, with the number after the file's stem.
 pub(super) fn numbered(path: &Path, number: Option<usize>) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     number.map_or_else(|| path.to_path_buf(), |number| path.with_file_name(format!("{stem}-{number}.svg")))
 }
 
-/// Writes a text to a file that is whole or not there.
+/// Writes a text to a file, which is then complete or, on an error, not replaced.
 pub(super) fn write_file(path: &Path, text: &str) -> Result<()> {
     write_parts(path, &mut |write| write(text).map(Some)).map(|_: Option<()>| ())
 }
 
-/// Takes a part of the text of a file.
+/// A function that appends a piece of text to a file.
 pub(super) type WritePart<'a> = dyn FnMut(&str) -> Result<()> + 'a;
 
-/// Writes what `fill` hands on, part by part: beside the file, synced, renamed, so that the file is whole or not there. Where
-/// `fill` returns `None` there is none.
+/// Writes the pieces of text that `fill` produces to a temporary file beside `path`, syncs it and renames it, so that the file
+/// is never incomplete. If `fill` returns `None`, no file is written.
 pub(super) fn write_parts<T>(
     path: &Path,
     fill: &mut dyn FnMut(&mut WritePart<'_>) -> Result<Option<T>>,
@@ -102,7 +104,7 @@ pub(super) fn write_parts<T>(
     if path.is_dir() {
         return Err(Error::data("is a folder, expected a file to write", "Name a file in it.").in_file(path));
     }
-    // A link is written through, a device or pipe written to, a protected file left alone.
+    // Links are followed, devices and pipes are written to directly, and read-only files are not replaced.
     let resolved = path.canonicalize();
     let path = resolved.as_deref().unwrap_or(path);
     match path.metadata() {
@@ -111,9 +113,7 @@ pub(super) fn write_parts<T>(
             return fill(&mut |text| device.write_all(text.as_bytes()).map_err(failed));
         }
         Ok(metadata) if metadata.permissions().readonly() => {
-            return Err(
-                Error::data("is protected against writing", "Choose another file, or allow writing it.").in_file(path)
-            );
+            return Err(Error::data("is read-only", "Choose another file, or make it writable.").in_file(path));
         }
         _ => {}
     }
@@ -129,7 +129,7 @@ pub(super) fn reproduced(options: Vec<(&str, String)>) -> Reproduced {
     Reproduced { command, options }
 }
 
-/// Lines of CSV: a heading, then rows of numbers, empty where there is none.
+/// Returns CSV text: a heading, then rows of numbers. A cell without a finite number is empty.
 pub(super) fn curves(heads: &[String], columns: &[Vec<f64>]) -> String {
     let mut text = heads.join(",") + "\n";
     for row in 0..columns.iter().map(Vec::len).max().unwrap_or(0) {

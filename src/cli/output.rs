@@ -1,8 +1,9 @@
-//! Where text goes: data to stdout, everything else to stderr.
+//! Output streams: data go to stdout, everything else to stderr.
 
 use super::args::{Common, When};
 use anstyle::{AnsiColor, Style as Paint};
 use clap::error::{ContextKind, ContextValue};
+use motorfit::file::with_similar_name;
 use motorfit::record::Severity;
 use motorfit::report::command_line;
 use motorfit::text::{nearest as nearest_of, printable};
@@ -33,7 +34,7 @@ pub(crate) const DIM: Paint = Paint::new().dimmed();
 impl Style {
     pub(crate) fn new(common: &Common) -> Self {
         match common.color {
-            When::Auto => {} // anstream looks at the terminal, NO_COLOR and CLICOLOR by itself
+            When::Auto => {} // anstream respects the terminal, NO_COLOR and CLICOLOR
             When::Always => anstream::ColorChoice::Always.write_global(),
             When::Never => anstream::ColorChoice::Never.write_global(),
         }
@@ -50,11 +51,12 @@ impl Style {
     }
 
     pub(crate) fn error(&self, error: &Error) {
+        let error = with_similar_name(error.clone());
         let (message, hint) = (error.spelled(command_line), error.hint().spelled(command_line));
         self.line(&format!("{ERROR}error:{ERROR:#} {message}\n{HELP}help:{HELP:#} {hint}"));
     }
 
-    /// Warnings; remarks only where details are asked for.
+    /// Prints warnings; those of minor severity only with `--verbose`.
     pub(crate) fn warnings(&self, warnings: &[Warning]) {
         let shown = |w: &&Warning| self.verbose || w.severity == Severity::Report;
         self.findings(warnings.iter().filter(shown));
@@ -70,7 +72,7 @@ impl Style {
         }
     }
 
-    /// Something that must not be overlooked.
+    /// Prints a text as a warning.
     pub(crate) fn complaint(&self, text: &str) {
         if !self.quiet {
             self.line(&format!("{WARNING}warning:{WARNING:#} {}", printable(text)));
@@ -83,21 +85,21 @@ impl Style {
         }
     }
 
-    /// A line on stderr; nothing can be done if that fails.
+    /// Writes a line to stderr; a failure is ignored, since there is nowhere to report it.
     fn line(&self, text: &str) {
         let _ = writeln!(anstream::stderr(), "{text}");
     }
 }
 
-/// True if somebody still reads stdout.
+/// True until a write to stdout fails because its reader is gone.
 static READ: AtomicBool = AtomicBool::new(true);
 
-/// Returns whether somebody still reads what is written to stdout, as far as is known: a stream that nobody reads can end.
+/// Returns false once the reader of stdout is gone, so that a stream of results can end early.
 pub(crate) fn is_read() -> bool {
     READ.load(Ordering::Relaxed)
 }
 
-/// Writes data to stdout; that nobody reads on is no error.
+/// Writes data to stdout. A broken pipe is not an error.
 pub(crate) fn data(text: &str) -> Result<()> {
     let mut stdout = anstream::stdout();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
@@ -121,7 +123,7 @@ pub(crate) fn usage(error: &clap::Error) {
     let _ = writeln!(anstream::stderr(), "{}", lines.join("\n"));
 }
 
-/// The possible value that an invalid one was meant to be, where clap itself finds none.
+/// Returns the valid value that is most similar to an invalid one, if clap itself suggests none.
 fn nearest(error: &clap::Error) -> Option<&str> {
     let Some(ContextValue::String(given)) = error.get(ContextKind::InvalidValue) else { return None };
     let Some(ContextValue::Strings(values)) = error.get(ContextKind::ValidValue) else { return None };

@@ -10,17 +10,17 @@ use serde_json::{Value, json};
 use std::io::Write as _;
 use std::time::{Duration, Instant};
 
-/// A run shorter than this shows no bar.
-const PATIENCE: Duration = Duration::from_millis(300);
-/// Time between JSON lines.
-const PACE: Duration = Duration::from_millis(100);
+/// Time before a bar is shown.
+const BAR_DELAY: Duration = Duration::from_millis(300);
+/// Shortest time between JSON lines.
+const JSON_INTERVAL: Duration = Duration::from_millis(100);
 
 struct State {
     done: u64,
     of: u64,
-    /// The text behind the bar.
+    /// Text after the bar.
     message: String,
-    /// The same as a line of JSON.
+    /// The state as a line of JSON.
     line: Value,
 }
 
@@ -37,14 +37,14 @@ impl Meter {
         Self { kind: style.progress, template, bar: None, started: Instant::now(), last: None }
     }
 
-    /// Shows a state, which is asked for where it is due.
+    /// Shows a state. The closure is called only if an update is due.
     fn show(&mut self, at_end: bool, state: impl FnOnce() -> State) {
         match self.kind {
-            Kind::Json if at_end || self.last.is_none_or(|last| last.elapsed() >= PACE) => {
+            Kind::Json if at_end || self.last.is_none_or(|last| last.elapsed() >= JSON_INTERVAL) => {
                 self.last = Some(Instant::now());
                 let _ = writeln!(std::io::stderr(), "{}", state().line);
             }
-            Kind::Bar if self.started.elapsed() >= PATIENCE => {
+            Kind::Bar if self.started.elapsed() >= BAR_DELAY => {
                 let State { done, of, message, .. } = state();
                 let bar = self.bar.get_or_insert_with(|| {
                     let style =
@@ -67,7 +67,7 @@ impl Drop for Meter {
     }
 }
 
-/// Shows the progress of a search, or of what else is counted by `what`.
+/// Returns an observer that shows the progress of a search; `what` is the unit that is counted.
 pub(crate) fn reporter(style: &Style, what: &'static str) -> impl FnMut(&Progress) {
     let mut meter = Meter::new(style, format!("{{bar:40}} {what} {{pos}}/{{len}}  {{msg}}  {{eta}} left"));
     let many = format!("{what}{}", if what == "batch" { "es" } else { "s" });
@@ -88,7 +88,7 @@ pub(crate) fn sweep_reporter(style: &Style) -> impl FnMut(&SweepProgress) {
         meter.show(progress.done == progress.total, || State {
             done: progress.done + whole_u64(progress.under_way),
             of: progress.total,
-            message: pace(progress),
+            message: rate_text(progress),
             line: json!({
                 "runs": progress.done, "of": progress.total, "failed": progress.failed, "seconds": progress.seconds,
                 "runs_per_second": progress.rate(), "remaining_s": progress.remaining(),
@@ -97,7 +97,7 @@ pub(crate) fn sweep_reporter(style: &Style) -> impl FnMut(&SweepProgress) {
     }
 }
 
-fn pace(progress: &SweepProgress) -> String {
+fn rate_text(progress: &SweepProgress) -> String {
     let mut text = progress.rate().map_or_else(String::new, |rate| format!("{} a second", significant(rate, 3)));
     if let Some(seconds) = progress.remaining().filter(|s| *s < 1e9) {
         let left = indicatif::HumanDuration(Duration::from_secs_f64(seconds));

@@ -1,4 +1,4 @@
-//! `completions` and `man`.
+//! The commands `completions` and `man`.
 
 use super::output::Style;
 use super::{Outcome, help, out, output};
@@ -12,7 +12,7 @@ pub(super) fn completions(shell: clap_complete::Shell) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Prints the page of the program and those of its commands, or writes each into a folder.
+/// Prints the manual pages of the program and its commands, or writes one file per page into a folder.
 pub(super) fn man(folder: Option<&Path>, style: &Style) -> Result<Outcome> {
     let mut command = help::command();
     command.build();
@@ -29,12 +29,12 @@ pub(super) fn man(folder: Option<&Path>, style: &Style) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// The pages of a command and of those below it, by name.
+/// Returns the (name, page) pairs of a command and its subcommands.
 fn pages(command: &clap::Command, name: &str) -> Result<Vec<(String, String)>> {
     let mut page = Vec::new();
     clap_mangen::Man::new(command.clone().name(name.to_owned()))
         .render(&mut page)
-        .map_err(|error| Error::data(format!("the manual cannot be made: {error}"), "Try again."))?;
+        .map_err(|error| Error::data(format!("the manual cannot be generated: {error}"), "Try again."))?;
     let mut all = vec![(name.to_owned(), String::from_utf8_lossy(&page).into_owned())];
     for below in command.get_subcommands().filter(|below| below.get_name() != "help") {
         all.extend(pages(below, &format!("{name}-{}", below.get_name()))?);

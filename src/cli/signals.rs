@@ -1,5 +1,5 @@
-//! Signals that end the program. The first asks the work to end with what it has; work that does not answer is given up after
-//! [`GRACE`]. A second signal ends the program at once.
+//! Signals that end the program. After the first the computation stops and its partial result is reported; if it does not react
+//! within [`GRACE`], the program ends without a result. A second signal ends the program at once.
 
 use motorfit::{Error, Result};
 use std::io::{IsTerminal as _, Write as _};
@@ -8,39 +8,40 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// The time that work has to answer a signal.
+/// Time in which a computation must react to a signal.
 const GRACE: Duration = Duration::from_millis(200);
-/// The time that a search has, whose best so far would be lost: one that asks after each piece of a generation.
+/// Time in which a search must react. It is longer, since a search checks for signals after each part of a generation only and
+/// its best candidate would be lost.
 const SEARCH_GRACE: Duration = Duration::from_secs(2);
-/// The time between two looks at work under way.
+/// Time between two checks of a running computation.
 const LOOK: Duration = Duration::from_millis(5);
-/// The signal of Ctrl-C.
+/// Number of the signal of Ctrl-C.
 const INTERRUPT: usize = 2;
 
-/// The number of the first signal; 0 before.
+/// Number of the first signal received; 0 if there was none.
 static SIGNAL: LazyLock<Arc<AtomicUsize>> = LazyLock::new(Arc::default);
-/// True once the work has seen the signal, and ends by itself.
+/// True once the computation has seen the signal and is stopping.
 static ANSWERED: AtomicBool = AtomicBool::new(false);
-/// True while a search is on its way that has a best so far.
+/// True while a search runs that has a best candidate.
 static SEARCHING: AtomicBool = AtomicBool::new(false);
-/// The number of files that are being written.
+/// Number of files that are being written.
 static FILES: Mutex<usize> = Mutex::new(0);
-/// The remark on work that is given up.
+/// Message printed if the computation does not react.
 static REMARK: Mutex<&str> = Mutex::new(NO_RESULT);
 
 pub(crate) const NO_RESULT: &str = "interrupted before there was a result";
 
-/// Returns the exit code of an interrupted program: 128 and the number of the signal.
+/// Returns the exit code of an interrupted program: 128 plus the number of the signal.
 pub(crate) fn exit_code() -> u8 {
     u8::try_from(128 + number()).unwrap_or(u8::MAX)
 }
 
-/// Returns the answer of an observer: work ends after a signal.
+/// Returns the value for an observer to return: `Break` after a signal.
 pub(crate) fn interrupted() -> ControlFlow<()> {
     if is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
-/// Returns true after a signal. Work that asks has to end when it is.
+/// Returns true after a signal. The caller must then stop.
 pub(crate) fn is_interrupted() -> bool {
     let is = SIGNAL.load(Ordering::Relaxed) != 0;
     if is {
@@ -49,17 +50,17 @@ pub(crate) fn is_interrupted() -> bool {
     is
 }
 
-/// Marks the beginning or the end of a search that has a best so far.
+/// Marks the start or the end of a search that has a best candidate.
 pub(crate) fn searching(is: bool) {
     SEARCHING.store(is, Ordering::Relaxed);
 }
 
-/// Replaces the remark on work that is given up.
+/// Replaces the message printed if the computation does not react.
 pub(crate) fn remark(text: &'static str) {
     *REMARK.lock().unwrap_or_else(PoisonError::into_inner) = text;
 }
 
-/// A file that is being written: the program is not given up before it is whole, or gone.
+/// Guard of a file that is being written: the program is not ended before the file is complete or removed.
 pub(crate) struct FileUnderWay(());
 
 impl FileUnderWay {
@@ -82,7 +83,7 @@ fn number() -> usize {
     }
 }
 
-/// Writes a line on stderr; a line of progress is cleared.
+/// Writes a line to stderr in place of a progress bar.
 fn say(is_quiet: bool, text: &str) {
     if !is_quiet {
         let mut stderr = std::io::stderr();
@@ -91,20 +92,23 @@ fn say(is_quiet: bool, text: &str) {
     }
 }
 
-/// Ends a program whose work does not answer a signal.
+/// Ends the program if its computation does not react to a signal in time.
 fn give_up(is_quiet: bool, end: impl FnOnce(i32)) {
     let begun = Instant::now();
     loop {
         std::thread::sleep(LOOK);
         if ANSWERED.load(Ordering::Relaxed) {
             std::thread::sleep(GRACE.saturating_sub(begun.elapsed()));
-            return say(is_quiet, "interrupted: completing what was found; a second signal ends the program at once");
+            return say(
+                is_quiet,
+                "interrupted: completing the result so far; a second signal ends the program at once",
+            );
         }
         let grace = if SEARCHING.load(Ordering::Relaxed) { SEARCH_GRACE } else { GRACE };
         if begun.elapsed() < grace {
             continue;
         }
-        // Held to the end: no file is begun any more.
+        // The lock is kept until the program ends, so that no other file is begun.
         let files = FILES.lock().unwrap_or_else(PoisonError::into_inner);
         if *files == 0 {
             say(is_quiet, &REMARK.lock().unwrap_or_else(PoisonError::into_inner));
@@ -117,8 +121,8 @@ fn failed(error: &std::io::Error) -> Error {
     Error::data(format!("signals cannot be handled: {error}"), "Try again.")
 }
 
-/// Listens to Ctrl-C, and where there are such signals to SIGTERM and SIGHUP; one that the caller had ignored stays ignored.
-/// SIGXFSZ becomes an error of the write that exceeds the limit.
+/// Installs handlers of SIGINT, SIGTERM and SIGHUP, except for signals that the parent process ignored. SIGXFSZ is caught too,
+/// so that the write that exceeds the limit returns an error.
 #[cfg(unix)]
 pub(crate) fn listen(is_quiet: bool) -> Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
@@ -130,16 +134,16 @@ pub(crate) fn listen(is_quiet: bool) -> Result<()> {
     let ignored = ignored();
     let heard = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| ignored >> (signal - 1) & 1 == 0);
     for signal in heard.clone() {
-        // In this order: a signal ends the program if there was one before.
+        // The order matters: the first handler ends the program only if an earlier signal has set the flag.
         flag::register_conditional_shutdown(signal, 128 + signal, is_second.clone()).map_err(failed)?;
         flag::register(signal, is_second.clone()).map_err(failed)?;
         flag::register_usize(signal, SIGNAL.clone(), signal.unsigned_abs() as usize).map_err(failed)?;
     }
-    // Any handler will do: the write is then refused.
+    // With any handler the write fails with an error instead of ending the program.
     flag::register(SIGXFSZ, Arc::default()).map_err(failed)?;
     let mut signals = Signals::new(heard).map_err(failed)?;
     let wait = move || {
-        // One may have come before this could hear it.
+        // A signal may have arrived before this iterator was created.
         if SIGNAL.load(Ordering::Relaxed) != 0 || signals.forever().next().is_some() {
             give_up(is_quiet, |code| signal_hook::low_level::exit(code));
         }
@@ -148,7 +152,7 @@ pub(crate) fn listen(is_quiet: bool) -> Result<()> {
     Ok(())
 }
 
-/// Listens to Ctrl-C.
+/// Installs a handler of Ctrl-C.
 #[cfg(not(unix))]
 pub(crate) fn listen(is_quiet: bool) -> Result<()> {
     let interrupted = move || {
@@ -160,7 +164,7 @@ pub(crate) fn listen(is_quiet: bool) -> Result<()> {
     ctrlc::set_handler(interrupted).map_err(|error| failed(&std::io::Error::other(error)))
 }
 
-/// Returns the set of signals that the caller had ignored, signal n at bit n − 1; none where the system does not list them.
+/// Returns the set of signals that the parent process ignored, signal n at bit n − 1; empty if the system does not list them.
 #[cfg(unix)]
 fn ignored() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

@@ -1,4 +1,4 @@
-//! `simulate`: a motor at rest, driven and recorded.
+//! The command `simulate`: simulates a motor that starts at rest and writes a recording.
 
 use super::args::SimulateArgs;
 use super::inspect;
@@ -7,7 +7,7 @@ use super::output::is_read;
 use super::prelude::*;
 use motorfit::criterion::Noise;
 use motorfit::experiment::{Excitation, StepExperiment, noise_of, simulated, with_noise};
-use motorfit::motor::{Discretization, Response};
+use motorfit::motor::{Discretization, StepResponse};
 use motorfit::record::{Quantity, parse_columns, read_inputs, write_csv};
 use motorfit::report::SignalFacts;
 use std::ops::ControlFlow;
@@ -40,14 +40,14 @@ pub(super) fn run(args: &SimulateArgs, style: &Style) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Simulates a step of any length, in memory that does not depend on it.
+/// Simulates a voltage step in segments, with memory independent of its length.
 fn streamed(
     args: &SimulateArgs,
     step: &StepExperiment,
     (noise, band): (Option<Noise>, f64),
     style: &Style,
 ) -> Result<Outcome> {
-    let Some(figures) = step.figures(&mut signals::interrupted)? else { return Ok(given_up(style)) };
+    let Some(figures) = step.figures(&mut signals::interrupted)? else { return Ok(interrupted(style)) };
     let sigma = noise.and_then(|noise| figures.sigma(noise)).unwrap_or_default();
     let mut fill = |write: &mut WritePart<'_>| {
         let mut part = |text: &str| {
@@ -59,8 +59,8 @@ fn streamed(
     let is_stdout = args.out == Path::new("-");
     let responses = if is_stdout { fill(&mut |text| data(text))? } else { out::write_parts(&args.out, &mut fill)? };
     let Some(responses) = responses else {
-        // A reader of stdout that ends has what it wanted.
-        return Ok(if is_read() { given_up(style) } else { Outcome::Done });
+        // A reader that closes the pipe early is no error.
+        return Ok(if is_read() { interrupted(style) } else { Outcome::Done });
     };
     if !is_stdout {
         style.note(&format!("wrote {}: {} samples", args.out.display(), step.samples()));
@@ -71,12 +71,12 @@ fn streamed(
     Ok(Outcome::Done)
 }
 
-fn given_up(style: &Style) -> Outcome {
+fn interrupted(style: &Style) -> Outcome {
     style.note(signals::NO_RESULT);
     Outcome::Interrupted
 }
 
-fn describe(args: &SimulateArgs, quantity: Quantity, response: &Response, style: &Style) {
+fn describe(args: &SimulateArgs, quantity: Quantity, response: &StepResponse, style: &Style) {
     let unit = quantity.unit();
     let settled = response.settling_time_s.map_or_else(
         || "does not settle".to_owned(),

@@ -1,4 +1,4 @@
-//! `evaluate --slice`: a cost map as CSV, and as a heat map.
+//! The command `evaluate --slice`: a map of the cost over two parameters, as CSV and as a heat map.
 
 use super::args::EvaluateArgs;
 use super::prelude::*;
@@ -7,7 +7,7 @@ use motorfit::motor::Parameter;
 use motorfit::report::plot::{Map, heat_map};
 use motorfit::study::{CostMap, cost_map};
 
-/// Points a side where nobody says how many.
+/// Default number of points per axis.
 const SIDE: usize = 101;
 
 pub(super) fn run(args: &EvaluateArgs, slice: &str, style: &Style) -> Result<Outcome> {
@@ -23,7 +23,7 @@ pub(super) fn run(args: &EvaluateArgs, slice: &str, style: &Style) -> Result<Out
         Some((_, Some(number))) if number.parse::<usize>().is_ok() => number.parse().unwrap_or(SIDE),
         Some((sample, _)) => {
             let message = format!("--slice takes --sample grid:N, not \"{}\"", excerpt(sample));
-            return Err(Error::usage(message, "Leave --sample out, or give the points a side as grid:N."));
+            return Err(Error::usage(message, "Leave --sample out, or give the number of points per axis as grid:N."));
         }
     };
     let records = inputs::records(&args.recordings.records, &args.recordings.reading.0.and(&args.problem.0))?;

@@ -1,4 +1,4 @@
-//! Searches in lock step on one evaluator: what [`minimize`](crate::optimize::minimize) drives.
+//! The cost function of [`minimize`](crate::optimize::minimize): evaluates the populations of many searches as one batch.
 
 use super::select::{DeviceSettings, OnLoss, SelectedDevice, taken_over};
 use crate::candidates::Candidates;
@@ -10,37 +10,37 @@ use crate::{Error, Result};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// The least number of lowest costs of a call in f32 that are evaluated again in f64: the leaders of every search.
+/// Smallest number of candidates of lowest cost in f32, the leaders of a search, that are evaluated again in f64.
 const LEADERS: usize = 3;
 
-/// The best of each run: what deviations are taken from.
+/// The best candidate of each run with its cost: the reference of deviations.
 type References = Vec<Option<Arc<(f64, Vec<f64>)>>>;
 
 /// Evaluates the populations of any number of runs as one batch, each run on its own problem.
 ///
-/// Where the evaluator is not exact, each run has its own reference, its best so far, and its leaders are evaluated again
-/// in f64 until the lowest of all is one of them. A run therefore depends on no other.
+/// If the evaluator is not exact, the reference of each run is its best candidate, and the leaders of each run are evaluated
+/// again in f64 until the lowest cost is one in f64. A run therefore does not depend on the others.
 pub struct BatchSearchEvaluator {
     opened: SelectedDevice,
-    /// One for each run, or one for all.
+    /// One problem for each run, or one for all.
     problems: Vec<Arc<Problem>>,
-    /// Lowest cost so far of each run, and its candidate.
+    /// Lowest cost of each run, and its candidate.
     references: References,
-    /// Batches that were begun, each with its evaluator and its references.
+    /// Batches that were begun, each with the number of evaluators replaced before it and its references.
     pending: VecDeque<((Pending, usize), References)>,
 }
 
 impl BatchSearchEvaluator {
-    /// With an evaluator of the caller. `problems`: one for each run, or one for all.
+    /// Creates an instance with an evaluator of the caller. `problems` has one problem for each run, or one for all.
     #[must_use]
     pub fn new(evaluator: Box<dyn Evaluator>, problems: Vec<Arc<Problem>>) -> Self {
         Self::on(SelectedDevice::given(evaluator), problems)
     }
 
-    /// Opens the device that the settings ask for.
+    /// Opens the device that the settings select. `problems` has one problem for each run, or one for all.
     ///
     /// # Errors
-    /// `Device` when the device that is asked for is not there; `Usage` without problems.
+    /// Returns a device error if the requested device is not available, and a usage error without problems.
     pub fn open(settings: impl Into<DeviceSettings>, problems: Vec<Arc<Problem>>) -> Result<Self> {
         let Some(first) = problems.first() else {
             return Err(crate::Error::usage("there is nothing to search", "Give at least one problem."));
@@ -48,36 +48,36 @@ impl BatchSearchEvaluator {
         Ok(Self::on(SelectedDevice::for_search(&settings.into(), first)?, problems))
     }
 
-    /// Opens the device that is named, and the CPU where none is: for what has no population.
+    /// Opens the requested device, or the CPU for `auto`: for a computation without a population.
     ///
     /// # Errors
-    /// `Device` when the device that is asked for is not there.
+    /// Returns a device error if the requested device is not available.
     pub(crate) fn for_check(settings: impl Into<DeviceSettings>, problem: Arc<Problem>) -> Result<Self> {
         Ok(Self::on(SelectedDevice::for_check(&settings.into(), &problem)?, vec![problem]))
     }
 
-    /// The same with another answer to a device that fails.
+    /// Sets the treatment of a device that fails.
     #[must_use]
     pub fn on_loss(mut self, on_loss: OnLoss) -> Self {
         self.opened.on_loss = on_loss;
         self
     }
 
-    /// Other runs on the same device.
-    pub fn turn_to(&mut self, problems: Vec<Arc<Problem>>) {
+    /// Replaces the problems: later populations are those of other runs on the same device.
+    pub fn set_problems(&mut self, problems: Vec<Arc<Problem>>) {
         self.problems = problems;
         self.references.clear();
         self.pending.clear();
     }
 
-    /// Candidates that may pass before the observer is asked again.
+    /// Returns the number of candidates between two calls of the observer.
     #[must_use]
     pub fn slice(&self) -> usize {
         let longest = self.problems.iter().map(|problem| problem.active()).max().unwrap_or(1);
         (self.opened.slice_steps / longest.max(1)).max(1)
     }
 
-    /// Returns the device that evaluates: its kind (cpu or gpu), its name, its precision.
+    /// Returns the kind of the device (`cpu` or `gpu`), its name and its precision.
     #[must_use]
     pub fn device(&self) -> (&'static str, String, &'static str) {
         (self.opened.kind, self.opened.evaluator.name(), self.opened.precision())
@@ -89,9 +89,9 @@ impl BatchSearchEvaluator {
         &self.opened.warnings
     }
 
-    /// The same, with a warning that it took the place of a device that failed.
+    /// Adds a warning that this device replaces one that failed with `error`.
     #[must_use]
-    pub fn in_place_of_one_that_failed(mut self, error: &crate::Error) -> Self {
+    pub fn replacing_failed(mut self, error: &crate::Error) -> Self {
         self.opened.warnings.push(taken_over(error));
         self
     }
@@ -100,7 +100,7 @@ impl BatchSearchEvaluator {
         Self { opened, problems, references: Vec::new(), pending: VecDeque::new() }
     }
 
-    /// The same, each once.
+    /// Removes and returns the warnings about the device.
     pub fn take_warnings(&mut self) -> Vec<Warning> {
         std::mem::take(&mut self.opened.warnings)
     }
@@ -118,7 +118,7 @@ impl BatchSearchEvaluator {
         populations.iter().enumerate().filter_map(group).collect()
     }
 
-    /// Does `work` with the evaluator. Where that fails and another may take its place, it does the work instead.
+    /// Runs `work` with the evaluator. If that fails and the evaluator may be replaced, runs it again with the new one.
     fn with_evaluator<T>(
         &mut self,
         populations: &[Candidates<'_>],
@@ -127,10 +127,10 @@ impl BatchSearchEvaluator {
     ) -> Result<T> {
         let (runs, problems) = (populations.len(), self.problems.len());
         if runs > problems && problems != 1 {
-            let message = format!("found populations of {runs} runs, expected those of {problems} at most");
+            let message = format!("found populations of {runs} runs, expected at most {problems}");
             return Err(Error::usage(message, "Give a problem for each run, or one for all."));
         }
-        // Taken out, because the groups borrow the problems beside it.
+        // The device is moved out, because the groups borrow the problems of `self`.
         let mut opened = std::mem::replace(&mut self.opened, SelectedDevice::cpu(Vec::new()));
         let groups = self.groups(populations, references);
         let batch = Batch { groups: &groups };
@@ -146,7 +146,7 @@ impl BatchSearchEvaluator {
         done
     }
 
-    /// Replaces the lowest costs of a run by those of the oracle until the lowest of all is one of them.
+    /// Replaces the lowest costs of a run by those of the scalar evaluator until the lowest cost is one of them.
     fn check_leaders(&mut self, run: usize, population: Candidates<'_>, costs: &mut [f64]) {
         let problem = self.problem(run).clone();
         let mut order: Vec<usize> = (0..costs.len()).collect();
@@ -164,8 +164,8 @@ impl BatchSearchEvaluator {
         }
     }
 
-    /// The device's cost of a candidate less the oracle's; `None` on the CPU, and where the device fails at the end.
-    /// In f32 the deviations are taken from elsewhere in the box, not from the candidate itself, where they are zero.
+    /// Returns the device's cost of a candidate minus that of the scalar evaluator, or `None` on the CPU and if the device
+    /// fails. The reference of deviations is a candidate 2 % away, since at the candidate itself they are zero.
     pub(crate) fn cost_difference(&mut self, run: usize, values: &[f64]) -> Option<f64> {
         if self.opened.kind == "cpu" {
             return None;
@@ -178,7 +178,7 @@ impl BatchSearchEvaluator {
         match self.opened.evaluator.evaluate(&Batch { groups: &groups }, &mut cost) {
             Ok(()) => Some(cost[0] - Scalar::cost(&problem, values)),
             Err(error) => {
-                let message = text!({error.text()} "; the result itself is the oracle's");
+                let message = text!({error.text()} "; the result is not affected, it was computed on the CPU");
                 self.opened.warnings.push(Warning::new("gpu_failed", message));
                 None
             }
@@ -200,7 +200,7 @@ impl Evaluate for BatchSearchEvaluator {
         let (pending, references) = self.pending.pop_front().unwrap_or_default();
         let mut pending = Some(pending);
         self.with_evaluator(populations, &references, |opened, batch| match pending.take() {
-            // What another evaluator began is lost with it.
+            // A batch that a replaced evaluator began is evaluated anew.
             Some((begun, by)) if by == opened.replaced => opened.evaluator.finish(batch, begun, costs),
             _ => opened.evaluator.evaluate(batch, costs),
         })?;
@@ -229,7 +229,7 @@ mod tests {
     use crate::motor::Space;
     use crate::record::{Record, Samples};
 
-    /// A device that is lost after some work.
+    /// A device that fails after some batches.
     struct Broken(usize);
 
     impl Evaluator for Broken {
@@ -269,7 +269,7 @@ mod tests {
     #[test]
     fn a_device_that_is_lost_is_opened_anew() {
         let (problem, populations) = (ramp(), [Candidates::new(&VALUES, 5)]);
-        // Opens twice; what it opens does two pieces of work each time.
+        // The device can be opened twice and evaluates two batches each time.
         for (on_loss, serves) in [(OnLoss::Reopen, 6), (OnLoss::ReopenOrCpu, 20), (OnLoss::Fail, 2)] {
             let mut left = 2;
             let reopen: super::super::select::Reopen = Box::new(move || {
@@ -286,7 +286,7 @@ mod tests {
             searches.begin(&populations).unwrap();
             let mut served = 0;
             while served < 20 {
-                // Two are in flight whenever the device is lost.
+                // Two batches are in flight whenever the device fails.
                 if searches.begin(&populations).is_err() || searches.finish(&populations, &mut costs).is_err() {
                     break;
                 }
@@ -314,7 +314,7 @@ mod tests {
             let on_loss = if auto { OnLoss::Cpu } else { OnLoss::Fail };
             let opened = SelectedDevice { kind: "gpu", on_loss, ..SelectedDevice::given(Box::new(Broken(0))) };
             let mut searches = BatchSearchEvaluator::on(opened, vec![problem.clone()]);
-            // Two are in flight when the device is lost.
+            // Two batches are in flight when the device fails.
             searches.begin(&populations).unwrap();
             searches.begin(&populations).unwrap();
             let done = searches.finish(&populations, &mut costs);

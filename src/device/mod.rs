@@ -1,4 +1,4 @@
-//! Hardware: which device evaluates, the throughput measured on it, and searches driven on it batch by batch.
+//! Devices: selection of the CPU or a GPU for a search, measured throughput, and evaluation of searches batch by batch.
 
 mod batch_search;
 mod select;
@@ -12,31 +12,31 @@ use crate::limit::{Limit, limit_of};
 use crate::setting::text;
 use crate::{Error, Result};
 
-/// The most threads that may be asked for; more than any machine has cores help nobody.
+/// Largest number of threads that may be requested, more than any machine has cores.
 pub const THREADS_MAX: usize = 1024;
 
 /// The limits of devices.
 pub const LIMITS: [Limit; 1] = [limit_of("threads", THREADS_MAX, "refused")];
 
-/// Checks how many threads are asked for.
+/// Checks a requested number of threads.
 ///
 /// # Errors
-/// `Usage` for none, and for more than [`THREADS_MAX`].
+/// Returns a usage error for 0 threads, and for more than [`THREADS_MAX`].
 pub fn check_threads(count: Option<usize>) -> Result<()> {
     match count.filter(|count| !(1..=THREADS_MAX).contains(count)) {
         None => Ok(()),
         Some(count) => {
-            let remedy = format!("Give 1 to {THREADS_MAX}, or leave it out for all.");
+            let remedy = format!("Give 1 to {THREADS_MAX}, or leave it out to use all.");
             Err(Error::usage(text!([Threads] " is {count}"), remedy))
         }
     }
 }
 
-/// Does `work` inside a pool of so many threads, `None` in that of the caller: its threads then need no waking between
-/// one batch and the next.
+/// Runs `work` inside a pool of `threads` threads, or with `None` inside the pool of the caller. Inside a pool, threads need
+/// not be woken between batches.
 ///
 /// # Errors
-/// `Usage` when so many cannot be, or threads cannot be started, and those of `work`.
+/// Returns a usage error if the number of threads is invalid or they cannot be started, and propagates the errors of `work`.
 pub fn with_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
     check_threads(threads)?;
     let pool = threads.map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build()).transpose();

@@ -1,4 +1,4 @@
-//! Selection of the device of a search: the CPU, or a GPU where one is requested or the work is large enough for it to be faster.
+//! Selection of the device of a search: the CPU, or a GPU if one is requested or the work is large enough for it to be faster.
 
 use super::throughput_profile::ThroughputProfile;
 #[cfg(feature = "gpu")]
@@ -15,26 +15,26 @@ use std::time::Duration;
 #[cfg(feature = "gpu")]
 use crate::evaluate::gpu::{self, Gpu, Precision};
 
-/// The device that evaluates.
+/// The requested device.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum DeviceSpec {
-    /// A GPU where the work is large enough for one to win and a real one answers, else the CPU.
+    /// A GPU if there is one in hardware and the work is large enough for it to be faster, else the CPU.
     #[default]
     Auto,
     /// The CPU.
     Cpu,
-    /// The best GPU adapter, a software one if there is nothing else.
+    /// The best GPU adapter, which may be a software adapter if there is no other.
     Gpu,
-    /// A GPU adapter by its place in the list.
+    /// The GPU adapter with an index in the list of devices.
     GpuIndex(usize),
-    /// A GPU adapter by a part of its name.
+    /// The GPU adapter whose name contains a text.
     GpuName(String),
 }
 
 impl FromStr for DeviceSpec {
     type Err = Error;
 
-    /// Reads `auto`, `cpu`, `gpu`, `gpu:INDEX` or `gpu:NAME`.
+    /// Parses `auto`, `cpu`, `gpu`, `gpu:INDEX` or `gpu:NAME`.
     fn from_str(text: &str) -> Result<Self> {
         match text {
             "auto" => Ok(Self::Auto),
@@ -45,7 +45,7 @@ impl FromStr for DeviceSpec {
                 Some((name, Err(_))) if !name.is_empty() => Ok(Self::GpuName(name.to_owned())),
                 _ => Err(Error::usage(
                     text!([Device](": \"{}\" is no device", excerpt(other))),
-                    text!("Give auto, cpu, gpu, gpu:INDEX or gpu:NAME; " [Command::Devices] " lists what is there."),
+                    text!("Give auto, cpu, gpu, gpu:INDEX or gpu:NAME; " [Command::Devices] " lists those of this machine."),
                 )),
             },
         }
@@ -53,80 +53,84 @@ impl FromStr for DeviceSpec {
 }
 
 named! {
-    /// The numbers that candidates are evaluated with.
+    /// The floating-point precision of the evaluation.
     pub enum PrecisionSpec (default Auto) {
-        /// f64 where the device has it.
+        /// f64 if the device supports it, else f32.
         Auto = "auto",
-        /// f32 in deviations from the best so far; leaders are evaluated again in f64. On a GPU only.
+        /// f32 in deviations from the best candidate, on GPUs only; the leaders are evaluated again in f64.
         F32 = "f32",
-        /// f64.
+        /// f64 throughout.
         F64 = "f64",
     }
 }
 
-/// Settings of the device of a search.
+/// Settings that select the device of a search.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct DeviceSettings {
-    /// The device that evaluates.
+    /// The requested device.
     pub device: DeviceSpec,
-    /// With which numbers.
+    /// The requested precision.
     pub precision: PrecisionSpec,
-    /// The throughput that was measured on this machine, for `auto`; `None` takes conservative limits.
-    pub paces: Option<ThroughputProfile>,
-    /// Threads; `None` takes the rayon pool of the caller.
+    /// Throughput measured on this machine, for `auto`; with `None` fixed limits on the work decide.
+    pub throughput_profile: Option<ThroughputProfile>,
+    /// Number of threads; `None` uses the rayon pool of the caller.
     pub threads: Option<usize>,
-    /// Candidates of a generation.
+    /// Number of candidates in a generation.
     pub population: usize,
-    /// Generations, the first population included.
+    /// Number of generations, the initial population included.
     pub generations: usize,
 }
 
-/// Candidate-steps of one generation and of a whole search from which on `auto` looks for a GPU: opening one takes
-/// some tenths of a second, in which a few cores do 1e9, and a small batch does not fill it.
+/// Smallest number of candidate-steps in one generation for which `auto` opens a GPU that was not measured: a smaller batch
+/// does not use the GPU fully.
 #[cfg(feature = "gpu")]
 const GPU_GENERATION_STEPS: u64 = 200_000_000;
+/// Smallest number of candidate-steps in a search for which `auto` opens a GPU that was not measured: opening takes some tenths
+/// of a second, in which a few cores evaluate 1e9.
 #[cfg(feature = "gpu")]
 const GPU_SEARCH_STEPS: u64 = 20_000_000_000;
 
-/// Candidate-steps between two questions to the observer: some tenth of a second of a few cores, or of a real GPU.
+/// Number of candidate-steps between two calls of the observer on the CPU: some tenths of a second of a few cores.
 const SLICE_STEPS: usize = 500_000_000;
+/// Number of candidate-steps between two calls of the observer on a GPU.
 #[cfg(feature = "gpu")]
 const SLICE_STEPS_GPU: usize = 100 * SLICE_STEPS;
 
-/// Treatment of a device that fails on the way.
+/// Treatment of a device that fails during a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum OnLoss {
     /// The search ends with the error.
     #[default]
     Fail,
-    /// The CPU carries on.
+    /// The search continues on the CPU.
     Cpu,
-    /// The device is opened anew.
+    /// The device is opened again.
     Reopen,
-    /// The device is opened anew; where that fails, the CPU carries on.
+    /// The device is opened again; if that fails, the search continues on the CPU.
     ReopenOrCpu,
 }
 
-/// Opens the same device anew.
+/// A function that opens the same device again.
 pub(super) type Reopen = Box<dyn FnMut() -> Result<Box<dyn Evaluator>> + Send>;
 
-/// Times that a device may fail on the same piece of work, and seconds waited before it is opened anew.
+/// Largest number of times that a device may fail on the same batch.
 const LOSSES_MAX: usize = 3;
+/// Delay before a device is opened again, after each failure \[s\].
 const WAITS_S: [f64; LOSSES_MAX] = if cfg!(test) { [0.0; LOSSES_MAX] } else { [0.0, 1.0, 5.0] };
 
-/// An evaluator and what is said of it.
+/// The selected evaluator, with its device and the treatment of failures.
 pub(super) struct SelectedDevice {
     pub evaluator: Box<dyn Evaluator>,
-    /// cpu or gpu.
+    /// Kind of the device: `cpu` or `gpu`.
     pub kind: &'static str,
     pub on_loss: OnLoss,
     pub reopen: Option<Reopen>,
-    /// The number of times that the evaluator was replaced.
+    /// Number of times that the evaluator was replaced.
     pub replaced: usize,
-    /// Candidate-steps that may pass before the observer is asked again.
+    /// Number of candidate-steps between two calls of the observer.
     pub slice_steps: usize,
     pub warnings: Vec<Warning>,
-    /// The evaluator of the CPU.
+    /// The CPU evaluator that replaces a failed device.
     pub simd: Simd,
 }
 
@@ -135,7 +139,7 @@ impl SelectedDevice {
         Self { warnings, ..Self::given(Box::new(Simd::default())) }
     }
 
-    /// One that the caller brought.
+    /// Returns a device with an evaluator of the caller.
     pub(super) fn given(evaluator: Box<dyn Evaluator>) -> Self {
         Self {
             evaluator,
@@ -149,17 +153,18 @@ impl SelectedDevice {
         }
     }
 
-    /// Takes another evaluator after one failed for the Nth time on the same work; false where none may.
+    /// Replaces the evaluator after it failed on a batch, which it had failed on `failures` times before. Returns false if
+    /// `on_loss` does not allow it.
     pub(super) fn replace(&mut self, error: &Error, failures: usize) -> bool {
         let reopens = matches!(self.on_loss, OnLoss::Reopen | OnLoss::ReopenOrCpu) && error.kind() == ErrorKind::Device;
         if let (true, Some(wait), Some(reopen)) = (reopens, WAITS_S.get(failures), self.reopen.as_mut()) {
             std::thread::sleep(Duration::from_secs_f64(*wait));
-            // One that cannot be opened yet is tried again after a longer wait.
+            // A device that cannot be opened yet is tried again after a longer delay.
             match reopen() {
                 Ok(evaluator) => self.evaluator = evaluator,
                 Err(error) => return self.replace(&error, failures + 1),
             }
-            self.warnings.push(Warning::new("gpu_reopened", text!({error.text()} "; the device was opened anew")));
+            self.warnings.push(Warning::new("gpu_reopened", text!({error.text()} "; the device was opened again")));
         } else if self.kind == "gpu" && matches!(self.on_loss, OnLoss::Cpu | OnLoss::ReopenOrCpu) {
             self.warnings.push(taken_over(error));
             self.evaluator = Box::new(self.simd);
@@ -171,10 +176,10 @@ impl SelectedDevice {
         true
     }
 
-    /// Selects what a search on a problem is evaluated on.
+    /// Selects the device for a search on a problem.
     pub(super) fn for_search(settings: &DeviceSettings, problem: &Problem) -> Result<Self> {
         if settings.precision == PrecisionSpec::F32 && matches!(settings.device, DeviceSpec::Auto | DeviceSpec::Cpu) {
-            let message = "f32 is for GPUs: the CPU evaluates in f64 only";
+            let message = "f32 is available on GPUs only; the CPU evaluates in f64 only";
             return Err(Error::usage(message, text!("Add " [Device = "gpu"] ", or leave " [Precision] " out.")));
         }
         let mut opened = open(settings, problem)?;
@@ -187,7 +192,7 @@ impl SelectedDevice {
         Ok(opened)
     }
 
-    /// A GPU only where one is named: for what has no population.
+    /// Selects the device for a computation without a population: the CPU unless a GPU is requested.
     pub(super) fn for_check(settings: &DeviceSettings, problem: &Problem) -> Result<Self> {
         if settings.device == DeviceSpec::Auto {
             return Ok(Self::cpu(Vec::new()));
@@ -195,7 +200,7 @@ impl SelectedDevice {
         Self::for_search(settings, problem)
     }
 
-    /// The numbers of its evaluation.
+    /// Returns the precision of the evaluation.
     pub(super) fn precision(&self) -> &'static str {
         if self.evaluator.is_exact() { "f64" } else { "f32" }
     }
@@ -209,7 +214,7 @@ fn open(settings: &DeviceSettings, problem: &Problem) -> Result<SelectedDevice> 
         DeviceSpec::GpuName(name) => gpu::Selector::Name(name.clone()),
         DeviceSpec::Auto => {
             let Some(index) = worth_opening(settings, problem) else { return Ok(SelectedDevice::cpu(Vec::new())) };
-            // One that fails is said, and the CPU takes over.
+            // A GPU that cannot be opened gives a warning, and the CPU is used.
             return Ok(match open_gpu(&gpu::Selector::Index(index), settings.precision) {
                 Ok(opened) => SelectedDevice { on_loss: OnLoss::Cpu, ..opened },
                 Err(error) => SelectedDevice::cpu(vec![taken_over(&error)]),
@@ -257,8 +262,9 @@ pub(super) fn taken_over(error: &Error) -> Warning {
     Warning::new("gpu_failed", text!({error.text()} "; the CPU evaluates instead"))
 }
 
-/// The place of a real adapter that will win; `None` where the work is too small for that to be looked for. Adapters that
-/// a bench has measured are judged by that, others by the size of the work.
+/// Returns the index of a hardware adapter that is predicted to be faster than the CPU, or `None` if there is none or the work
+/// is too small. The prediction is based on the throughput profile for measured adapters, and on the size of the work for
+/// others.
 #[cfg(feature = "gpu")]
 fn worth_opening(settings: &DeviceSettings, problem: &Problem) -> Option<usize> {
     let work = Work {
@@ -267,9 +273,10 @@ fn worth_opening(settings: &DeviceSettings, problem: &Problem) -> Option<usize> 
         generations: settings.generations as u64,
         threads: rayon::current_num_threads(),
     };
-    let paces = settings.paces.as_ref().filter(|paces| paces.are_current());
+    let throughput_profile =
+        settings.throughput_profile.as_ref().filter(|throughput_profile| throughput_profile.is_current());
     let precision = (settings.precision == PrecisionSpec::F64).then_some("f64");
-    let faster = paces.and_then(|paces| paces.faster(work, precision));
+    let faster = throughput_profile.and_then(|throughput_profile| throughput_profile.faster(work, precision));
     if faster.is_none() && !is_large(work) {
         return None;
     }
@@ -277,13 +284,14 @@ fn worth_opening(settings: &DeviceSettings, problem: &Problem) -> Option<usize> 
         a.name == known.name && a.driver == known.driver && a.backend == known.backend
     };
     let real: Vec<gpu::AdapterFacts> = gpu::list().into_iter().filter(|a| a.kind != "software").collect();
-    let measured = |a: &&gpu::AdapterFacts| paces.is_some_and(|p| p.adapters.iter().any(|known| is(a, known)));
+    let measured =
+        |a: &&gpu::AdapterFacts| throughput_profile.is_some_and(|p| p.adapters.iter().any(|known| is(a, known)));
     let chosen = faster.and_then(|faster| real.iter().find(|a| is(a, faster)));
     let unknown = || real.iter().filter(|_| is_large(work)).find(|a| !measured(a));
     chosen.or_else(unknown).map(|a| a.index)
 }
 
-/// Returns whether a search is large enough for a GPU to win where nothing was measured.
+/// Returns true if a search is large enough for a GPU that was not measured to be faster.
 #[cfg(feature = "gpu")]
 fn is_large(work: Work) -> bool {
     let generation = work.population.saturating_mul(work.samples);

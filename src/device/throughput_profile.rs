@@ -1,19 +1,20 @@
-//! Measured times of this machine's evaluators, by which `auto` chooses.
+//! Measured evaluation times of this machine, from which `auto` predicts the faster device.
 
 use crate::evaluate::{Level, cpu_name};
 use crate::numeric::{count, count_u64};
 use serde::{Deserialize, Serialize};
 
-/// Measured times of one evaluator.
+/// Measured evaluation times of one evaluator against recording length and batch size.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct ThroughputCurve {
-    /// Samples of the recordings, candidates in a batch, and the seconds that a batch took.
+    /// Measurements: samples of the recordings, candidates in the batch, time of the batch \[s\].
     pub points: Vec<(u64, u64, f64)>,
 }
 
 impl ThroughputCurve {
-    /// Seconds that a batch of so many candidates will take: between measurements on straight lines in logarithms, above
-    /// them in proportion, below them the least that was measured. `None` without measurements.
+    /// Returns the predicted time of a batch of `population` candidates \[s\], or `None` without measurements. Between
+    /// measurements the logarithms are interpolated linearly, above the largest the time is proportional to the size, and below
+    /// the smallest it is constant.
     #[must_use]
     pub fn seconds(&self, samples: u64, population: u64) -> Option<f64> {
         let mut lengths: Vec<u64> = self.points.iter().map(|point| point.0).collect();
@@ -28,7 +29,7 @@ impl ThroughputCurve {
     }
 }
 
-/// The value at `x` of a function known at some places, in logarithms.
+/// Returns the value at `x` of a function given by the points `known`, interpolated linearly in logarithms.
 fn interpolated(mut known: Vec<(u64, f64)>, x: u64) -> Option<f64> {
     known.retain(|(at, value)| *at > 0 && value.is_finite() && *value > 0.0);
     known.sort_by_key(|(at, _)| *at);
@@ -45,68 +46,68 @@ fn interpolated(mut known: Vec<(u64, f64)>, x: u64) -> Option<f64> {
     Some(y0 * (y1 / y0).powf(share))
 }
 
-/// An adapter that was measured. It is known again by its name, kind, interface and driver.
+/// Measured throughput of a GPU adapter, which is recognized by its name, interface and driver.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AdapterThroughput {
-    /// Its name.
+    /// Name of the adapter.
     pub name: String,
-    /// discrete, integrated, virtual, software or other.
+    /// Kind of the adapter: discrete, integrated, virtual, software or other.
     pub kind: String,
-    /// The interface it is reached through.
+    /// Graphics interface, such as Vulkan.
     pub backend: String,
     /// Driver and its version.
     pub driver: String,
-    /// The numbers: f32 or f64.
+    /// Precision of the evaluation: f32 or f64.
     pub precision: String,
-    /// Seconds until it is open and has been checked.
+    /// Time to open and check the adapter \[s\].
     pub opening_s: f64,
-    /// The time of its batches against their size.
+    /// Evaluation times.
     pub pace: ThroughputCurve,
 }
 
 /// Throughput measured on a machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ThroughputProfile {
-    /// The version that measured; another one may be faster or slower.
+    /// Version of the program that measured. Other versions may be faster or slower.
     pub motorfit: String,
     /// The processor and its SIMD level.
     pub cpu: String,
-    /// Threads that its pace is of.
+    /// Number of CPU threads in the measurement.
     pub threads: usize,
-    /// The pace of the CPU on these threads.
+    /// Evaluation times of the CPU with this number of threads.
     pub pace: ThroughputCurve,
-    /// The adapters.
+    /// The measured adapters.
     pub adapters: Vec<AdapterThroughput>,
 }
 
-/// A search to be placed.
+/// The size of a search, from which its time on each device is predicted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Work {
-    /// Samples of all recordings.
+    /// Number of samples of all recordings.
     pub samples: u64,
-    /// Candidates of a generation.
+    /// Number of candidates in a generation.
     pub population: u64,
-    /// Generations.
+    /// Number of generations.
     pub generations: u64,
-    /// Threads of the CPU.
+    /// Number of CPU threads.
     pub threads: usize,
 }
 
 impl ThroughputProfile {
-    /// The name under which this machine's processor is kept.
+    /// Returns the name of this machine's processor and its SIMD level.
     #[must_use]
     pub fn this_cpu() -> String {
         format!("{}, {}", cpu_name(), Level::best().name())
     }
 
-    /// Returns whether they are of this processor and this version of the program.
+    /// Returns true if the profile was measured with this processor and this version of the program.
     #[must_use]
-    pub fn are_current(&self) -> bool {
+    pub fn is_current(&self) -> bool {
         self.motorfit == env!("CARGO_PKG_VERSION") && self.cpu == Self::this_cpu()
     }
 
-    /// The real adapter that takes least time for the work, opening included, with numbers of this `precision` (any, if
-    /// `None`, with f64 where it was measured), if it takes less than the CPU.
+    /// Returns the adapter that is predicted to be the fastest for the work, opening included, or `None` if the CPU is faster.
+    /// Software adapters are ignored. Without a `precision`, f64 is used if it was measured, else f32.
     #[must_use]
     pub fn faster(&self, work: Work, precision: Option<&str>) -> Option<&AdapterThroughput> {
         let Work { samples, population, generations, threads } = work;
@@ -150,9 +151,9 @@ mod tests {
         assert_eq!(ThroughputCurve::default().seconds(1, 1), None);
     }
 
-    /// A CPU of 1e9 candidate-steps a second and an adapter a hundred times faster that takes 1 ms a batch and half a
-    /// second to open.
-    fn paces() -> ThroughputProfile {
+    /// A profile with a CPU of 1e9 candidate-steps per second and an adapter a hundred times faster that takes at least 1 ms
+    /// per batch and 0.5 s to open.
+    fn throughput_profile() -> ThroughputProfile {
         let points = |rate: f64, least: f64| {
             let at = |population: u64| {
                 let seconds = (1000.0 * count_u64(population) / rate).max(least);
@@ -185,19 +186,21 @@ mod tests {
 
     #[test]
     fn an_adapter_is_taken_where_it_pays_and_only_there() {
-        let paces = paces();
+        let throughput_profile = throughput_profile();
         let work = |population, generations| Work { samples: 1000, population, generations, threads: 2 };
-        let taken = |work, precision| paces.faster(work, precision).map(|a| (a.kind.as_str(), a.precision.as_str()));
-        // 100 × 1000 at 1e9/s is 0.1 ms a generation: the adapter's 1 ms never pays.
+        let taken = |work, precision| {
+            throughput_profile.faster(work, precision).map(|a| (a.kind.as_str(), a.precision.as_str()))
+        };
+        // A generation of 100 × 1000 takes 0.1 ms on the CPU and 1 ms on the adapter, which is never faster.
         assert_eq!(taken(work(100, 1_000_000), None), None);
-        // 1e5 × 1000: 0.1 s on the CPU, 1 ms on the adapter; half a second to open pays from six generations on.
+        // A generation of 1e5 × 1000 takes 0.1 s on the CPU and 1 ms on the adapter, which is faster from six generations on.
         assert_eq!(taken(work(100_000, 5), None), None);
         assert_eq!(taken(work(100_000, 6), None), Some(("discrete", "f64")));
-        // Twice the threads halve what is gained.
-        assert_eq!(paces.faster(Work { threads: 4, ..work(100_000, 6) }, None), None);
+        // With twice the threads the CPU is faster again.
+        assert_eq!(throughput_profile.faster(Work { threads: 4, ..work(100_000, 6) }, None), None);
         assert_eq!(taken(work(1_000_000, 100), Some("f32")), Some(("discrete", "f32")));
-        assert!(paces.are_current());
-        assert!(!ThroughputProfile { motorfit: "0.0.0".to_owned(), ..paces.clone() }.are_current());
-        assert!(!ThroughputProfile { cpu: "another".to_owned(), ..paces }.are_current());
+        assert!(throughput_profile.is_current());
+        assert!(!ThroughputProfile { motorfit: "0.0.0".to_owned(), ..throughput_profile.clone() }.is_current());
+        assert!(!ThroughputProfile { cpu: "another".to_owned(), ..throughput_profile }.is_current());
     }
 }

@@ -1,10 +1,10 @@
-//! The descent of a refinement: Levenberg–Marquardt steps, damped after H. B. Nielsen (1999) and scaled by the diagonal
-//! (D. W. Marquardt 1963), within bounds, and the weights by what is left.
+//! Descent of a refinement: Levenberg–Marquardt steps within bounds, damped after H. B. Nielsen (1999) and scaled by the
+//! diagonal (D. W. Marquardt 1963), with weights from the residuals.
 
 use super::normal::{Fit, Normal, Sigma};
 use super::refined::{EVALUATIONS_MAX, Refined, STEP_MAX};
 use super::uncertainty::{uncertainty, whiteness};
-use super::weights::{balanced, is_far, is_sacrificed, likeliest, residual_sigma};
+use super::weights::{balanced, is_far, is_sacrificed, maximum_likelihood, residual_sigma};
 use crate::evaluate::Signals;
 use crate::numeric;
 use crate::setting::text;
@@ -12,23 +12,23 @@ use crate::{Error, ErrorKind, Result};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
-/// Damping below which the length of a step is that of what is left to go.
+/// Damping below which the length of a step is taken as the distance to the optimum.
 const UNDAMPED: f64 = 1e-2;
-/// Longest step in a logarithm.
+/// Longest step of a coordinate.
 const TRUST: f64 = 1.0;
 
-/// Ways to make weights of residuals.
+/// Method that computes weights from residuals.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Weighting {
-    /// So that no channel and no recording is sacrificed.
+    /// Balanced weights, which sacrifice no channel and no recording.
     Balanced,
-    /// By maximum likelihood.
-    Likeliest,
+    /// Maximum-likelihood weights.
+    MaximumLikelihood,
 }
 
-/// A descent on its way.
+/// State of a descent.
 #[derive(Clone)]
-pub(super) struct Search<'a> {
+pub(super) struct Descent<'a> {
     fit: &'a Fit<'a>,
     lower: DVector<f64>,
     upper: DVector<f64>,
@@ -40,7 +40,7 @@ pub(super) struct Search<'a> {
     evaluations_max: usize,
 }
 
-impl<'a> Search<'a> {
+impl<'a> Descent<'a> {
     pub(super) fn new(fit: &'a Fit<'a>, start: &[f64], sigma: Sigma) -> Result<Self> {
         let axes = fit.problem.space().free();
         let bound = |of: &dyn Fn(usize) -> f64, open: f64| {
@@ -53,8 +53,8 @@ impl<'a> Search<'a> {
         if !normal.is_finite() {
             return Err(Error::new(
                 ErrorKind::NotIdentified,
-                "the motor diverges where the refinement begins",
-                text!("Start elsewhere, or use " [Discretization = "zoh"] ", which cannot diverge by itself."),
+                "the simulated motor diverges at the start of the refinement",
+                text!("Start elsewhere, or use " [Discretization = "zoh"] ", which is stable for every motor."),
             ));
         }
         Ok(Self {
@@ -70,14 +70,14 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Ends after so many simulations more.
+    /// Limits the descent to this number of further simulations.
     pub(super) fn at_most(mut self, evaluations: usize) -> Self {
         self.evaluations_max = self.evaluations + evaluations;
         self
     }
 
-    /// Descends until a step is shorter than `enough` standard errors; false when it has not got there.
-    pub(super) fn run(&mut self, enough: f64) -> bool {
+    /// Descends until a step is shorter than `tolerance` standard errors; returns false if the limits ended it before.
+    pub(super) fn run(&mut self, tolerance: f64) -> bool {
         let mut growth = 2.0;
         while self.evaluations < self.evaluations_max {
             let (matrix, gradient) = self.fit.weighted(&self.normal, &self.sigma);
@@ -98,10 +98,10 @@ impl<'a> Search<'a> {
             if smallest {
                 return true;
             }
-            // What a simulation could add is far below the noise. Where weights are to change, the step is left to the next
-            // ones, which begin from the sums known here.
-            if length < enough && self.damping < UNDAMPED {
-                if enough <= STEP_MAX {
+            // Another simulation would improve the estimate by far less than its standard error. Between rounds of weights
+            // the step is not taken: the next round starts from the sums at the current point.
+            if length < tolerance && self.damping < UNDAMPED {
+                if tolerance <= STEP_MAX {
                     self.at = next;
                 }
                 return true;
@@ -115,34 +115,34 @@ impl<'a> Search<'a> {
                 self.damping = (self.damping * (1.0 / 3.0_f64).max(1.0 - (2.0 * ratio - 1.0).powi(3))).max(1e-14);
                 growth = 2.0;
                 (self.at, self.normal) = (next, normal);
-                if length < enough {
+                if length < tolerance {
                     return true;
                 }
             } else {
-                // No descent by so short a step: what is left is rounding.
-                if length < enough.max(1e-3) && (after - cost).abs() <= 1e-12 * cost {
+                // A short step that changes the cost by no more than rounding ends the descent.
+                if length < tolerance.max(1e-3) && (after - cost).abs() <= 1e-12 * cost {
                     return true;
                 }
                 self.damping = (self.damping * growth).max(1e-12);
                 growth *= 2.0;
                 if self.damping > 1e16 {
-                    return length < enough.max(1e-3);
+                    return length < tolerance.max(1e-3);
                 }
             }
         }
         false
     }
 
-    /// Which unknowns may move: not those at a bound that the descent pushes against.
+    /// Returns the unknowns that may move: all but those at a bound that the descent pushes against.
     fn free(&self, gradient: &DVector<f64>) -> Vec<usize> {
-        let held = |n: usize| {
+        let blocked = |n: usize| {
             (self.at[n] <= self.lower[n] && gradient[n] < 0.0) || (self.at[n] >= self.upper[n] && gradient[n] > 0.0)
         };
-        (0..self.fit.unknowns).filter(|&n| !held(n)).collect()
+        (0..self.fit.unknowns).filter(|&n| !blocked(n)).collect()
     }
 
-    /// Returns a step whose logarithms all stay within the trust: what would go beyond goes to its edge, and the others go as far
-    /// as they should then. Shortened as a whole, the step would hardly move where a parameter matters little.
+    /// Returns a step in which no coordinate of a parameter exceeds [`TRUST`]: a larger one is clipped, and the others are
+    /// solved for again. Scaling the complete step would hardly move it when one parameter has little influence.
     fn trusted(&self, matrix: &DMatrix<f64>, gradient: &DVector<f64>, mut free: Vec<usize>) -> Option<DVector<f64>> {
         let axes = self.fit.problem.space().free().len();
         let mut edge = DVector::zeros(self.fit.unknowns);
@@ -159,7 +159,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Sets first weights: balanced ones, none below those that it was begun with.
+    /// Sets the first weights: balanced ones, with no σ below its initial value.
     pub(super) fn begin(&mut self) {
         let found = balanced(self.fit.problem.signals(), &self.residual_sigma());
         for (own, found) in self.sigma.iter_mut().zip(&found) {
@@ -167,14 +167,14 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Sets the weights by the residuals; returns the largest relative change of a σ.
+    /// Sets the weights from the residuals and returns the largest relative change of a σ.
     pub(super) fn reweight(&mut self, by: Weighting) -> f64 {
         let (signals, residual) = (self.fit.problem.signals(), self.residual_sigma());
         let sigma = match by {
             Weighting::Balanced => balanced(signals, &residual),
-            Weighting::Likeliest => {
+            Weighting::MaximumLikelihood => {
                 let is_extended = !self.fit.problem.features().is_linear();
-                likeliest(signals, &residual, is_extended.then(|| self.pooled_sigma()))
+                maximum_likelihood(signals, &residual, is_extended.then(|| self.pooled_sigma()))
             }
         };
         let pairs = sigma.iter().flatten().zip(self.sigma.iter().flatten());
@@ -184,22 +184,22 @@ impl<'a> Search<'a> {
         largest
     }
 
-    /// Returns whether some residuals are far above the noise.
+    /// Returns true if some residuals are far above the noise.
     pub(super) fn is_far(&self) -> bool {
         is_far(self.fit.problem.signals(), &self.residual_sigma())
     }
 
-    /// Returns whether it leaves much more of some channel than another descent.
+    /// Returns true if the residuals of some channel are much larger than those of a descent with balanced weights.
     pub(super) fn sacrifices(&self, balanced: &Self) -> bool {
         is_sacrificed(self.fit.problem.signals(), &self.residual_sigma(), &balanced.residual_sigma())
     }
 
-    /// Returns the degrees of freedom that are left of one.
+    /// Returns the ratio of the degrees of freedom to the measured values, at least 0.1.
     fn freedom(&self) -> f64 {
         1.0 - (numeric::count(self.fit.unknowns) / numeric::count(self.fit.count())).min(0.9)
     }
 
-    /// σ of the residuals of each recording and channel; 1 for a channel not measured.
+    /// Returns σ of the residuals of each recording and channel; 1 for a channel that was not measured.
     fn residual_sigma(&self) -> Sigma {
         residual_sigma(self.fit.problem.signals(), &self.normal, self.freedom())
     }
@@ -216,13 +216,14 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Returns where the descent has come; the residuals are tested where `is_tested`.
+    /// Returns the estimate that the descent reached; the residuals are tested for whiteness if `is_tested`.
     pub(super) fn finish(self, converged: bool, is_tested: bool) -> Refined {
         let Self { fit, at, normal, evaluations, .. } = &self;
         let axes = fit.problem.space().free();
-        // Samples behind a filter are not independent: fewer of them inform.
-        let share = |(sigma, signals): (&[f64; 2], &Arc<Signals>)| sigma.map(|s| s / signals.independent.sqrt());
-        let informing: Sigma = self.sigma.iter().zip(fit.problem.signals()).map(share).collect();
+        // Filtered samples are not independent: the effective sample size is smaller.
+        let effective_sigma =
+            |(sigma, signals): (&[f64; 2], &Arc<Signals>)| sigma.map(|s| s / signals.effective_sample_ratio.sqrt());
+        let informing: Sigma = self.sigma.iter().zip(fit.problem.signals()).map(effective_sigma).collect();
         let (matrix, gradient) = fit.weighted(normal, &informing);
         let free = self.free(&gradient);
         let at_bound = (0..axes.len()).map(|n| match (free.contains(&n), at[n] <= self.lower[n]) {
@@ -231,7 +232,8 @@ impl<'a> Search<'a> {
             (false, false) => Some("max"),
         });
         let (values, initial) = (fit.values(at), fit.initial(at));
-        // An extension that ended where it changes nothing may be larger by its own error, which the others allow for.
+        // An extension parameter that ended at its neutral value still counts as unknown, so that the standard errors of
+        // the others include its uncertainty.
         let is_idle = |n: &usize| !free.contains(n) && axes[*n].is_idle(values[*n]) && matrix[(*n, *n)] > 1.0;
         let idle: Vec<usize> = (0..axes.len()).filter(is_idle).collect();
         let informed: Vec<usize> = free.iter().chain(&idle).copied().collect();
@@ -260,9 +262,9 @@ fn clamp(unknowns: &DVector<f64>, lower: &DVector<f64>, upper: &DVector<f64>) ->
     DVector::from_fn(unknowns.len(), |n, _| unknowns[n].max(lower[n]).min(upper[n]))
 }
 
-/// `(JᵀJ + λ diag JᵀJ)⁻¹ Jᵀe` of the unknowns that may move, zero in the others; `None` where it has no solution.
+/// Returns `(JᵀJ + λ diag JᵀJ)⁻¹ Jᵀe` over the unknowns that may move, zero for the others; `None` if it has no solution.
 fn damped_step(matrix: &DMatrix<f64>, gradient: &DVector<f64>, free: &[usize], damping: f64) -> Option<DVector<f64>> {
-    // Scaled by the diagonal, so that units do not matter.
+    // Scaling by the diagonal makes the step independent of units.
     let scale: Vec<f64> = free.iter().map(|&n| matrix[(n, n)].sqrt()).collect();
     let divisor = |n: usize| if scale[n] > 0.0 { scale[n] } else { 1.0 };
     let system = DMatrix::from_fn(free.len(), free.len(), |a, b| {
@@ -272,8 +274,8 @@ fn damped_step(matrix: &DMatrix<f64>, gradient: &DVector<f64>, free: &[usize], d
     let right = DVector::from_fn(free.len(), |a, _| gradient[free[a]] / divisor(a));
     let solved = system.cholesky()?.solve(&right);
     let mut step = DVector::zeros(matrix.nrows());
-    for (n, &place) in free.iter().enumerate() {
-        step[place] = solved[n] / divisor(n);
+    for (n, &unknown) in free.iter().enumerate() {
+        step[unknown] = solved[n] / divisor(n);
     }
     step.iter().all(|v| v.is_finite()).then_some(step)
 }

@@ -1,34 +1,34 @@
-//! Reasons why Steiglitz–McBride gives no estimate.
+//! Reasons for which Steiglitz–McBride returns no estimate.
 
 use crate::named::named;
 use crate::setting::text;
 use crate::{Error, ErrorKind};
 
 named! {
-    /// Why there is no estimate.
+    /// Reason for which Steiglitz–McBride returns no estimate.
     #[non_exhaustive]
     pub enum SmFailure: &'static str {
         /// Current or speed was not measured.
         ChannelMissing = "channel_missing" => "it needs current and speed",
         /// The samples are not evenly spaced.
         Irregular = "irregular_samples" => "it needs evenly spaced samples",
-        /// The voltage does not excite the motor enough for the two transfer functions.
+        /// The voltage does not excite the motor enough to estimate both transfer functions.
         RankDeficient = "rank_deficient_excitation" => "the voltage does not excite the motor enough",
-        /// The denominator found has a root on or outside the unit circle.
-        Unstable = "unstable" => "the sampled motor that fits is unstable",
-        /// The sampled motor has no real logarithm: a pole at or below zero.
-        NoRealLogarithm = "no_real_logarithm" => "the sampled motor that fits has no continuous counterpart",
-        /// The continuous motor found has a parameter that is not positive.
-        NotAMotor = "not_a_motor" => "the motor that fits has a parameter that is not positive",
-        /// A parameter is held: Steiglitz–McBride estimates all five.
-        Held = "parameter_held" => "it estimates all five parameters and cannot hold any",
-        /// Its motor does not fit the recordings.
-        PoorFit = "poor_fit" => "its motor does not fit the recordings",
+        /// The estimated denominator has a root on or outside the unit circle.
+        Unstable = "unstable" => "the estimated discrete-time motor is unstable",
+        /// The estimated transition matrix has no real logarithm: it has a pole at or below zero.
+        NoRealLogarithm = "no_real_logarithm" => "the estimated discrete-time motor has no continuous-time counterpart",
+        /// The estimated continuous-time motor has a parameter that is not positive.
+        NotAMotor = "not_a_motor" => "the estimated motor has a parameter that is not positive",
+        /// A parameter is fixed, and Steiglitz–McBride estimates all five.
+        Held = "parameter_held" => "it estimates all five parameters and cannot hold any of them fixed",
+        /// The estimated motor does not fit the recordings.
+        PoorFit = "poor_fit" => "the estimated motor does not fit the recordings",
     }
 }
 
 impl SmFailure {
-    /// Returns the reason in words.
+    /// Returns the reason as text.
     #[must_use]
     pub fn message(self) -> &'static str {
         self.row()

@@ -1,7 +1,6 @@
-//! Sums of products of the columns of a matrix, `XᵀX`, in blocks of rows.
+//! Gram matrices `XᵀX` of the columns of a matrix, accumulated in blocks of rows.
 //!
-//! Limit: a pair of panels takes 64 multiplications and additions a row, eight instructions of AVX-512; half the pairs are
-//! left to symmetry.
+//! Cost: a pair of panels takes 64 multiply-adds a row, eight instructions of AVX-512. Symmetry saves half of the pairs.
 
 use crate::evaluate::Level;
 use crate::motor::multiply_add;
@@ -9,12 +8,14 @@ use crate::numeric::count;
 use multiversion::multiversion;
 use nalgebra::DMatrix;
 
-/// Columns of a panel: a vector of AVX-512, two of AVX2.
+/// Columns of a panel: one vector of AVX-512, two of AVX2.
 const WIDE: usize = 8;
-/// Rows whose products are summed before they go to the total: rounding grows with a block, not with the recording.
+/// Rows summed in one block before they are added to the total: rounding grows with the length of a block, not with that of
+/// the recording.
 pub(super) const BLOCK: usize = 64;
 
-/// Some columns of a block of rows. Aligned, because a vector of AVX-512 is a cache line: else each load takes two.
+/// Up to eight columns of a block of rows. The alignment of 64 bytes keeps each load of an AVX-512 vector within one cache
+/// line.
 #[derive(Clone)]
 #[repr(align(64))]
 pub(super) struct Panel(pub(super) [[f64; WIDE]; BLOCK]);
@@ -23,17 +24,17 @@ impl Panel {
     pub(super) const EMPTY: Self = Self([[0.0; WIDE]; BLOCK]);
 }
 
-/// Sums of products of the columns of two panels.
+/// Sums of products of the columns of two panels, shape `[8, 8]`.
 pub(super) type Square = [[f64; WIDE]; WIDE];
 
-/// Returns the sums of products `XᵀX` of the columns, each less its mean over the rows, which ascend; shape
+/// Returns the Gram matrix `XᵀX` of the columns, each centred on its mean over `rows`, which must ascend; shape
 /// `[columns, columns]`.
 pub(crate) fn products_about_means(columns: &[&[f64]], rows: &[usize]) -> DMatrix<f64> {
     products_at(Level::best(), columns, rows)
 }
 
 fn products_at(level: Level, columns: &[&[f64]], rows: &[usize]) -> DMatrix<f64> {
-    // Behind all others stands a column of ones.
+    // A last column of ones gives the sums of the columns, from which the means follow.
     let ones = columns.len();
     let mut panels = vec![Panel::EMPTY; (ones + 1).div_ceil(WIDE)];
     let mut sums = squares(panels.len());
@@ -43,9 +44,9 @@ fn products_at(level: Level, columns: &[&[f64]], rows: &[usize]) -> DMatrix<f64>
         for (c, column) in columns.iter().enumerate() {
             let panel = panels[c / WIDE].0.iter_mut().map(|row| &mut row[c % WIDE]);
             match last - first < rows.len() {
-                // Without a gap, as nearly always.
-                true => panel.zip(&column[first..=last]).for_each(|(place, value)| *place = *value),
-                false => panel.zip(rows).for_each(|(place, &row)| *place = column[row]),
+                // Nearly all blocks have no gap and can be copied as slices.
+                true => panel.zip(&column[first..=last]).for_each(|(entry, value)| *entry = *value),
+                false => panel.zip(rows).for_each(|(entry, &row)| *entry = column[row]),
             }
         }
         match level {
@@ -59,17 +60,17 @@ fn products_at(level: Level, columns: &[&[f64]], rows: &[usize]) -> DMatrix<f64>
     DMatrix::from_fn(ones, ones, |a, b| sum(a, b) - sum(ones, a) * sum(ones, b) / count)
 }
 
-/// The sums of each pair of panels, row by row of the lower triangle; without rows.
+/// Returns zero sums for each pair of panels: the lower triangle of pairs, row by row.
 fn squares(panels: usize) -> Vec<Square> {
     vec![[[0.0; WIDE]; WIDE]; panels * (panels + 1) / 2]
 }
 
-/// Returns the sum of products of two columns.
+/// Returns the sum of products of columns `a` and `b`.
 fn product(sums: &[Square], a: usize, b: usize) -> f64 {
     let (a, b) = (a.max(b), a.min(b));
     let (row, column) = (a / WIDE, b / WIDE);
     let square = &sums[row * (row + 1) / 2 + column];
-    // Of a panel with itself, those above the diagonal are there.
+    // The product of a panel with itself has only its upper triangle filled.
     if row == column { square[b % WIDE][a % WIDE] } else { square[a % WIDE][b % WIDE] }
 }
 
@@ -98,11 +99,11 @@ fn panel_products<const TILE: usize, const FMA: bool>(panels: &[Panel], rows: us
     }
 }
 
-/// Half a panel: as many columns have their sums in the registers of AVX2.
+/// Half of the columns of a panel: the number whose sums fit in the registers of AVX2.
 pub(super) const HALF: usize = WIDE / 2;
 
-/// Adds the products of a panel with itself, those below the diagonal's halves left to symmetry. `TILE` columns are
-/// taken at a time: all of them, or half.
+/// Adds the products of a panel with itself, except the lower left quarter when `TILE` is half a panel; symmetry gives that
+/// quarter. `TILE` columns are taken at a time: all of a panel, or half.
 #[inline(always)]
 pub(super) fn own_products<const TILE: usize, const FMA: bool>(panel: &Panel, rows: usize, sums: &mut Square) {
     tile::<TILE, WIDE, FMA>([panel, panel], rows, [0, 0], sums);
@@ -111,7 +112,7 @@ pub(super) fn own_products<const TILE: usize, const FMA: bool>(panel: &Panel, ro
     }
 }
 
-/// Adds the products of `A` columns of a panel with `B` of another, from the columns `first` on.
+/// Adds the products of `A` columns of one panel with `B` columns of another; `first` holds the first column of each.
 #[inline(always)]
 fn tile<const A: usize, const B: usize, const FMA: bool>(
     [own, other]: [&Panel; 2],
@@ -139,8 +140,8 @@ mod tests {
     use super::*;
     use rand::{RngExt as _, SeedableRng as _};
 
-    /// All levels against sums of centred columns, with and without gaps, for as many columns as panels take and some
-    /// more; rounding is a few ε times the number of rows.
+    /// Compares all feature levels with sums of centred columns, with and without gaps, for numbers of columns that fill
+    /// panels and that do not. The tolerance is a few ε times the number of rows.
     #[test]
     fn products_are_those_of_centred_columns() {
         let mut generator = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(7);

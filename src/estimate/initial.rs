@@ -1,8 +1,9 @@
-//! The state at the start of a recording under given parameters, where it is free.
+//! Initial states of recordings under given parameters, where they are free.
 //!
-//! The output of a linear motor is linear in that state: one Gauss–Newton step from anywhere is the least squares
-//! estimate. Friction bends it a little, and takes a few. A state that the recording hardly shows, as a current that decays
-//! within a sample, stays near where it was measured: the estimate has a prior as wide as the motor can be driven.
+//! The output of a linear motor is linear in the initial state, so one Gauss–Newton step gives the least-squares estimate.
+//! Friction makes the output slightly nonlinear and takes a few steps. A Gaussian prior, as wide as the range to which the
+//! motor can be driven, keeps a state that hardly shows in the recording near its measured value, for instance a current
+//! that decays within a sample.
 
 use super::normal::Fit;
 use super::refine::check_plain;
@@ -12,12 +13,13 @@ use crate::motor::{Input, Parameters};
 use crate::numeric::peak;
 use nalgebra::{DMatrix, DVector};
 
-/// Steps where the output is not linear.
-const BENT_STEPS: usize = 5;
-/// Standard deviation of the prior, in largest states: nothing is lost of a state that is seen.
+/// Number of Gauss–Newton steps for a nonlinear motor.
+const NONLINEAR_STEPS: usize = 5;
+/// Standard deviation of the prior, as a multiple of the largest state; wide enough not to bias an observable state.
 const PRIOR: f64 = 3.0;
 
-/// Returns the largest current and speed that a recording shows, or its input drives the motor to; 1 where there is neither.
+/// Returns the largest current \[A\] and speed \[rad/s\] that a recording shows or its input can drive the motor to; 1 if
+/// both are zero.
 fn largest(signals: &Signals, motor: &Parameters, input: Input) -> [f64; 2] {
     let driven = match input {
         Input::Voltage => [peak(&signals.voltage) / motor.r, peak(&signals.voltage) / motor.k],
@@ -30,11 +32,12 @@ fn largest(signals: &Signals, motor: &Parameters, input: Input) -> [f64; 2] {
     })
 }
 
-/// The state `[i, ω]` at the start of each recording of a problem that [`super::fit_problem`] has made: as it is where it
-/// is known, else by least squares with the noise `sigma` of current and speed, the parameters held at `values`.
+/// Returns the state `[i, ω]` at the start of each recording of a problem made by [`super::fit_problem`]. A known state is
+/// returned as it is; a free one is estimated by least squares with the noise σ `sigma` of current \[A\] and speed
+/// \[rad/s\], the parameters fixed at `values`.
 ///
 /// # Errors
-/// `Usage` when the problem has another criterion, or `values` do not fit its space.
+/// `Usage` if the problem has another criterion, or the number of `values` is not that of the free parameters.
 pub fn initial_states(problem: &Problem, values: &[f64], sigma: [f64; 2]) -> Result<Vec<[f64; 2]>> {
     check_plain(problem)?;
     let axes = problem.space().free().len();
@@ -49,7 +52,7 @@ pub fn initial_states(problem: &Problem, values: &[f64], sigma: [f64; 2]) -> Res
     let precisions: Vec<[f64; 2]> = free
         .map(|signals| largest(signals, &motor, problem.method().input).map(|most| (PRIOR * most).powi(-2)))
         .collect();
-    for _ in 0..if problem.features().is_linear() { 1 } else { BENT_STEPS } {
+    for _ in 0..if problem.features().is_linear() { 1 } else { NONLINEAR_STEPS } {
         let (matrix, gradient) = fit.weighted(&fit.normal(&at), &vec![sigma; problem.signals().len()]);
         // The states of one recording do not depend on those of another.
         for (first, precision) in (axes..fit.unknowns).step_by(2).zip(&precisions) {
@@ -57,7 +60,7 @@ pub fn initial_states(problem: &Problem, values: &[f64], sigma: [f64; 2]) -> Res
             let own = DMatrix::from_fn(2, 2, |a, b| matrix[(first + a, first + b)] + prior(a, b));
             let right =
                 DVector::from_fn(2, |a, _| gradient[first + a] + precision[a] * (start[first + a] - at[first + a]));
-            // One that the recording does not tell stays as measured.
+            // Without a solution the state stays as it is.
             if let Some(step) =
                 own.cholesky().map(|factor| factor.solve(&right)).filter(|s| s.iter().all(|v| v.is_finite()))
             {

@@ -1,19 +1,19 @@
-//! Steps of the linear motor with their derivatives by the logarithms of its parameters.
+//! One-step maps of the linear motor with their derivatives with respect to the logarithms of its parameters.
 //!
-//! On a clock with many steps each is passed in a coarse and a fine part, so that maps with derivatives are few although nearly
-//! every step has a length of its own.
+//! On a clock with many distinct step lengths each step is split into a coarse and a fine part, which keeps the number of
+//! maps with derivatives small.
 
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
 use crate::evaluate::Run;
 use crate::motor::{Dual, SplitSteps, StepMap, StepMaps, multiply_add};
 
-/// Five parameters, two initial states, the error.
+/// Entries of a row: derivatives with respect to five parameters and two initial states, and the error.
 pub(super) const ROW: usize = 8;
-/// Where the initial states and the error stand in a row.
+/// Index of the first initial state in a row; the error follows both.
 pub(super) const INITIAL: usize = 5;
 
-/// A step with its derivatives, a lane for each entry of a row.
+/// A one-step map with its derivatives; each derivative has a lane for each entry of a row.
 pub(super) struct Step {
     map: StepMap,
     d: [[f64; ROW]; 4],
@@ -22,7 +22,7 @@ pub(super) struct Step {
 }
 
 impl Step {
-    /// Takes a map and its derivatives apart.
+    /// Separates a map of dual numbers into values and derivatives.
     #[inline(always)]
     pub(super) fn new(maps: &StepMaps<1, Dual<5>>) -> Self {
         let zero = [0.0; ROW];
@@ -48,14 +48,14 @@ impl Step {
     }
 }
 
-/// The steps of a recording, each in so many parts. A trait, because closures would not be compiled for the vectors of the
-/// functions that call them.
+/// The steps of a recording, each in `PARTS` parts. This is a trait because closures would not be compiled for the target
+/// features of the functions that call them.
 pub(super) trait Steps<const PARTS: usize> {
-    /// Returns the parts of each step of a run, one after the other.
+    /// Returns the parts of a step of a run, in order of time.
     fn parts(&self, run: &Run) -> [Part<'_>; PARTS];
 }
 
-/// Steps as they are.
+/// Maps of undivided steps, one for each distinct length.
 pub(super) struct WholeSteps(pub Vec<Step>);
 
 impl Steps<1> for WholeSteps {
@@ -65,27 +65,27 @@ impl Steps<1> for WholeSteps {
     }
 }
 
-/// Steps in a coarse and a fine part: maps with derivatives are few where steps are many.
+/// Maps of the coarse and the fine parts of split steps.
 pub(super) struct SplitTables<'a> {
     pub split: &'a SplitSteps,
     pub coarse: Vec<Step>,
     pub fine: Vec<Step>,
-    /// True where the voltage is a line over each step.
-    pub is_line: bool,
+    /// True for a first-order hold.
+    pub is_first_order_hold: bool,
 }
 
 impl Steps<2> for SplitTables<'_> {
     #[inline(always)]
     fn parts(&self, run: &Run) -> [Part<'_>; 2] {
         let step = usize::from(run.step);
-        let ([coarse, fine], [v, v_next]) = (self.split.places[step], run.voltage);
-        let between = if self.is_line { v + self.split.coarse_share[step] * (v_next - v) } else { v };
+        let ([coarse, fine], [v, v_next]) = (self.split.part_indices[step], run.voltage);
+        let between = if self.is_first_order_hold { v + self.split.coarse_fraction[step] * (v_next - v) } else { v };
         let first = Part::new(&self.coarse[coarse], [v, between], run.torque);
         [first, Part::new(&self.fine[fine], [between, v_next], run.torque)]
     }
 }
 
-/// A part of a step, with what the inputs add to the states over it, and to their derivatives.
+/// A part of a step with the contributions of the inputs to the state and to its derivatives.
 pub(super) struct Part<'a> {
     step: &'a Step,
     phi: [f64; 4],
@@ -94,7 +94,8 @@ pub(super) struct Part<'a> {
 }
 
 impl<'a> Part<'a> {
-    /// Makes a part of its map, the voltage at its start and, for methods that use it, at its end, and the load torque.
+    /// Makes a part from its map, the voltage \[V\] at its start and (used by a first-order hold) at its end, and the load
+    /// torque \[N·m\].
     #[inline(always)]
     fn new(step: &'a Step, [v, v_next]: [f64; 2], load: f64) -> Self {
         let Step { map, taps, torque, .. } = step;
@@ -111,7 +112,7 @@ impl<'a> Part<'a> {
         Self { step, phi: [map.d[0] + 1.0, map.d[1], map.d[2], map.d[3] + 1.0], gain, slope }
     }
 
-    /// Takes the state and its derivatives over this part.
+    /// Advances the state and its derivatives over this part.
     #[inline(always)]
     pub(super) fn pass<const FMA: bool>(&self, x: &mut [f64; 2], s: &mut [[f64; ROW]; 2]) {
         let Self { step: Step { map, d, .. }, phi, gain, slope } = self;

@@ -1,4 +1,5 @@
-//! Estimation in f64 on the CPU: Steiglitz–McBride, the maximum-likelihood refinement, how sure it is.
+//! Estimation in f64 on the CPU: Steiglitz–McBride, the output-error refinement (maximum likelihood) with its starts,
+//! standard errors, and the global reference.
 
 mod descent;
 mod failure;
@@ -32,15 +33,18 @@ pub use failure::SmFailure;
 pub(crate) use gram::products_about_means;
 pub use initial::initial_states;
 pub(crate) use multistart::optima;
-pub use reference::{Reference, ReferenceKind, global_reference, squares_on};
+pub use reference::{Reference, ReferenceKind, global_reference, residual_squares};
 pub use refine::{RefineOptions, fit_problem, refine, refine_on};
 pub use refined::Refined;
 pub(crate) use resampled::steiglitz_mcbride_resampled;
-pub use rough::refine_roughly;
-pub use sandwich::widened;
+pub use rough::refine_coarse;
+pub use sandwich::robust_uncertainty;
 pub(crate) use score::{Score, scores};
 pub use starts::signal_deviations;
-pub(crate) use starts::{best_start, carried, descended, explained, lagged, led, retimed, warmed};
+pub(crate) use starts::{
+    best_start, coordinate_search, coordinate_searched, delay_starts, delayed_estimates, transferred, warm_start,
+    warm_start_with_delays,
+};
 pub use steiglitz_mcbride::{Estimate, steiglitz_mcbride, steiglitz_mcbride_on};
-pub(crate) use uncertainty::INDEPENDENT_MIN;
-pub use uncertainty::{Uncertainty, Whiteness, describe};
+pub(crate) use uncertainty::EFFECTIVE_RATIO_MIN;
+pub use uncertainty::{Uncertainty, Whiteness, describe_direction};

@@ -1,14 +1,14 @@
-//! Refinements from all over the box, until the lowest optimum was reached several times.
+//! Multistart: refinements from starts spread over the box, until the lowest optimum has been reached several times.
 //!
-//! A Latin hypercube is evaluated as one batch and cut into as many parts as there are starts: the best point of each part
-//! is a start, so that starts are independent of each other. With extensions every other start is lowered along their axes
-//! first, each way to explain a delay in turn.
+//! A Latin hypercube is evaluated as one batch and cut into as many blocks as there are starts. The best point of each
+//! block is a start, so that starts are independent of each other. With extensions, every other start is first improved by
+//! a coordinate search along the extension axes; these searches take the axis that acts as a delay in turn.
 
 use super::normal::Sigma;
 use super::refine::{Effort, refine_problem};
 use super::refined::Refined;
 use super::rough::{RoughProblem, is_same};
-use super::starts::{descended, orders};
+use super::starts::{coordinate_search, orders};
 use crate::Result;
 use crate::candidates::Candidates;
 use crate::evaluate::{Batch, Evaluator as _, Group, Problem, Simd};
@@ -19,33 +19,36 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Refinements that must end in the lowest optimum before it counts as the global one.
+/// Number of refinements that must end in the lowest optimum before it counts as the global one.
 pub(super) const ARRIVALS: usize = 3;
-/// Starts at most, and where recordings are long.
+/// Largest number of starts.
 const STARTS: usize = 24;
+/// Smallest number of starts, used for long recordings.
 const STARTS_MIN: usize = 6;
-/// Samples over all starts, which take some 0.1 µs each in every step of a refinement.
+/// Largest number of samples simulated per refinement step, summed over all starts; a sample takes some 0.1 µs.
 const SAMPLES: usize = 1_000_000;
-/// Starts that are refined side by side, whatever the number of threads.
+/// Number of starts refined in parallel; a constant, so that results do not depend on the number of threads.
 const WAVE: usize = 6;
-/// Candidates of the hypercube for each start, and candidate-steps of all of them.
+/// Largest number of candidates of the hypercube for each start.
 const CANDIDATES: usize = 32;
+/// Largest number of candidate-steps to evaluate the hypercube.
 const CANDIDATE_STEPS: usize = 200_000_000;
 
-/// The lowest optimum that starts from all over a box lead to.
+/// The lowest optimum that a multistart found.
 pub(super) struct Ends {
     pub refined: Refined,
-    /// Starts that were refined.
+    /// Number of starts that were refined.
     pub starts: usize,
-    /// The number of them that ended there.
+    /// Number of refinements that ended in this optimum.
     pub arrivals: usize,
 }
 
-/// Refines starts from all over the box of a problem by waves, until the lowest sum of squares weighted by `sigma` was reached
-/// [`ARRIVALS`] times and is not above `known`, or no start is left.
+/// Refines starts spread over the box of a problem, in waves of six. It ends when the lowest sum of squares weighted by
+/// `sigma` has been reached [`ARRIVALS`] times and is not above `known`, or when no start is left.
 ///
 /// # Errors
-/// As for [`super::refine`].
+/// Returns a usage error if no parameter is free, and propagates the errors of the batch evaluation and of
+/// [`super::refine`].
 pub(super) fn multistart(problem: &Problem, sigma: &Sigma, known: Option<f64>) -> Result<Ends> {
     let starts = starts(problem, sigma)?;
     let rough = RoughProblem::new(problem);
@@ -69,11 +72,11 @@ pub(super) fn multistart(problem: &Problem, sigma: &Sigma, known: Option<f64>) -
     Ok(Ends { refined: best, starts: refined, arrivals })
 }
 
-/// Returns where starts from all over the box of a problem that [`super::fit_problem`] has made lead to, as far as the sum of
-/// squares weighted by `sigma` is at most `limit`.
+/// Returns the optima that starts spread over the box lead to, of those whose sum of squares weighted by `sigma` is at most
+/// `limit`. The problem must be made by [`super::fit_problem`].
 ///
 /// # Errors
-/// As an evaluation.
+/// Returns a usage error if no parameter is free, and propagates the errors of the batch evaluation.
 pub(crate) fn optima(problem: &Problem, sigma: &[[f64; 2]], limit: f64) -> Result<Vec<Refined>> {
     let sigma = &sigma.to_vec();
     let (starts, rough) = (starts(problem, sigma)?, RoughProblem::new(problem));
@@ -81,7 +84,7 @@ pub(crate) fn optima(problem: &Problem, sigma: &[[f64; 2]], limit: f64) -> Resul
     Ok(ends.filter(|end| end.weighted(sigma) <= limit).collect())
 }
 
-/// Returns the lowest sum of squares of optima, and how many refinements ended there.
+/// Returns the lowest weighted sum of squares of the optima and the number of refinements that ended there.
 fn lowest(ends: &[(Refined, usize)], sigma: &Sigma) -> (f64, usize) {
     let costs: Vec<(f64, usize)> = ends.iter().map(|(end, count)| (end.weighted(sigma), *count)).collect();
     let lowest = costs.iter().map(|(cost, _)| *cost).fold(f64::INFINITY, f64::min);
@@ -89,17 +92,17 @@ fn lowest(ends: &[(Refined, usize)], sigma: &Sigma) -> (f64, usize) {
     (lowest, arrivals)
 }
 
-/// Returns the best point of each part of a Latin hypercube.
+/// Returns the best point of each block of a Latin hypercube.
 fn starts(problem: &Problem, sigma: &Sigma) -> Result<Vec<Vec<f64>>> {
     if problem.space().free().is_empty() {
-        let message = "every parameter is held: there is no box to search";
-        return Err(crate::Error::usage(message, "Leave at least one free."));
+        let message = "every parameter is fixed: there is no box to search";
+        return Err(crate::Error::usage(message, "Leave at least one parameter free."));
     }
     let steps = problem.active().max(1);
     let count = (SAMPLES / steps).clamp(STARTS_MIN, STARTS);
     let part = (CANDIDATE_STEPS / steps / count).clamp(1, CANDIDATES);
     let points = hypercube(problem.space().free(), count * part);
-    // Times may be rounded: a start need not be exact.
+    // Starts need not be exact, so their costs may be computed on rounded times.
     let problem = Arc::new(problem.weighted_by(sigma).at_coarse_steps());
     let costs = costs(&problem, &points)?;
     let axes = problem.space().free();
@@ -109,7 +112,7 @@ fn starts(problem: &Problem, sigma: &Sigma) -> Result<Vec<Vec<f64>>> {
         let best = range.min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(n * part);
         let point = points[best * axes.len()..(best + 1) * axes.len()].to_vec();
         match n % 2 == 1 && !orders.is_empty() {
-            true => Ok(descended(&problem, point, &orders[n / 2 % orders.len()], 1)?.1),
+            true => Ok(coordinate_search(&problem, point, &orders[n / 2 % orders.len()], 1)?.1),
             false => Ok(point),
         }
     };
@@ -123,8 +126,8 @@ fn costs(problem: &Arc<Problem>, points: &[f64]) -> Result<Vec<f64>> {
     Ok(costs)
 }
 
-/// Returns a Latin hypercube in the coordinates of the axes, one point after the other: each axis is cut into as many parts
-/// as there are points, and each part is used once.
+/// Returns a Latin hypercube in the coordinates of the axes, point by point: each axis is cut into as many intervals as
+/// there are points, and each interval holds one point.
 fn hypercube(axes: &[Axis], size: usize) -> Vec<f64> {
     let mut generator = Xoshiro256PlusPlus::seed_from_u64(1);
     let mut points = vec![0.0; axes.len() * size];

@@ -1,4 +1,4 @@
-//! The normal equations of a joint fit. The sums of each recording and channel are kept apart, so that weights can
+//! Normal equations of a joint fit. The sums of each recording and channel are stored separately, so that weights can
 //! change without a new simulation.
 
 use super::linear_steps::INITIAL;
@@ -9,45 +9,46 @@ use crate::motor::Axis;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// σ of current and speed of each recording.
+/// σ of current \[A\] and speed \[rad/s\] of each recording.
 pub(super) type Sigma = Vec<[f64; 2]>;
 
-/// The sum of squared errors among the sums of products.
+/// Returns the sum of squared errors, the last diagonal entry of the sums.
 fn squares(sums: &Products) -> f64 {
     sums[(sums.nrows() - 1, sums.nrows() - 1)]
 }
 
-/// A joint fit of the free parameters of a problem (their coordinates: logarithms of the five of the motor) and of the initial
-/// states that are free.
+/// A joint fit of the free parameters of a problem and the free initial states. The unknowns of the parameters are their
+/// coordinates: logarithms for the five of the motor.
 pub(super) struct Fit<'a> {
     pub problem: &'a Problem,
-    /// Unknowns: the free parameters, then current and speed at the start of each recording that leaves them free.
+    /// Number of unknowns: the free parameters, then current and speed at the start of each recording whose initial state
+    /// is free.
     pub unknowns: usize,
-    /// Of each recording, which unknown belongs to which entry of its rows.
-    places: Vec<Vec<(usize, usize)>>,
+    /// For each recording, pairs of the index of an unknown and the index of its entry in a row.
+    entries: Vec<Vec<(usize, usize)>>,
 }
 
-/// JᵀJ, Jᵀe and eᵀe of each recording and channel.
+/// The sums JᵀJ, Jᵀe and eᵀe of each recording and channel, with sensitivities J and residuals e.
 #[derive(Clone)]
 pub(super) struct Normal(Vec<[Products; 2]>);
 
 impl Normal {
-    /// eᵀe of a channel of a recording, samples at rest included.
+    /// Returns eᵀe of a channel of a recording, idle samples included.
     pub(super) fn squares(&self, recording: usize, channel: usize) -> f64 {
         squares(&self.0[recording][channel])
     }
 
-    /// The same of all recordings.
+    /// Returns eᵀe of each channel of all recordings.
     pub(super) fn all_squares(&self) -> Vec<[f64; 2]> {
         (0..self.0.len()).map(|n| [0, 1].map(|channel| self.squares(n, channel))).collect()
     }
 
-    /// Returns whether the motor has a trajectory at all.
+    /// Returns true if all sums are finite, that is, the motor did not diverge.
     pub(super) fn is_finite(&self) -> bool {
         self.0.iter().flatten().all(|sums| sums.iter().all(|v| v.is_finite()))
     }
 
-    /// eᵀe in units of σ².
+    /// Returns the sum of eᵀe in units of σ² over recordings and channels.
     pub(super) fn cost(&self, sigma: &Sigma) -> f64 {
         let pairs = self.0.iter().zip(sigma).flat_map(|(of, sigma)| of.iter().zip(sigma));
         pairs.map(|(of, sigma)| squares(of) / (sigma * sigma)).sum()
@@ -58,44 +59,45 @@ impl<'a> Fit<'a> {
     pub(super) fn new(problem: &'a Problem) -> Self {
         let axes = problem.space().free();
         let mut unknowns = axes.len();
-        let mut places = Vec::with_capacity(problem.signals().len());
+        let mut entries = Vec::with_capacity(problem.signals().len());
         for (recording, signals) in problem.signals().iter().enumerate() {
             let covers = |axis: &Axis| axis.scope.covers(u32::try_from(recording).unwrap_or(u32::MAX));
             let own = axes.iter().enumerate().filter(|(_, axis)| covers(axis));
-            // Rows of the linear motor have a place for each of the five parameters, others for what is free only.
+            // Rows of the linear motor have an entry for each of the five parameters, rows of extended motors for the free
+            // ones only.
             let linear = problem.features().is_linear();
-            let place =
+            let entry =
                 |(n, (axis, of)): (usize, (usize, &Axis))| (axis, if linear { of.parameter as usize } else { n });
-            let mut own: Vec<(usize, usize)> = own.enumerate().map(place).collect();
+            let mut own: Vec<(usize, usize)> = own.enumerate().map(entry).collect();
             if signals.initial_is_free {
                 let first = if linear { INITIAL } else { own.len() };
                 own.extend([(unknowns, first), (unknowns + 1, first + 1)]);
                 unknowns += 2;
             }
-            places.push(own);
+            entries.push(own);
         }
-        Self { problem, unknowns, places }
+        Self { problem, unknowns, entries }
     }
 
-    /// Returns the unknowns of a recording: its axes in their order, then its initial state where that is free.
+    /// Returns the indices of the unknowns of a recording: its axes in their order, then its initial state if that is free.
     pub(super) fn unknowns_of(&self, recording: usize) -> Vec<usize> {
-        self.places[recording].iter().map(|place| place.0).collect()
+        self.entries[recording].iter().map(|entry| entry.0).collect()
     }
 
-    /// Values measured in all recordings.
+    /// Returns the number of measured values that count, over all channels and recordings.
     pub(super) fn count(&self) -> usize {
         let counting =
             |s: &Signals| (0..2).filter(|&channel| s.has(channel)).map(|channel| s.count(channel)).sum::<usize>();
         self.problem.signals().iter().map(|s| counting(s)).sum()
     }
 
-    /// The unknowns at the parameters `values`, with initial states as measured.
+    /// Returns the unknowns at the parameters `values`, with initial states as measured.
     pub(super) fn start(&self, values: &[f64]) -> DVector<f64> {
         let initial: Vec<[f64; 2]> = self.problem.signals().iter().map(|s| s.initial).collect();
         self.at(values, &initial)
     }
 
-    /// The unknowns at the parameters `values` and the initial states `initial` of the recordings.
+    /// Returns the unknowns at the parameters `values` and the initial states `initial` of the recordings.
     pub(super) fn at(&self, values: &[f64], initial: &[[f64; 2]]) -> DVector<f64> {
         let pairs = self.problem.signals().iter().zip(initial);
         let states = pairs.filter(|(s, _)| s.initial_is_free).flat_map(|(_, state)| *state);
@@ -103,13 +105,13 @@ impl<'a> Fit<'a> {
         DVector::from_iterator(self.unknowns, coordinates.chain(states))
     }
 
-    /// The values of the free parameters: the way through the coordinates must not lead out of the bounds.
+    /// Returns the values of the free parameters, clamped to their bounds because the coordinates round.
     pub(super) fn values(&self, unknowns: &DVector<f64>) -> Vec<f64> {
         let axes = self.problem.space().free();
         axes.iter().zip(unknowns.iter()).map(|(axis, v)| axis.value(*v)).collect()
     }
 
-    /// The initial state of every recording.
+    /// Returns the initial state of every recording.
     pub(super) fn initial(&self, unknowns: &DVector<f64>) -> Vec<[f64; 2]> {
         let mut next = self.problem.space().free().len();
         let mut take = || {
@@ -128,7 +130,7 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// The sums of one recording.
+    /// Returns the sums of one recording, those of idle samples included and those of unmeasured channels zero.
     fn one(&self, recording: usize, values: &[f64], initial: [f64; 2]) -> [Products; 2] {
         let signals: &Signals = &self.problem.signals()[recording];
         let mut sums = if self.problem.features().is_linear() {
@@ -137,7 +139,7 @@ impl<'a> Fit<'a> {
                 .map(|sums| DMatrix::from_fn(sums.len(), sums.len(), |a, b| sums[a][b]))
         } else {
             let axes = self.problem.space().free().len();
-            let own: Vec<usize> = self.places[recording].iter().map(|place| place.0).filter(|n| *n < axes).collect();
+            let own: Vec<usize> = self.entries[recording].iter().map(|entry| entry.0).filter(|n| *n < axes).collect();
             sensitivity::products(self.problem, recording, &own, values, initial)
         };
         let idle = self.problem.idle_sums(signals);
@@ -152,15 +154,15 @@ impl<'a> Fit<'a> {
         sums
     }
 
-    /// JᵀJ and Jᵀe of all recordings and channels, each divided by its σ².
+    /// Returns JᵀJ and Jᵀe summed over recordings and channels, each divided by its σ².
     pub(super) fn weighted(&self, normal: &Normal, sigma: &Sigma) -> (DMatrix<f64>, DVector<f64>) {
         let mut matrix = DMatrix::zeros(self.unknowns, self.unknowns);
         let mut gradient = DVector::zeros(self.unknowns);
-        for ((places, sums), sigma) in self.places.iter().zip(&normal.0).zip(sigma) {
+        for ((entries, sums), sigma) in self.entries.iter().zip(&normal.0).zip(sigma) {
             for (sums, sigma) in sums.iter().zip(sigma) {
                 let weight = 1.0 / (sigma * sigma);
-                for &(row, a) in places {
-                    for &(column, b) in places {
+                for &(row, a) in entries {
+                    for &(column, b) in entries {
                         matrix[(row, column)] += weight * sums[(a, b)];
                     }
                     gradient[row] += weight * sums[(a, sums.nrows() - 1)];

@@ -1,10 +1,10 @@
-//! Output errors of one motor and their derivatives, as sums of products.
+//! Output errors of the linear motor and their derivatives, as sums of products.
 //!
-//! Per sample and channel the row `[∂x/∂ln R … ∂x/∂ln J, ∂x/∂i₀, ∂x/∂ω₀, y − x]` is multiplied with itself and added
-//! up: JᵀJ, Jᵀe and eᵀe in one symmetric matrix. The derivatives follow the motor: with `x⁺ = x + D x + g`,
-//! `S⁺ = Φ S + ∂D x + ∂g`.
+//! Each sample and channel has the row `[∂x/∂ln R … ∂x/∂ln J, ∂x/∂i₀, ∂x/∂ω₀, y − x]`. The products of the row with itself
+//! are summed: JᵀJ, Jᵀe and eᵀe in one symmetric matrix of shape `[8, 8]`. The derivatives follow the one-step map: with
+//! `x⁺ = x + D x + g`, `S⁺ = Φ S + ∂D x + ∂g`.
 //!
-//! Limit: 8 lanes a sample; 2×5 vector operations for the state's derivatives, 2×8 for the products.
+//! Cost: a sample takes 2×5 vector operations of 8 lanes for the derivatives of the state and 2×8 for the products.
 
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
@@ -14,13 +14,13 @@ use crate::evaluate::{Level, Signals};
 use crate::motor::{Method, Parameters, seeded, step_maps};
 use multiversion::multiversion;
 
-/// Where the error stands in a row.
+/// Index of the error in a row.
 const ERROR: usize = 7;
 
-/// Sums of the products of rows: symmetric.
+/// Sums of the products of rows, a symmetric matrix.
 type Products = Square;
 
-/// A motor at given parameters from a given initial state, in a recording.
+/// A recording simulated at given parameters from a given initial state.
 struct Case<'a> {
     signals: &'a Signals,
     parameters: &'a Parameters,
@@ -28,8 +28,8 @@ struct Case<'a> {
     method: Method,
 }
 
-/// Sums of the products of both channels (current, speed) over the active samples of a recording, from the state
-/// `initial`.
+/// Returns the sums of the products of both channels (current, speed) over the active samples of a recording, from the
+/// state `initial`.
 pub(super) fn products(signals: &Signals, parameters: &Parameters, initial: [f64; 2], method: Method) -> [Products; 2] {
     let case = Case { signals, parameters, initial, method };
     match Level::best() {
@@ -53,7 +53,7 @@ fn avx2(case: &Case<'_>) -> [Products; 2] {
 fn run<const TILE: usize, const FMA: bool>(case: &Case<'_>) -> [Products; 2] {
     let Case { signals, parameters, method, .. } = *case;
     let motor = seeded(parameters);
-    // Loops, because adapters of iterators would not be compiled for the vectors of this function.
+    // Loops, because iterator adapters would not be compiled for the target features of this function.
     let Some(split) = &signals.split else {
         let mut steps = Vec::with_capacity(signals.step_s.len());
         for h in &signals.step_s {
@@ -69,10 +69,10 @@ fn run<const TILE: usize, const FMA: bool>(case: &Case<'_>) -> [Products; 2] {
     for maps in &tables[1] {
         fine.push(Step::new(maps));
     }
-    walk::<TILE, FMA, 2>(case, &SplitTables { split, coarse, fine, is_line: method.uses_next_input() })
+    walk::<TILE, FMA, 2>(case, &SplitTables { split, coarse, fine, is_first_order_hold: method.uses_next_input() })
 }
 
-/// Sums over the active samples, whose steps have `PARTS` parts each.
+/// Returns the sums over the active samples; each step has `PARTS` parts.
 #[inline(always)]
 fn walk<const TILE: usize, const FMA: bool, const PARTS: usize>(
     case: &Case<'_>,
@@ -85,30 +85,30 @@ fn walk<const TILE: usize, const FMA: bool, const PARTS: usize>(
     s[1][INITIAL + 1] = 1.0;
     let mut totals = [[[0.0; ROW]; ROW]; 2];
     let mut rows = [Panel::EMPTY; 2];
-    let mut waiting = 0;
-    // Masks are rare: a row that does not count is nothing.
+    let mut filled = 0;
+    // A masked sample becomes a row of zeros; masks are too rare for a separate loop.
     let masked = !signals.weight.is_empty();
     for run in signals.active_runs() {
         let parts = steps.parts(run);
         for (n, y) in (run.start..run.end).zip(&signals.measured[run.start..run.end]) {
             for channel in 0..2 {
-                rows[channel].0[waiting] = s[channel];
-                rows[channel].0[waiting][ERROR] = y[channel] - x[channel];
+                rows[channel].0[filled] = s[channel];
+                rows[channel].0[filled][ERROR] = y[channel] - x[channel];
                 if masked && signals.weight[n][channel] == 0.0 {
-                    rows[channel].0[waiting] = [0.0; ROW];
+                    rows[channel].0[filled] = [0.0; ROW];
                 }
             }
-            waiting += 1;
-            if waiting == BLOCK {
-                add::<TILE, FMA>(&rows, waiting, &mut totals);
-                waiting = 0;
+            filled += 1;
+            if filled == BLOCK {
+                add::<TILE, FMA>(&rows, filled, &mut totals);
+                filled = 0;
             }
             for part in &parts {
                 part.pass::<FMA>(&mut x, &mut s);
             }
         }
     }
-    add::<TILE, FMA>(&rows, waiting, &mut totals);
+    add::<TILE, FMA>(&rows, filled, &mut totals);
     for sums in &mut totals {
         for a in HALF..ROW {
             for b in 0..HALF {
@@ -119,7 +119,7 @@ fn walk<const TILE: usize, const FMA: bool, const PARTS: usize>(
     totals
 }
 
-/// Adds the products of the first `count` rows of both channels; those below the diagonal's halves are left to symmetry.
+/// Adds the products of the first `count` rows of both channels, except those that symmetry gives.
 #[inline(always)]
 fn add<const TILE: usize, const FMA: bool>(rows: &[Panel; 2], count: usize, totals: &mut [Products; 2]) {
     for (rows, totals) in rows.iter().zip(totals) {
@@ -153,7 +153,7 @@ mod tests {
             for (parts, whole) in parts.iter().zip(&whole) {
                 for (a, b) in (0..ROW).flat_map(|a| (0..ROW).map(move |b| (a, b))) {
                     let size = (whole[a][a] * whole[b][b]).sqrt();
-                    // Maps are composed of up to 32, and trajectories of 300: rounding.
+                    // The tolerance covers rounding: maps are composed of up to 32 maps, trajectories of 300 steps.
                     assert!((parts[a][b] - whole[a][b]).abs() <= 1e-11 * size, "{discretization:?} {a} {b}");
                 }
             }

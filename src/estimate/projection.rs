@@ -1,11 +1,11 @@
-//! Variable projection: the global search of the linear motor, in two dimensions.
+//! Variable projection: a two-dimensional global search for the linear motor.
 //!
-//! With zero initial state the outputs are linear in `p = 1/L`, `q = B/(LJ)` and `r = K/(LJ)` once the denominator
-//! `s² + c₁ s + c₀` is given (`c₁ = R/L + B/J`, `c₀ = (RB + K²)/(LJ)`): current `(p s + q)/(…)`, speed `r/(…)`. The
-//! least-squares cost with p, q and r solved for is a function of (c₁, c₀) alone, and a grid of it in the logarithms
-//! shows every basin there is. Reference: G. H. Golub, V. Pereyra, SIAM J. Numerical Analysis 10 (1973).
+//! With zero initial state and a given denominator `s² + c₁ s + c₀` (`c₁ = R/L + B/J`, `c₀ = (RB + K²)/(LJ)`) the outputs
+//! are linear in `p = 1/L`, `q = B/(LJ)` and `r = K/(LJ)`: the current is `(p s + q)/(…)`, the speed `r/(…)`. With p, q and
+//! r solved for by linear least squares, the cost is a function of (c₁, c₀) alone, and a grid over the logarithms of both
+//! shows its basins. Reference: G. H. Golub, V. Pereyra, SIAM J. Numerical Analysis 10 (1973).
 //!
-//! The basis `s/(…)` and `1/(…)` is the motor with R = c₁, L = 1, K = J = c₀, B = 0.
+//! The basis functions `s/(…)` and `1/(…)` are current and speed of the motor with R = c₁, L = 1, K = J = c₀, B = 0.
 
 use super::normal::Sigma;
 use super::projection_sums::{LANES, SUMS, sums};
@@ -14,11 +14,11 @@ use crate::motor::{Discretization, Parameters};
 use crate::numeric::count;
 use rayon::prelude::*;
 
-/// Points of the grid in each direction.
+/// Number of grid points in each direction.
 const GRID: usize = 24;
 
-/// Returns whether a problem has this form: all five parameters free and shared, both channels, motors at rest without load,
-/// an exact method.
+/// Returns true if the projection applies to a problem: all five parameters free and shared, both channels measured, motors
+/// at rest without load, an exact discretization.
 pub(super) fn applies(problem: &Problem) -> bool {
     let exact = matches!(problem.model().discretization, Discretization::Zoh | Discretization::Foh);
     let axes = problem.space().free();
@@ -33,7 +33,8 @@ pub(super) fn applies(problem: &Problem) -> bool {
         && problem.signals().iter().all(|s| served(s))
 }
 
-/// Starts for a descent, one for each basin of the grid, the lowest first. Times may be rounded: a start need not be exact.
+/// Returns up to `most` starts for a descent, one for each basin of the grid, the lowest first. Starts need not be exact,
+/// so times may be rounded.
 pub(super) fn basins(problem: &Problem, sigma: &Sigma, most: usize) -> Vec<[f64; 5]> {
     let [c1, c0] = ranges(problem);
     let problem = &problem.at_coarse_steps();
@@ -65,14 +66,14 @@ fn ranges(problem: &Problem) -> [[f64; 2]; 2] {
     }
     let c1 = |[r, _, _, b, _]: [f64; 5], [_, l, _, _, j]: [f64; 5]| r / l + b / j;
     let c0 = |[r, _, k, b, _]: [f64; 5], [_, l, _, _, j]: [f64; 5]| (r * b + k * k) / (l * j);
-    // No motor has time constants beyond these, and numbers stay numbers.
+    // No motor has time constants beyond these limits, and they keep the logarithms finite.
     let possible = |v: f64| if v.is_nan() { 1.0 } else { v.clamp(1e-12, 1e18) };
     [[c1(low, high), c1(high, low)], [c0(low, high), c0(high, low)]].map(|range| range.map(possible))
 }
 
-/// Cost and (p, q, r) at up to [`LANES`] points.
+/// Returns the cost and (p, q, r) at up to [`LANES`] points.
 fn project(problem: &Problem, points: &[[f64; 2]], sigma: &Sigma) -> Vec<(f64, [f64; 3])> {
-    // Sums of both channels in units of their σ: φ₀² counts once for each.
+    // Sums over both channels in units of their σ; φ₀² has a sum for each channel.
     let mut totals = [[0.0; LANES]; SUMS];
     let mut power = [0.0; 2];
     for (signals, sigma) in problem.signals().iter().zip(sigma) {
@@ -95,7 +96,7 @@ fn project(problem: &Problem, points: &[[f64; 2]], sigma: &Sigma) -> Vec<(f64, [
     (0..points.len()).map(|lane| solve(totals.map(|sum| sum[lane]), power)).collect()
 }
 
-/// The linear least squares of one point.
+/// Returns the cost and (p, q, r) of the linear least-squares problem at one point.
 fn solve([a, b, c, u, v, w, d]: [f64; SUMS], power: [f64; 2]) -> (f64, [f64; 3]) {
     let determinant = a * c - b * b;
     let (p, q, r) = ((c * u - b * v) / determinant, (a * v - b * u) / determinant, w / d);
@@ -103,7 +104,8 @@ fn solve([a, b, c, u, v, w, d]: [f64; SUMS], power: [f64; 2]) -> (f64, [f64; 3])
     (if cost.is_finite() { cost } else { f64::INFINITY }, [p, q, r])
 }
 
-/// The motor of a point, moved into the bounds where it lies outside or is none.
+/// Returns the motor of a point, each parameter clamped to its bounds; one that is not positive and finite becomes the
+/// geometric mean of its bounds.
 fn motor([c1, c0]: [f64; 2], [p, q, r]: [f64; 3], problem: &Problem) -> [f64; 5] {
     let l = 1.0 / p;
     let b_over_j = (q / p).max(1e-9 * c1).min(0.999 * c1);
@@ -130,7 +132,7 @@ mod tests {
     use crate::motor::Space;
     use crate::record::{Mask, Preparation, Record};
 
-    /// The cost of a recording at the poles of its motor.
+    /// Returns the cost of a recording at the true poles.
     fn cost_at_truth(record: Record) -> f64 {
         let problem = fit_problem(&[record], &Space::table2(), Model::default()).unwrap();
         assert!(applies(&problem));
@@ -149,7 +151,7 @@ mod tests {
             for channels in [[true, true], [true, false], [false, true]] {
                 let mask = vec![Mask::Time { channels, from: 0.1, to: 0.2 }];
                 let masked = Preparation { mask, ..Preparation::default() }.apply(&record).unwrap().remove(0);
-                // Without noise nothing is left but rounding; a straight line in place of the samples costs some 1e4.
+                // Without noise the cost is rounding; interpolated samples in place of the masked ones would cost some 1e4.
                 let cost = cost_at_truth(masked);
                 assert!(cost < 1e-6, "{jitter} {channels:?}: {cost}");
             }

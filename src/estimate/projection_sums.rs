@@ -1,4 +1,4 @@
-//! The sums of variable projection: points of the grid side by side through one recording.
+//! Sums of variable projection, with several grid points simulated side by side through one recording.
 
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
@@ -6,16 +6,16 @@ use crate::evaluate::{Level, Signals};
 use crate::motor::{Discretization, StepMaps, multiply_add, step_maps};
 use multiversion::multiversion;
 
-/// Points that are evaluated side by side: two vectors of AVX-512, because a step waits for the one before.
+/// Points that are evaluated side by side: two vectors of AVX-512, which hide the latency between dependent steps.
 pub(super) const LANES: usize = 16;
-/// Sums of a point: φ₁², φ₁φ₀, φ₀², iφ₁ and iφ₀ over the samples whose current counts, ωφ₀ and φ₀² over those whose speed
-/// counts.
+/// Number of sums of a point: φ₁², φ₁φ₀, φ₀², iφ₁ and iφ₀ over the samples of the current that count, then ωφ₀ and φ₀² over
+/// those of the speed.
 pub(super) const SUMS: usize = 7;
 
 pub(super) type Motors = [[f64; LANES]; 5];
 type Sums = [[f64; LANES]; SUMS];
 
-/// Returns the sums of a recording at some points.
+/// Returns the sums of a recording, a lane for each point.
 pub(super) fn sums(signals: &Signals, motors: &Motors, method: Discretization) -> Sums {
     match Level::best() {
         Level::Avx512 => avx512(signals, motors, method),
@@ -52,13 +52,13 @@ fn simulate<const FMA: bool>(signals: &Signals, motors: &Motors, method: Discret
     sums
 }
 
-/// Returns the maps of each step. Steps in ascending order mostly differ by the same time: one map is composed of the one before
-/// it and that of the difference, which takes a tenth of the time.
+/// Returns the map of each distinct step length. The lengths ascend and mostly differ by the same time. A map is then
+/// composed of the previous map and that of the difference, which takes a tenth of the time of a new one.
 #[inline(always)]
 fn table(steps_s: &[f64], motors: &Motors, method: Discretization) -> Vec<StepMaps<LANES>> {
     let mut table: Vec<StepMaps<LANES>> = Vec::with_capacity(steps_s.len());
     let mut more: Option<(f64, StepMaps<LANES>)> = None;
-    // A loop, because adapters of iterators would not be compiled for the vectors of this function.
+    // A loop, because iterator adapters would not be compiled for the target features of this function.
     for (n, &h) in steps_s.iter().enumerate() {
         let maps = match (table.last(), &more) {
             (Some(last), Some((unit_s, unit))) if (h - steps_s[n - 1] - unit_s).abs() < 1e-6 * unit_s => {
@@ -74,7 +74,8 @@ fn table(steps_s: &[f64], motors: &Motors, method: Discretization) -> Vec<StepMa
     table
 }
 
-/// Sums on an even clock: what the voltage adds to a step is computed once for each run of equal inputs.
+/// Returns the sums on an even clock; the contribution of the voltage to a step is computed once for each run of equal
+/// inputs.
 #[inline(always)]
 fn by_runs<const FMA: bool, const WEIGHTED: bool>(signals: &Signals, maps: &StepMaps<LANES>) -> Sums {
     let mut sums = [[0.0; LANES]; SUMS];
@@ -95,10 +96,9 @@ fn by_runs<const FMA: bool, const WEIGHTED: bool>(signals: &Signals, maps: &Step
     sums
 }
 
-/// Sums on an irregular clock: each sample has a step, and mostly a run, of its own. `LINES` where the voltage is a line over each
-/// step.
+/// Returns the sums on an irregular clock, where each sample has its own step length and mostly its own run of inputs.
 #[inline(always)]
-fn by_samples<const FMA: bool, const WEIGHTED: bool, const LINES: bool>(
+fn by_samples<const FMA: bool, const WEIGHTED: bool, const FIRST_ORDER_HOLD: bool>(
     signals: &Signals,
     table: &[StepMaps<LANES>],
 ) -> Sums {
@@ -111,7 +111,7 @@ fn by_samples<const FMA: bool, const WEIGHTED: bool, const LINES: bool>(
         for axis in 0..2 {
             for lane in 0..LANES {
                 gain[axis][lane] = maps.taps[0][axis][lane] * v;
-                if LINES {
+                if FIRST_ORDER_HOLD {
                     gain[axis][lane] = multiply_add::<FMA>(maps.taps[1][axis][lane], v_next, gain[axis][lane]);
                 }
             }
@@ -122,7 +122,8 @@ fn by_samples<const FMA: bool, const WEIGHTED: bool, const LINES: bool>(
     sums
 }
 
-/// Adds the products of a sample. φ₀² of the speed is left out where all samples count: it is that of the current.
+/// Adds the products of a sample. The sum of φ₀² of the speed is omitted if all samples count, because it equals that of
+/// the current.
 #[inline(always)]
 fn add<const FMA: bool, const WEIGHTED: bool>(sums: &mut Sums, x: &[[f64; LANES]; 2], signals: &Signals, n: usize) {
     let [current, speed] = signals.measured[n];
@@ -143,7 +144,7 @@ fn add<const FMA: bool, const WEIGHTED: bool>(sums: &mut Sums, x: &[[f64; LANES]
     }
 }
 
-/// Takes the states of all points over a step.
+/// Advances the states of all points by one step.
 #[inline(always)]
 fn advance<const FMA: bool>(x: &mut [[f64; LANES]; 2], maps: &StepMaps<LANES>, gain: &[[f64; LANES]; 2]) {
     for lane in 0..LANES {

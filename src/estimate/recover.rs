@@ -1,24 +1,24 @@
-//! From two sampled transfer functions back to the motor.
+//! Conversion of two discrete-time transfer functions to motor parameters.
 //!
 //! The first samples h₁, h₂, h₃ of the impulse response (vectors of current and speed) give `Φ = [h₂ h₃][h₁ h₂]⁻¹`,
-//! `A = ln(Φ)/h` and the continuous input vector b. The motor's transfer functions have four coefficients besides the
-//! denominator `s² + α₁ s + α₀`: β₁ s + β₀ of the current and γ₁ s + γ₀ of the speed. γ₁ is zero in the model; dropping
-//! it, rather than reading the entries of A, is what reaches the Cramér–Rao bound:
-//! `L = 1/β₁`, `B/J = β₀/β₁`, `R = L(α₁ − B/J)`, `K/J = γ₀/β₁`, `K²/J = α₀ L − R·B/J`.
+//! `A = ln(Φ)/h` and the continuous-time input vector b. Besides the denominator `s² + α₁ s + α₀` the transfer functions
+//! have four coefficients: β₁ s + β₀ of the current and γ₁ s + γ₀ of the speed. γ₁ is zero in the model. Dropping it
+//! reaches the Cramér–Rao bound, which reading the entries of A directly does not: `L = 1/β₁`, `B/J = β₀/β₁`,
+//! `R = L(α₁ − B/J)`, `K/J = γ₀/β₁`, `K²/J = α₀ L − R·B/J`.
 
 use super::failure::SmFailure;
 use crate::motor::{Discretization, Parameters, inverse, matrix_logarithm, product, times};
 
-/// `A(z) = 1 + a₁ z⁻¹ + a₂ z⁻²` and the numerators of current and speed.
+/// Discrete-time transfer functions: the denominator `A(z) = 1 + a₁ z⁻¹ + a₂ z⁻²` and the numerators of current and speed.
 pub(super) struct Sampled {
     pub denominator: [f64; 2],
-    /// From z⁰ on where the method takes the voltage as a straight line between samples, else from z⁻¹ on.
+    /// Coefficients from z⁰ on for a first-order hold, else from z⁻¹ on.
     pub numerators: [Vec<f64>; 2],
 }
 
 pub(super) fn recover(sampled: &Sampled, h: f64, method: Discretization) -> std::result::Result<Parameters, SmFailure> {
     let ([a1, a2], foh) = (sampled.denominator, method.uses_next_input());
-    // Jury's conditions.
+    // Jury's stability conditions.
     if !(a2 < 1.0 && 1.0 + a1 + a2 > 0.0 && 1.0 - a1 + a2 > 0.0) {
         return Err(SmFailure::Unstable);
     }
@@ -53,7 +53,7 @@ pub(super) fn recover(sampled: &Sampled, h: f64, method: Discretization) -> std:
     motor(a, b)
 }
 
-/// The motor of `ẋ = A x + b v`, the speed's s-term dropped.
+/// Returns the motor of `ẋ = A x + b v`; the s-term of the speed's numerator is dropped.
 fn motor(a: [f64; 4], b: [f64; 2]) -> std::result::Result<Parameters, SmFailure> {
     let (alpha1, alpha0) = (-(a[0] + a[3]), a[0] * a[3] - a[1] * a[2]);
     let (beta1, beta0) = (b[0], a[1] * b[1] - a[3] * b[0]);

@@ -1,4 +1,4 @@
-//! A global reference: the lowest weighted sum of squares that a search over the whole box finds.
+//! Global reference: the lowest weighted sum of squares that a search over the complete box finds.
 
 use super::multistart::{ARRIVALS, Ends, multistart};
 use super::normal::Fit;
@@ -11,49 +11,50 @@ use crate::motor::Axis;
 use crate::text::counted;
 use crate::{Error, Result};
 
-/// Ways to find a reference.
+/// Method of a global search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum ReferenceKind {
-    /// The two-dimensional search of the linear motor, each basin refined.
+    /// Variable projection of the linear motor on a two-dimensional grid, with each basin refined.
     VariableProjection,
-    /// Refinements from points all over the box.
+    /// Multistart: refinements from points spread over the box.
     MultiStart,
 }
 
-/// The best fit within the bounds that a search of the whole box finds.
+/// The best fit within the bounds that a global search found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
-    /// Its settings.
+    /// The method of the search.
     pub kind: ReferenceKind,
-    /// The fit.
+    /// The refined estimate.
     pub refined: Refined,
-    /// Starts that were refined.
+    /// Number of starts that were refined.
     pub starts: usize,
-    /// The number of them that ended in this fit.
+    /// Number of refinements that ended in this optimum; 1 for variable projection.
     pub arrivals: usize,
 }
 
 impl Reference {
-    /// Returns whether there is evidence that no other optimum is lower: the two-dimensional search covers the box, and
-    /// starts all over it must lead to the same optimum at least three times.
+    /// Returns true if there is evidence that no other optimum is lower: variable projection covers the complete box, and a
+    /// multistart must have reached the optimum at least three times.
     #[must_use]
     pub fn is_conclusive(&self) -> bool {
         self.kind == ReferenceKind::VariableProjection || self.arrivals >= ARRIVALS
     }
 }
 
-/// Basins that are refined.
+/// Largest number of basins that are refined.
 const BASINS: usize = 4;
 
-/// Searches the whole box of a problem that [`super::fit_problem`] has made for the lowest sum of squares weighted by
-/// `sigma`, one pair for each recording. `known` is the sum that another search reached: starts are refined until they have
-/// been there often enough, or none is left.
+/// Searches the complete box of a problem for the lowest sum of squares weighted by `sigma`, one pair of standard
+/// deviations \[A, rad/s\] for each recording. The problem must be made by [`super::fit_problem`]. `known` is the sum that
+/// another search reached: a multistart goes on until its lowest sum is not above it and was reached several times, or no
+/// start is left.
 ///
 /// # Errors
-/// As for [`super::refine`]; `Usage` when σ or the known sum is no number that can be; `NotIdentified` when the motor diverges
-/// everywhere.
+/// Returns the errors of [`super::refine`]; `Usage` if a σ is not positive and finite, the number of pairs differs from
+/// that of the recordings, `known` is NaN, or no parameter is free; `NotIdentified` if the motor diverges everywhere.
 pub fn global_reference(problem: &Problem, sigma: &[[f64; 2]], known: Option<f64>) -> Result<Reference> {
     check_sigma(problem, sigma, known)?;
     let sigma = &sigma.to_vec();
@@ -71,7 +72,7 @@ pub fn global_reference(problem: &Problem, sigma: &[[f64; 2]], known: Option<f64
     let refined = refine_problem(problem, &refined, Some(sigma), Effort::Thorough)?;
     let found = Reference { kind: ReferenceKind::VariableProjection, refined, starts: starts.len(), arrivals: 1 };
     if found.refined.at_bound.iter().any(Option::is_some) {
-        // The projection knows no bounds: where one is in the way, other starts may lead around it.
+        // The projection ignores the bounds. Where the refinement ends at one, a multistart may find a lower optimum.
         let other = scattered()?;
         if other.refined.weighted(sigma) < found.refined.weighted(sigma) {
             return Ok(other);
@@ -84,37 +85,35 @@ fn middle(problem: &Problem) -> Vec<f64> {
     problem.space().free().iter().map(Axis::middle).collect()
 }
 
-/// Returns the sums of squared residuals \[A², rad²/s²\] of each recording at `values`, one for each free parameter, initial
-/// states as the problem, one that [`super::fit_problem`] has made, has them.
+/// Returns the sums of squared residuals \[A², rad²/s²\] of each recording at `values`, one for each free parameter, from
+/// the initial states of the problem. The problem must be made by [`super::fit_problem`].
 ///
 /// # Errors
-/// `Usage` when `values` are not as many as free parameters.
-pub fn squares_on(problem: &Problem, values: &[f64]) -> Result<Vec<[f64; 2]>> {
+/// `Usage` if the number of `values` is not that of the free parameters.
+pub fn residual_squares(problem: &Problem, values: &[f64]) -> Result<Vec<[f64; 2]>> {
     check_count(problem, values)?;
     let fit = Fit::new(problem);
     Ok(fit.normal(&fit.start(values)).all_squares())
 }
 
-/// Refuses standard deviations that are not positive and finite, or not one pair for each recording.
+/// Returns an error if a standard deviation is not positive and finite, there is not one pair for each recording, or
+/// `known` is NaN.
 fn check_sigma(problem: &Problem, sigma: &[[f64; 2]], known: Option<f64>) -> Result<()> {
     let recordings = problem.signals().len();
     if sigma.len() != recordings {
         let message =
             format!("found {} of σ, expected {recordings}, one for each recording", counted(sigma.len(), "pair"));
-        return Err(Error::usage(message, "Give one pair for each recording, in their order."));
+        return Err(Error::usage(message, "Give one pair for each recording, in the order of the recordings."));
     }
     if let Some(wrong) = sigma.as_flattened().iter().find(|sigma| !(sigma.is_finite() && **sigma > 0.0)) {
         let message = format!("found a σ of {wrong:?}, expected a finite one above 0");
         return Err(Error::usage(
             message,
-            "Give the standard deviations of current and speed; 1 for one not measured.",
+            "Give the standard deviations of current and speed; 1 for a channel that was not measured.",
         ));
     }
     if known.is_some_and(f64::is_nan) {
-        return Err(Error::usage(
-            "the known sum of squares is NaN, expected a number",
-            "Leave it out where none is known.",
-        ));
+        return Err(Error::usage("the known sum of squares is NaN, expected a number", "Omit it if no sum is known."));
     }
     Ok(())
 }

@@ -1,11 +1,10 @@
-//! Refinement: output-error Levenberg–Marquardt in the logarithms of the parameters, within the bounds of the space.
+//! Refinement: output-error Levenberg–Marquardt in the coordinates of the parameters, within the bounds of the space.
 //!
-//! The cost is the weighted sum of squares `Σ_r Σ_c Σ_n e²/σ_rc²` over recordings and channels, the negative
-//! log likelihood of white normal noise. Where σ is not given it is that of the residuals, in rounds of reweighting until it
-//! stands; the fixed point is the
-//! maximum-likelihood estimate.
+//! The cost is the weighted sum of squares `Σ_r Σ_c Σ_n e²/σ_rc²` over recordings and channels, twice the negative log
+//! likelihood of white Gaussian noise of known σ but for a constant. If σ is not given, it is estimated from the residuals
+//! in rounds of reweighting until it converges; the fixed point is the maximum-likelihood estimate.
 
-use super::descent::{Search, Weighting};
+use super::descent::{Descent, Weighting};
 use super::normal::Fit;
 use super::refined::{EVALUATIONS_MAX, Refined, SMALLEST, STEP_MAX};
 use crate::criterion::{Criterion, Norm, Scale};
@@ -20,42 +19,48 @@ use crate::{Error, Result};
 pub struct RefineOptions {
     /// The simulation model.
     pub model: Model,
-    /// σ of the noise of current \[A\] and speed \[rad/s\] of each recording; `None` takes that of the residuals.
+    /// Noise σ of current \[A\] and speed \[rad/s\] of each recording; `None` estimates it from the residuals.
     pub sigma: Option<Vec<[f64; 2]>>,
 }
 
-/// A round of weights before the last ends when its step is shorter than this many standard errors.
+/// Length of a step, in standard errors, that ends a round of weights before the last.
 const STEP_MAX_ROUND: f64 = 1e-2;
-/// Rounds of weights, and the change of σ that ends them.
+/// Largest number of rounds of weights.
 const ROUNDS_MAX: usize = 30;
+/// Relative change of σ that ends the rounds.
 const SIGMA_CHANGE: f64 = 1e-6;
-/// Simulations of a rough refinement at most.
+/// Largest number of simulations of a rough refinement.
 const EVALUATIONS_ROUGH: usize = 50;
-/// Refines the parameters `start` (one value per free axis of `space`) on one or more recordings.
+
+/// Refines the parameters `start` (one value for each free parameter of `space`) on one or more recordings.
 ///
 /// # Errors
-/// `Usage` when `start` does not fit the space or is not positive and finite; `NotIdentified` when the motor diverges
-/// there, or nothing is measured.
+/// `Usage` if `start` does not fit the space or has a value outside the domain of its parameter; `NotIdentified` if the
+/// motor diverges there, or nothing is measured.
 pub fn refine(records: &[Record], space: &Space, start: &[f64], options: &RefineOptions) -> Result<Refined> {
     refine_on(&fit_problem(records, space, options.model)?, start, options.sigma.as_deref())
 }
 
-/// Like [`refine`], on a problem that [`fit_problem`] has made, so that many refinements need one.
+/// Like [`refine`], on a problem made by [`fit_problem`], which many refinements can share.
 ///
 /// # Errors
-/// As [`refine`], and `Usage` when the problem has another criterion.
+/// Returns the errors of [`refine`], and `Usage` if the problem has another criterion or the number of σ pairs differs from
+/// that of the recordings.
 pub fn refine_on(problem: &Problem, start: &[f64], sigma: Option<&[[f64; 2]]>) -> Result<Refined> {
     check_plain(problem)?;
     if sigma.is_some_and(|sigma| sigma.len() != problem.signals().len()) {
-        return Err(Error::usage("σ is not given for each recording", "Give one pair for each, in their order."));
+        return Err(Error::usage(
+            "the number of σ pairs differs from that of the recordings",
+            "Give one pair for each recording.",
+        ));
     }
     refine_problem(problem, start, sigma, Effort::Thorough)
 }
 
-/// The problem of a fit: every error counts alike until it is divided by σ.
+/// Makes the problem of a fit, whose criterion is the unweighted sum of squares; a fit divides the errors by σ itself.
 ///
 /// # Errors
-/// As [`Problem::new`].
+/// Propagates the errors of [`Problem::new`].
 pub fn fit_problem(records: &[Record], space: &Space, model: Model) -> Result<Problem> {
     Problem::new(records, model, space.clone(), plain())
 }
@@ -64,16 +69,19 @@ pub(super) fn check_plain(problem: &Problem) -> Result<()> {
     if *problem.criterion() == plain() {
         return Ok(());
     }
-    Err(Error::usage("the problem weighs its errors, which an estimate does itself", "Make it with fit_problem."))
+    Err(Error::usage(
+        "the criterion of the problem weights errors, which the estimator does itself",
+        "Make the problem with fit_problem.",
+    ))
 }
 
-/// Sums of squares, each channel as it is.
+/// Returns the criterion of the unweighted sum of squares.
 pub(super) fn plain() -> Criterion {
     Criterion { norm: Norm::Euclidean, scale: Scale::None, ..Criterion::default() }
 }
 
-/// σ to begin with: what a recording itself shows, but no less than a ten-thousandth of the signal; 1 for a channel not
-/// measured.
+/// Returns the initial σ of each channel: the noise estimated from the recording, at least 1e-4 of the signal's rms; 1 for
+/// a channel that was not measured.
 pub(super) fn first_sigma(signals: &Signals) -> [f64; 2] {
     [0, 1].map(|channel| {
         if !signals.has(channel) {
@@ -83,17 +91,17 @@ pub(super) fn first_sigma(signals: &Signals) -> [f64; 2] {
     })
 }
 
-/// The effort of a refinement.
+/// Effort of a refinement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Effort {
-    /// To a hundredth of a standard error under the weights that it begins with.
+    /// Ends at a hundredth of a standard error, under the initial weights.
     Rough,
-    /// As far as numbers go, under the weights of what is left.
+    /// Ends at 1e-6 standard errors, under weights from the residuals unless σ is given.
     Thorough,
 }
 
-/// Descends in rounds of weights until they stand; returns whether the last has come to its end.
-fn rounds(search: &mut Search<'_>, by: Weighting) -> bool {
+/// Descends in rounds of weights until they converge; returns true if the descent of the last round converged.
+fn rounds(search: &mut Descent<'_>, by: Weighting) -> bool {
     let mut converged = false;
     for _ in 0..ROUNDS_MAX {
         let last = search.reweight(by) < SIGMA_CHANGE;
@@ -105,7 +113,7 @@ fn rounds(search: &mut Search<'_>, by: Weighting) -> bool {
     converged
 }
 
-/// Refuses values that are not as many as free parameters.
+/// Returns an error if the number of values is not that of the free parameters.
 pub(super) fn check_count(problem: &Problem, values: &[f64]) -> Result<()> {
     let (found, free) = (values.len(), problem.space().free().len());
     if found == free {
@@ -115,7 +123,7 @@ pub(super) fn check_count(problem: &Problem, values: &[f64]) -> Result<()> {
     Err(Error::usage(message, "Give them in the order of the space."))
 }
 
-/// Like [`refine`].
+/// Refines `start` on a problem; without `sigma` the weights are estimated in a thorough refinement.
 pub(super) fn refine_problem(
     problem: &Problem,
     start: &[f64],
@@ -132,7 +140,7 @@ pub(super) fn refine_problem(
         return Err(Error::usage(message, "Give one value per free parameter, positive for R, L, K, B and J."));
     }
     let thorough = effort == Effort::Thorough;
-    let mut search = Search::new(
+    let mut search = Descent::new(
         &fit,
         start,
         sigma.map_or_else(|| problem.signals().iter().map(|s| first_sigma(s)).collect(), <[_]>::to_vec),
@@ -148,11 +156,11 @@ pub(super) fn refine_problem(
     if is_weighed {
         converged = rounds(&mut search, Weighting::Balanced);
         if search.is_far() {
-            // With simulations of its own: what the balanced rounds took is not missing here.
-            let mut likeliest = search.clone().at_most(EVALUATIONS_MAX);
-            let ended = rounds(&mut likeliest, Weighting::Likeliest);
-            if !likeliest.sacrifices(&search) {
-                (search, converged) = (likeliest, ended);
+            // The maximum-likelihood rounds have a budget of their own, whatever the balanced rounds used.
+            let mut maximum_likelihood = search.clone().at_most(EVALUATIONS_MAX);
+            let ended = rounds(&mut maximum_likelihood, Weighting::MaximumLikelihood);
+            if !maximum_likelihood.sacrifices(&search) {
+                (search, converged) = (maximum_likelihood, ended);
             }
         }
     }

@@ -1,5 +1,5 @@
-//! Steiglitz–McBride for recordings on an irregular clock: on copies at even steps. The estimate is biased by what lies
-//! between samples, and starts a refinement on the true times.
+//! Steiglitz–McBride for recordings on an irregular clock, applied to copies resampled at even steps. Interpolation between
+//! samples biases the estimate, which serves as the start of a refinement on the recorded times.
 
 use super::failure::SmFailure;
 use super::normal::Fit;
@@ -12,17 +12,19 @@ use crate::numeric::count;
 use crate::record::Record;
 use std::cell::OnceCell;
 
-/// Periods of the copies, in mean steps of the recording. Shorter ones serve motors whose electrical time constant is short.
+/// Periods of the copies, in mean steps of the recording. The shorter period serves motors with a short electrical time
+/// constant.
 const PERIODS: [f64; 3] = [1.0, 0.5, 2.0];
 
-/// Residuals below this part of the deviation of each channel leave a start near enough: no other copy is tried.
+/// Ratio of residuals to the standard deviation of each channel below which a start is good enough and no further copy is
+/// tried.
 const NEAR: f64 = 0.1;
 
-/// Estimates the motor of one recording on any clock: of the estimates from copies at even steps, the first whose motor fits the
-/// recording itself well, or the one that fits it best.
+/// Estimates the motor of one recording on any clock. Of the estimates from copies at even steps it returns the first whose
+/// motor fits the recording well, or else the one that fits it best.
 ///
 /// # Errors
-/// As [`steiglitz_mcbride`].
+/// Propagates the errors of [`steiglitz_mcbride`] and [`fit_problem`].
 pub(crate) fn steiglitz_mcbride_resampled(
     record: &Record,
     model: Model,
@@ -30,10 +32,11 @@ pub(crate) fn steiglitz_mcbride_resampled(
     Ok(best_copy(record, model, None)?.1)
 }
 
-/// Returns the same with the place of its copy among all, which are tried but for `only` one if that is given.
+/// Like [`steiglitz_mcbride_resampled`], with the index of the chosen copy. All copies are tried, or only copy `only` if
+/// that is given.
 ///
 /// # Errors
-/// As [`steiglitz_mcbride`].
+/// Propagates the errors of [`steiglitz_mcbride`] and [`fit_problem`].
 pub(super) fn best_copy(
     record: &Record,
     model: Model,
@@ -45,7 +48,8 @@ pub(super) fn best_copy(
     let problem = fit_problem(std::slice::from_ref(record), &Space::table2(), model)?;
     let (mut lowest, mut best) = (f64::INFINITY, (None, Err(SmFailure::Irregular)));
     for (place, copy) in copies(record, model.discretization, only) {
-        // The mean of the input over each step of a copy is held; a part of a recording may begin in motion.
+        // Each step of a copy has the mean of the input over it, a zero-order hold. A segment of a recording may begin in
+        // motion.
         let found = steiglitz_mcbride(&copy, Model { discretization: Discretization::Zoh, initial: Initial::Auto })?;
         match found {
             Ok(estimate) => {
@@ -64,26 +68,27 @@ pub(super) fn best_copy(
     Ok(best)
 }
 
-/// Returns the copies of a recording at even steps and those of its longest part where it has gaps, each with its place among
-/// all; but for `only` one if that is given.
+/// Returns the copies of a recording at even steps, and those of its longest segment if it has gaps, each with its index.
+/// `only` selects one copy.
 fn copies(
     record: &Record,
     discretization: Discretization,
     only: Option<usize>,
 ) -> impl Iterator<Item = (usize, Record)> {
-    let is_held = !discretization.uses_next_input();
+    let zero_order_hold = !discretization.uses_next_input();
     let part = OnceCell::new();
-    let is_asked = move |place: &usize| only.is_none_or(|only| only == *place);
-    (0..2 * PERIODS.len()).filter(is_asked).filter_map(move |place| {
+    let is_selected = move |place: &usize| only.is_none_or(|only| only == *place);
+    (0..2 * PERIODS.len()).filter(is_selected).filter_map(move |place| {
         let is_whole = place < PERIODS.len();
-        let record = if is_whole { record } else { part.get_or_init(|| record.longest_part()).as_ref()? };
+        let record = if is_whole { record } else { part.get_or_init(|| record.longest_segment()).as_ref()? };
         let mean = record.duration_s() / count(record.len() - 1);
         let period_s = PERIODS[place % PERIODS.len()] * mean.min(2.0 * record.period_s());
-        Some((place, record.at_even_steps(period_s, is_held).ok()?))
+        Some((place, record.resampled_evenly(period_s, zero_order_hold).ok()?))
     })
 }
 
-/// Returns the sum of squared errors of a motor in units of the noise, and whether they are a small part of each channel.
+/// Returns the sum of squared residuals of a motor in units of the noise variance, and true if they are a small fraction of
+/// each channel.
 fn misfit(problem: &Problem, estimate: &Estimate) -> (f64, bool) {
     let signals = &problem.signals()[0];
     let (fit, sigma) = (Fit::new(problem), first_sigma(signals));

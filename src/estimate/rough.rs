@@ -1,8 +1,8 @@
-//! Rough refinements, to compare starts: to a hundredth of a standard error under given weights.
+//! Rough refinements that compare starts: to a hundredth of a standard error under given weights.
 //!
-//! A motor with extensions needs the map of every distinct step with its derivatives. On an irregular clock nearly every sample
-//! has its own, which takes several times as long as the samples do. There a refinement goes most of its way on rounded
-//! times, and only the rest on the true ones.
+//! A motor with extensions needs a one-step map with derivatives for every distinct step length. On an irregular clock
+//! nearly every sample has its own length, and the maps take several times as long as the simulation. A rough refinement
+//! there runs on rounded times first and ends on the recorded times.
 
 use super::refine::{Effort, check_plain, refine_problem};
 use super::refined::Refined;
@@ -10,53 +10,54 @@ use crate::Result;
 use crate::evaluate::Problem;
 use rayon::prelude::*;
 
-/// Refines like [`super::refine_on`], to a hundredth of a standard error under the weights `sigma`, without a test of the residuals: to
-/// compare starts.
+/// Refines like [`super::refine_on`], but only to a hundredth of a standard error, under the weights `sigma` and without a
+/// test of the residuals. It serves to compare starts.
 ///
 /// # Errors
-/// As [`super::refine_on`].
-pub fn refine_roughly(problem: &Problem, start: &[f64], sigma: &[[f64; 2]]) -> Result<Refined> {
+/// Propagates the errors of [`super::refine_on`].
+pub fn refine_coarse(problem: &Problem, start: &[f64], sigma: &[[f64; 2]]) -> Result<Refined> {
     check_plain(problem)?;
     RoughProblem::new(problem).refine(start, sigma)
 }
 
-/// Sums of squares in units of σ² that differ by less than this, or this part, are of one optimum: a rough refinement ends
+/// Difference of two sums of squares, in units of σ², up to which they belong to one optimum: a rough refinement ends
 /// within a hundredth of a standard error.
 const SAME: f64 = 0.01;
-const SAME_PART: f64 = 1e-6;
-/// An optimum on rounded times is far above the lowest when its sum of squares is so many times as large.
+/// Difference relative to the lower sum, added to [`SAME`].
+const SAME_RELATIVE: f64 = 1e-6;
+/// Ratio of an optimum on rounded times to the lowest one above which it is discarded.
 const FAR: f64 = 1.5;
-/// Optima on rounded times that are refined on the true ones at most.
+/// Largest number of optima on rounded times that are refined on the recorded times.
 const OPTIMA: usize = 4;
 
-/// Returns whether a sum of squares in units of σ² is not above another.
+/// Returns true if a sum of squares, in units of σ², belongs to the lowest optimum.
 pub(super) fn is_same(cost: f64, lowest: f64) -> bool {
-    cost <= lowest + SAME + SAME_PART * lowest
+    cost <= lowest + SAME + SAME_RELATIVE * lowest
 }
 
 /// A problem for rough refinements of many starts.
 pub(super) struct RoughProblem<'a> {
     problem: &'a Problem,
-    /// The same with rounded times, where that is worth it.
+    /// The problem with rounded times; `None` if rounding would save little.
     coarse: Option<Problem>,
 }
 
 impl<'a> RoughProblem<'a> {
     pub(super) fn new(problem: &'a Problem) -> Self {
-        let is_worth = !problem.features().is_linear() && problem.signals().iter().any(|s| s.has_many_steps());
-        Self { problem, coarse: is_worth.then(|| problem.at_coarse_steps()) }
+        let is_faster_rounded = !problem.features().is_linear() && problem.signals().iter().any(|s| s.has_many_steps());
+        Self { problem, coarse: is_faster_rounded.then(|| problem.at_coarse_steps()) }
     }
 
-    /// Refines a start on rounded times, or at once on the true ones where none are rounded.
+    /// Refines a start on rounded times, or on the recorded times if there is no rounded problem.
     ///
     /// # Errors
-    /// As [`super::refine`].
+    /// Propagates the errors of [`super::refine`].
     pub(super) fn approach(&self, start: &[f64], sigma: &[[f64; 2]]) -> Result<Refined> {
         refine_problem(self.coarse.as_ref().unwrap_or(self.problem), start, Some(sigma), Effort::Rough)
     }
 
-    /// Refines on the true times what starts led to on rounded ones, once for all that ended in the same optimum, and returns each
-    /// optimum with their number. Optima far above the lowest are left out.
+    /// Refines estimates on the recorded times, once for all that ended in the same optimum, and returns each optimum with
+    /// the number of its starts. Optima far above the lowest are discarded.
     pub(super) fn ends(&self, near: &[Refined], sigma: &[[f64; 2]]) -> Vec<(Refined, usize)> {
         if self.coarse.is_none() {
             return near.iter().map(|end| (end.clone(), 1)).collect();
@@ -79,10 +80,10 @@ impl<'a> RoughProblem<'a> {
         optima.par_iter().filter_map(exact).collect()
     }
 
-    /// Refines a start, at last on the true times.
+    /// Refines a start and ends on the recorded times.
     ///
     /// # Errors
-    /// As [`super::refine`].
+    /// Propagates the errors of [`super::refine`].
     pub(super) fn refine(&self, start: &[f64], sigma: &[[f64; 2]]) -> Result<Refined> {
         let near = self.approach(start, sigma)?;
         if self.coarse.is_none() {

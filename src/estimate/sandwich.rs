@@ -1,40 +1,41 @@
-//! Standard errors that hold for coloured residuals: a sandwich estimate of the covariance.
+//! Standard errors that hold for correlated residuals: a sandwich estimate of the covariance.
 //!
 //! With the output sensitivities X of all unknowns (coordinates of the parameters and free initial states), weights
 //! `w = 1/σ²` and residuals of covariance Γ in each recording and channel, the estimate has the covariance `H⁻¹ Ω H⁻¹`,
-//! `H = Σ w XᵀX`, `Ω = Σ w² XᵀΓX`: P. J. Huber (1967), H. White (1980); L. Ljung, System Identification (1999), ch. 9. White
-//! residuals have `Γ = σ² I`, which gives `H⁻¹`, the bound of Cramér and Rao. Γ is that of an autoregression of the residuals
-//! (J. P. Burg 1967), its order by Akaike's criterion: a parametric estimate of the long-run covariance, after
-//! K. N. Berk (1974), where W. K. Newey and K. D. West (1987) weigh sample autocovariances. Residuals of the two channels, and
-//! of recordings, are taken to be independent of each other.
+//! `H = Σ w XᵀX`, `Ω = Σ w² XᵀΓX`: P. J. Huber (1967), H. White (1980); L. Ljung, System Identification (1999), ch. 9.
+//! White residuals have `Γ = σ² I`, which gives `H⁻¹`, the Cramér–Rao bound. Γ is the covariance of an autoregression
+//! fitted to the residuals (J. P. Burg 1967), its order chosen by AIC: a parametric estimate of the long-run covariance
+//! (K. N. Berk 1974), where W. K. Newey and K. D. West (1987) weight sample autocovariances. Residuals of the two channels and
+//! of different recordings are taken as independent.
 
 use super::normal::{Fit, Sigma};
 use super::refined::Refined;
 use super::sensitivity::Case;
 use super::shaped::shaped_products;
-use super::uncertainty::{INDEPENDENT_MIN, Uncertainty, invert, marginal, student95};
+use super::uncertainty::{EFFECTIVE_RATIO_MIN, Uncertainty, invert, marginal, student95};
 use crate::evaluate::Problem;
 use crate::numeric::autoregression;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-/// The highest order of an autoregression, and samples that each order needs.
+/// Highest order of an autoregression.
 const ORDER_MAX: usize = 30;
+/// Number of samples that each order requires.
 const SAMPLES_PER_ORDER: usize = 20;
-/// The penalty of an order in Akaike's criterion.
+/// Penalty of an order in AIC.
 const AKAIKE: f64 = 2.0;
 
-/// Returns the uncertainty of a refined estimate on the problem that it was refined on, with standard errors, intervals and
-/// correlations that hold for coloured residuals. No standard error becomes smaller. Where the test of whiteness passes, where
-/// residuals were not tested, and where nothing exceeds the errors of white residuals, the uncertainty is returned as it is.
+/// Returns the uncertainty of a refined estimate, with standard errors, confidence intervals and correlations that hold for
+/// correlated residuals. `problem` is the one that it was refined on. No standard error decreases. The uncertainty is
+/// returned unchanged if the residuals pass the whiteness test, were not tested, or no standard error grows.
 #[must_use]
-pub fn widened(problem: &Problem, refined: &Refined) -> Uncertainty {
+pub fn robust_uncertainty(problem: &Problem, refined: &Refined) -> Uncertainty {
     let own = &refined.uncertainty;
     let is_colored = own.whiteness.iter().flatten().any(|of| !of.is_white);
     is_colored.then(|| sandwich(problem, refined)).flatten().unwrap_or_else(|| own.clone())
 }
 
-/// Returns the widened uncertainty; `None` where nothing is wider or the covariance is not finite.
+/// Returns the robust_uncertainty uncertainty; `None` if no standard error grows or the covariance is not finite.
 fn sandwich(problem: &Problem, refined: &Refined) -> Option<Uncertainty> {
     let Refined { values, uncertainty: own, at_bound, .. } = refined;
     let (fit, space) = (Fit::new(problem), problem.space().free());
@@ -46,12 +47,13 @@ fn sandwich(problem: &Problem, refined: &Refined) -> Option<Uncertainty> {
     let (information, gain) = marginal(&matrix, &moving, &states);
     let (inverse, ..) = invert(&information);
     let middle = middle(&fit, refined, &sigma);
-    // What is left of the sensitivities of the parameters once the initial states have taken theirs.
-    let rest = DMatrix::from_fn(moving.len(), fit.unknowns, |row, column| match column.checked_sub(space.len()) {
-        Some(state) => -gain[(state, row)],
-        None => f64::from(u8::from(moving[row] == column)),
-    });
-    let covariance = &inverse * (&rest * middle * rest.transpose()) * &inverse;
+    // The sensitivities of the parameters with the part removed that changes of the initial states absorb.
+    let elimination =
+        DMatrix::from_fn(moving.len(), fit.unknowns, |row, column| match column.checked_sub(space.len()) {
+            Some(state) => -gain[(state, row)],
+            None => f64::from(u8::from(moving[row] == column)),
+        });
+    let covariance = &inverse * (&elimination * middle * elimination.transpose()) * &inverse;
     let place = |axis: usize| moving.iter().position(|n| *n == axis);
     let error = |axis: usize| Some(covariance[(place(axis)?, place(axis)?)].sqrt());
     let ratio = |axis: usize| Some(error(axis)? / (own.std_error[axis]? / space[axis].slope(values[axis])));
@@ -76,7 +78,7 @@ fn sandwich(problem: &Problem, refined: &Refined) -> Option<Uncertainty> {
     })
 }
 
-/// Returns Ω of all unknowns.
+/// Returns Ω, the inner matrix of the sandwich, for all unknowns.
 fn middle(fit: &Fit<'_>, refined: &Refined, sigma: &Sigma) -> DMatrix<f64> {
     let of = |recording: usize| {
         let unknowns = fit.unknowns_of(recording);
@@ -101,8 +103,8 @@ fn middle(fit: &Fit<'_>, refined: &Refined, sigma: &Sigma) -> DMatrix<f64> {
     total
 }
 
-/// Returns the autoregression of the residuals of each channel, `sigma` their root mean square: its coefficients and the
-/// variance of its innovations, which is zero for a channel that was not measured.
+/// Returns the autoregression of the residuals of each channel: its coefficients and the variance of its innovations, which
+/// is zero for a channel that was not measured. `sigma` holds the root mean square of the residuals.
 fn noise(case: &Case<'_>, sigma: [f64; 2]) -> [(Vec<f64>, f64); 2] {
     let signals = &case.problem.signals()[case.recording];
     let model = case.problem.simulate(case.values, case.recording, case.initial);
@@ -111,9 +113,10 @@ fn noise(case: &Case<'_>, sigma: [f64; 2]) -> [(Vec<f64>, f64); 2] {
         if !signals.has(channel) {
             return (Vec::new(), 0.0);
         }
-        // Behind a filter residuals are correlated, whatever the model misses: fewer samples inform.
-        if signals.independent < INDEPENDENT_MIN {
-            return (Vec::new(), variance / signals.independent);
+        // Filtered residuals are correlated even if the model is complete: their variance is divided by the effective
+        // sample ratio.
+        if signals.effective_sample_ratio < EFFECTIVE_RATIO_MIN {
+            return (Vec::new(), variance / signals.effective_sample_ratio);
         }
         let residuals = signals.measured(channel).zip(&model[channel]).enumerate();
         let counting = residuals.filter(|(n, _)| signals.counts(channel, *n));

@@ -1,5 +1,5 @@
-//! The score test (C. R. Rao, 1948): whether residuals of a fit show a parameter that the model lacks. The derivatives at the
-//! optimum suffice; nothing is fitted again.
+//! Score test (C. R. Rao, 1948) for a parameter that the model lacks. The derivatives at the optimum suffice; nothing is
+//! fitted again.
 
 use super::normal::Fit;
 use super::refined::Refined;
@@ -9,25 +9,25 @@ use nalgebra::{DMatrix, DVector};
 /// The score of a parameter that a model lacks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Score {
-    /// The place of the parameter among the free axes.
+    /// Index of the parameter among the free axes.
     pub axis: usize,
-    /// To first order the fall of the weighted sum of squares when the parameter is freed: χ² with one degree of freedom where
-    /// the model lacks nothing.
+    /// Score statistic: to first order the decrease of the weighted sum of squares when the parameter is freed; χ² with one
+    /// degree of freedom if the model is complete.
     pub statistic: f64,
-    /// The largest shift of another free parameter when this one is freed, in standard errors of the fit without it.
+    /// Largest shift of another free parameter when this one is freed, in standard errors of the fit without it.
     pub shift: f64,
-    /// The same for the largest value that the recordings do not exclude.
-    pub unseen: f64,
+    /// Largest shift, in the same unit, for the largest value of this parameter that the recordings do not exclude.
+    pub largest_undetected_shift: f64,
 }
 
-/// A parameter whose information is less than this part of its own is not separable from the others.
+/// Ratio of a parameter's information given the others to its own, below which it is not separable from them.
 const SEPARABLE: f64 = 1e-8;
-/// Standard errors that a parameter may be larger than it is estimated.
+/// Distance from an estimate, in standard errors, beyond which values are excluded.
 const EXCLUDED: f64 = 2.0;
 
-/// Returns the scores of the free axes `tested` of a problem that [`super::fit_problem`] has made, at `values`, where these
-/// axes have no effect and the others are the optimum `of`. Where the bounds do not
-/// admit the step the statistic is zero.
+/// Returns the scores of the free axes `tested` of a problem made by [`super::fit_problem`]. At `values` these axes have no
+/// effect, and the others have the values of the optimum `of`. The statistic is zero if the bounds exclude the step or the
+/// parameter is not separable.
 pub(crate) fn scores(problem: &Problem, values: &[f64], of: &Refined, tested: &[usize]) -> Vec<Score> {
     let fit = Fit::new(problem);
     let normal = fit.normal(&fit.at(values, &of.initial));
@@ -36,7 +36,7 @@ pub(crate) fn scores(problem: &Problem, values: &[f64], of: &Refined, tested: &[
     }
     let (matrix, gradient) = fit.weighted(&normal, &of.sigmas);
     let kept: Vec<usize> = (0..fit.unknowns).filter(|n| !tested.contains(n) && matrix[(*n, *n)] > 0.0).collect();
-    // In units in which the diagonal is one: the parameters differ by powers of ten in what shows of them.
+    // Scaling the diagonal to one conditions the matrix: the information on the parameters differs by powers of ten.
     let scale = DVector::from_iterator(kept.len(), kept.iter().map(|n| matrix[(*n, *n)].sqrt()));
     let own = DMatrix::from_fn(kept.len(), kept.len(), |a, b| matrix[(kept[a], kept[b])] / (scale[a] * scale[b]));
     let Some(own) = own.cholesky() else { return Vec::new() };
@@ -51,17 +51,17 @@ pub(crate) fn scores(problem: &Problem, values: &[f64], of: &Refined, tested: &[
         let slope = gradient[axis] - rest.dot(&moved);
         let step = slope / information;
         let is_separable = information > SEPARABLE * matrix[(axis, axis)];
-        let is_parameter = |place: &usize| kept[*place] < axes.len();
+        let is_parameter = |n: &usize| kept[*n] < axes.len();
         let per_step = (0..kept.len()).filter(is_parameter).map(|n| (moved[n] / errors[n]).abs()).fold(0.0, f64::max);
         let at = axes[axis].coordinate(values[axis]);
         let room = [axes[axis].min, axes[axis].max].map(|bound| axes[axis].coordinate(bound) - at);
         let open = |by: f64, room: f64| if is_separable { by.clamp(0.0, room) } else { room };
         let error = EXCLUDED / information.sqrt();
-        let unseen = per_step * open(step + error, room[1]).max(open(error - step, -room[0]));
+        let largest_undetected_shift = per_step * open(step + error, room[1]).max(open(error - step, -room[0]));
         if !is_separable || step > room[1] && room[1] <= 0.0 || step < room[0] && room[0] >= 0.0 {
-            return Score { axis, statistic: 0.0, shift: 0.0, unseen };
+            return Score { axis, statistic: 0.0, shift: 0.0, largest_undetected_shift };
         }
-        Score { axis, statistic: slope * slope / information, shift: per_step * step.abs(), unseen }
+        Score { axis, statistic: slope * slope / information, shift: per_step * step.abs(), largest_undetected_shift }
     };
     tested.iter().map(score).collect()
 }
@@ -77,7 +77,7 @@ mod tests {
     use rand::SeedableRng as _;
     use rand_distr::{Distribution as _, StandardNormal};
 
-    /// The paper's motor with a load torque under several levels both ways.
+    /// Returns a recording of the M2 motor with a constant load torque under several voltages of both signs, with noise.
     fn record(load: f64, seed: u64) -> Record {
         let levels = [0.0, 9.0, 2.0, -6.0, 4.0, -1.5, 10.5];
         let voltage = (0..1400).map(|n| levels[n / 200]).collect();
@@ -94,7 +94,8 @@ mod tests {
         Record::new(samples).unwrap()
     }
 
-    /// The score of the load, its statistic by two fits, and the shift of B by them in standard errors.
+    /// Returns the score of the load, the decrease of the cost by two fits, and the largest shift of a parameter between
+    /// them in standard errors.
     fn tested(record: &Record) -> (Score, f64, f64) {
         let records = std::slice::from_ref(record);
         let motor = Parameters::M2.to_array();
@@ -118,16 +119,16 @@ mod tests {
             let log_error = without.uncertainty.std_error[n].unwrap() / without.values[n];
             ((with.values[n] / without.values[n]).ln() / log_error).abs()
         };
-        let fall = without.weighted(&without.sigmas) - with.weighted(&without.sigmas);
-        (score, fall, (0..5).map(shift).fold(0.0, f64::max))
+        let decrease = without.weighted(&without.sigmas) - with.weighted(&without.sigmas);
+        (score, decrease, (0..5).map(shift).fold(0.0, f64::max))
     }
 
     #[test]
     fn a_score_is_what_another_fit_gains() {
         for load in [2e-4, 1e-3, -2e-3] {
-            let (score, fall, shift) = tested(&record(load, 1));
-            // Both agree to first order in the shift, which is some percent of a parameter.
-            assert!((score.statistic / fall - 1.0).abs() < 0.05, "{load}: {score:?}, {fall}");
+            let (score, decrease, shift) = tested(&record(load, 1));
+            // Both agree to first order in the shift, which is a few percent of a parameter.
+            assert!((score.statistic / decrease - 1.0).abs() < 0.05, "{load}: {score:?}, {decrease}");
             assert!((score.shift / shift - 1.0).abs() < 0.05, "{load}: {score:?}, {shift}");
         }
     }

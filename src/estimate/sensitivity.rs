@@ -1,5 +1,5 @@
-//! Output errors of a motor with extensions and their derivatives, as sums of products: what `output_error` is for the
-//! linear motor, by the oracle itself in numbers that carry derivatives.
+//! Output errors of a motor with extensions and their derivatives, as sums of products. The scalar simulation runs on dual
+//! numbers; [`super::output_error`] serves the linear motor.
 
 use super::gram::BLOCK;
 use crate::evaluate::{Level, Problem};
@@ -10,9 +10,9 @@ use nalgebra::DMatrix;
 /// Sums of the products of rows, symmetric; the error is the last entry of a row.
 pub(super) type Products = DMatrix<f64>;
 
-/// Sums of the products of both channels over the active samples of a recording. Rows hold the derivatives by the
-/// coordinates of the axes `own` (places among the free ones), those by the initial state where that is free, and the
-/// error.
+/// Returns the sums of the products of both channels over the active samples of a recording. A row holds the derivatives
+/// with respect to the coordinates of the axes `own` (indices of free axes), those with respect to the initial state if it
+/// is free, and the error.
 pub(super) fn products(
     problem: &Problem,
     recording: usize,
@@ -30,7 +30,7 @@ pub(super) fn products(
     }
 }
 
-// Derivatives that are carried, and entries of a row with the error behind them: whole vectors.
+// The numbers of derivatives and of entries of a row (derivatives and error) fill complete vectors.
 #[multiversion(targets("x86_64+avx2+fma"))]
 fn few(case: &Case<'_>) -> [Products; 2] {
     case.products::<8, 12, true>()
@@ -46,7 +46,7 @@ fn all(case: &Case<'_>) -> [Products; 2] {
     case.products::<ALL, 24, true>()
 }
 
-/// Of the five parameters of the motor, those of extensions, and the two initial states.
+/// Largest number of derivatives: the parameters of the motor and its extensions, and the two initial states.
 pub(super) const ALL: usize = 20;
 const _: () = assert!(Parameter::COUNT + 2 <= ALL);
 
@@ -61,7 +61,7 @@ pub(super) struct Case<'a> {
 }
 
 impl Case<'_> {
-    /// Returns how many unknowns a row has entries for.
+    /// Returns the number of unknowns of a row.
     pub(super) fn unknowns(&self) -> usize {
         self.own.len() + if self.problem.signals()[self.recording].initial_is_free { 2 } else { 0 }
     }
@@ -78,7 +78,7 @@ impl Case<'_> {
         let drive = signals.drive();
         let mut walk =
             ExtendedWalk::composed(&motor, &drive, problem.settings(signals), (initial, signals.split.as_ref()));
-        // A closure, or an adapter of iterators, would not be compiled for the vectors of this function.
+        // A loop, because closures and iterator adapters would not be compiled for the target features of this function.
         for (n, measured) in signals.measured.iter().enumerate() {
             let Some(seen) = walk.next() else { break };
             for channel in 0..2 {
@@ -94,15 +94,15 @@ impl Case<'_> {
         [current.total::<FMA>(), speed.total::<FMA>()]
     }
 
-    /// The motor and its initial state, each with its derivatives by the unknowns.
+    /// Returns the motor and its initial state, with their derivatives with respect to the unknowns.
     pub(super) fn numbers<const P: usize>(&self) -> (Extended<Dual<P>>, [Dual<P>; 2]) {
         let Self { problem, recording, own, values, initial } = *self;
         let constant = |v: f64| Dual::constant(v);
         let mut motor = problem.motor(values, recording).map(constant);
-        for (place, &axis) in own.iter().enumerate() {
+        for (n, &axis) in own.iter().enumerate() {
             let (axis, value) = (&problem.space().free()[axis], values[axis]);
             let mut number = Dual::constant(value);
-            number.derivatives[place] = axis.slope(value);
+            number.derivatives[n] = axis.slope(value);
             motor.set(axis.parameter, number);
         }
         let mut start = initial.map(constant);
@@ -113,37 +113,38 @@ impl Case<'_> {
     }
 }
 
-/// Sums of the products of rows, in blocks: rounding then grows with the length of a block, and sums stay in registers.
+/// Sums of the products of rows, accumulated in blocks: rounding grows with the length of a block only, and the sums stay
+/// in registers.
 pub(super) struct Sums<const ROW: usize> {
-    /// Entries of a row that are in use.
+    /// Number of entries of a row that are in use.
     size: usize,
     rows: [[f64; ROW]; BLOCK],
-    waiting: usize,
-    whole: [[f64; ROW]; ROW],
+    filled: usize,
+    totals: [[f64; ROW]; ROW],
 }
 
-/// Rows of the sums that are in registers at a time.
+/// Number of rows of the sums that are in registers at a time.
 const TILE: usize = 2;
 
 impl<const ROW: usize> Sums<ROW> {
     pub(super) fn new(size: usize) -> Self {
-        Self { size, rows: [[0.0; ROW]; BLOCK], waiting: 0, whole: [[0.0; ROW]; ROW] }
+        Self { size, rows: [[0.0; ROW]; BLOCK], filled: 0, totals: [[0.0; ROW]; ROW] }
     }
 
     #[inline(always)]
     pub(super) fn add<const FMA: bool>(&mut self, row: &[f64; ROW]) {
-        self.rows[self.waiting] = *row;
-        self.waiting += 1;
-        if self.waiting == BLOCK {
+        self.rows[self.filled] = *row;
+        self.filled += 1;
+        if self.filled == BLOCK {
             self.flush::<FMA>();
         }
     }
 
     #[inline(always)]
     fn flush<const FMA: bool>(&mut self) {
-        for (tile, whole) in self.whole[..self.size.next_multiple_of(TILE)].chunks_exact_mut(TILE).enumerate() {
+        for (tile, totals) in self.totals[..self.size.next_multiple_of(TILE)].chunks_exact_mut(TILE).enumerate() {
             let mut sums = [[0.0; ROW]; TILE];
-            for row in &self.rows[..self.waiting] {
+            for row in &self.rows[..self.filled] {
                 for (a, sums) in sums.iter_mut().enumerate() {
                     let one = row[tile * TILE + a];
                     for (sum, other) in sums.iter_mut().zip(row) {
@@ -151,16 +152,16 @@ impl<const ROW: usize> Sums<ROW> {
                     }
                 }
             }
-            for (whole, sum) in whole.iter_mut().flatten().zip(sums.iter().flatten()) {
-                *whole += sum;
+            for (totals, sum) in totals.iter_mut().flatten().zip(sums.iter().flatten()) {
+                *totals += sum;
             }
         }
-        self.waiting = 0;
+        self.filled = 0;
     }
 
     #[inline(always)]
     pub(super) fn total<const FMA: bool>(mut self) -> Products {
         self.flush::<FMA>();
-        DMatrix::from_fn(self.size, self.size, |a, b| self.whole[a][b])
+        DMatrix::from_fn(self.size, self.size, |a, b| self.totals[a][b])
     }
 }

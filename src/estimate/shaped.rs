@@ -1,11 +1,11 @@
-//! Sums of products of output sensitivities behind a shaping filter: `Xᵀ Γ X` with the covariance Γ of a stationary
+//! Sums of products of output sensitivities after a shaping filter: `Xᵀ Γ X` with the covariance Γ of a stationary
 //! autoregression.
 //!
-//! With innovations of variance one the residuals are `e[n] = Σ h[k] ε[n−k]`, h the impulse response of `1/A`, and
-//! `Xᵀ Γ X = Σ_m Z[m] Z[m]ᵀ` with `Z[m] = Σ_n X[n] h[n−m]` over all m: X filtered backwards in time, ring-out before the
-//! first sample included. The sums depend on `Σ h[k] h[k+l]` alone, so that the filter may as well run forwards with its
-//! ring-out behind the last sample. That is `Sᵀ P S` for the state S of the filter after the last sample, `P = a aᵀ + Fᵀ P F`
-//! with the filter's companion matrix F and its coefficients a.
+//! With innovations of variance one the residuals are `e[n] = Σ h[k] ε[n−k]`, h the impulse response of `1/A`. Hence
+//! `Xᵀ Γ X = Σ_m Z[m] Z[m]ᵀ` with `Z[m] = Σ_n X[n] h[n−m]` over all m: X filtered backwards in time, including the ring-out
+//! before the first sample. The sums depend on `Σ h[k] h[k+l]` alone, so the filter may equally run forwards with its
+//! ring-out after the last sample. The ring-out contributes `Sᵀ P S` for the state S of the filter after the last sample,
+//! `P = a aᵀ + Fᵀ P F` with the filter's companion matrix F and its coefficients a.
 
 use super::sensitivity::{ALL, Case, Products, Sums};
 use crate::evaluate::Level;
@@ -13,8 +13,8 @@ use crate::motor::{ExtendedWalk, multiply_add};
 use multiversion::multiversion;
 use nalgebra::DMatrix;
 
-/// Returns `Xᵀ Γ X` of both channels for innovations of variance one; X holds the sensitivities of the case's unknowns at the
-/// samples that count, `filters` the coefficients of the autoregressions.
+/// Returns `Xᵀ Γ X` of both channels for innovations of variance one. X holds the sensitivities to the case's unknowns at
+/// the samples that count, `filters` the coefficients of the autoregression of each channel.
 pub(super) fn shaped_products(case: &Case<'_>, filters: &[Vec<f64>; 2]) -> [Products; 2] {
     match (Level::best(), case.unknowns()) {
         (Level::Portable, _) => run::<ALL, false>(case, filters),
@@ -43,14 +43,14 @@ fn run<const P: usize, const FMA: bool>(case: &Case<'_>, filters: &[Vec<f64>; 2]
     let mut shaping = [0, 1].map(|channel| Shaping::<P>::new(&filters[channel]));
     let mut sums = [0, 1].map(|_| Sums::<P>::new(case.unknowns()));
     let mut walk = ExtendedWalk::composed(&motor, &drive, problem.settings(signals), (initial, signals.split.as_ref()));
-    // A closure, or an adapter of iterators, would not be compiled for the vectors of this function.
+    // A loop, because closures and iterator adapters would not be compiled for the target features of this function.
     for n in 0..signals.len() {
         let Some(seen) = walk.next() else { break };
         if n < first {
             continue;
         }
         for channel in 0..2 {
-            // A sample that does not count is a row of zeros; the filter goes on.
+            // A masked sample is a row of zeros; the filter continues.
             let row = if signals.counts(channel, n) { seen[channel].derivatives } else { [0.0; P] };
             sums[channel].add::<FMA>(&shaping[channel].next::<FMA>(row));
         }
@@ -60,10 +60,10 @@ fn run<const P: usize, const FMA: bool>(case: &Case<'_>, filters: &[Vec<f64>; 2]
     [current.total::<FMA>() + of_current, speed.total::<FMA>() + of_speed]
 }
 
-/// The filter `1/A` on rows.
+/// The filter `1/A`, applied to rows.
 struct Shaping<'a, const P: usize> {
     coefficients: &'a [f64],
-    /// The last filtered rows, in a ring whose latest is at `latest`.
+    /// Ring buffer of the last filtered rows; the newest is at `latest`.
     past: Vec<[f64; P]>,
     latest: usize,
 }
@@ -88,7 +88,8 @@ impl<'a, const P: usize> Shaping<'a, P> {
         row
     }
 
-    /// Returns the sum of products of all rows that follow the last one without an input, over the first `size` entries.
+    /// Returns the sum of products of the filter's outputs after the last row, with zero input, over the first `size`
+    /// entries.
     fn ring_out(&self, size: usize) -> Products {
         let order = self.past.len();
         let state = DMatrix::from_fn(order, size, |k, entry| self.past[(self.latest + k) % order.max(1)][entry]);
@@ -96,10 +97,10 @@ impl<'a, const P: usize> Shaping<'a, P> {
     }
 }
 
-/// Squarings of the companion matrix at most: 2⁶⁰ samples.
+/// Largest number of squarings of the companion matrix: 2⁶⁰ samples.
 const SQUARINGS: usize = 60;
 
-/// Returns `Σ (Fᵀ)ᵐ a aᵀ Fᵐ` over m from 0, by doubling: half the terms, and the same behind as many samples.
+/// Returns `Σ (Fᵀ)ᵐ a aᵀ Fᵐ` over m from 0 by doubling: each pass doubles the number of terms.
 fn gramian(coefficients: &[f64]) -> DMatrix<f64> {
     let order = coefficients.len();
     let mut total = DMatrix::from_fn(order, order, |row, column| coefficients[row] * coefficients[column]);

@@ -1,11 +1,11 @@
-//! A recording for tests.
+//! Simulated recordings for tests.
 
 use super::refine::fit_problem;
 use crate::evaluate::Model;
 use crate::motor::{Parameters, Space};
 use crate::record::{Record, Samples};
 
-/// Returns what the M2 motor does from rest under a voltage and a torque, without noise.
+/// Returns a noise-free recording of the M2 motor from rest under a voltage \[V\] and a torque \[N·m\].
 pub(super) fn simulated(time_s: Vec<f64>, voltage: Vec<f64>, torque: Option<Vec<f64>>) -> Record {
     let samples = Samples { speed: Some(time_s.clone()), time_s, voltage, torque, ..Samples::default() };
     let problem = fit_problem(&[Record::new(samples.clone()).unwrap()], &Space::table2(), Model::default()).unwrap();

@@ -1,10 +1,10 @@
 //! Steiglitz–McBride: both transfer functions, with a shared denominator, by iterated prefiltering and least squares.
 //!
-//! With the current denominator Â all signals are filtered by 1/Â; then
-//! `y_F(n) = −a₁ y_F(n−1) − a₂ y_F(n−2) + Σ b_k u_F(n−k)` of current and speed, each divided by its noise σ, is solved
-//! by QR; roots outside the unit circle are reflected; and again, until the step is far below its standard error.
-//! Reference: K. Steiglitz, L. E. McBride, IEEE Trans. Automatic Control 10 (1965). The way back to the motor is in
-//! [`super::recover`].
+//! Each iteration filters all signals by 1/Â, with Â the current denominator, and solves
+//! `y_F(n) = −a₁ y_F(n−1) − a₂ y_F(n−2) + Σ b_k u_F(n−k)` for current and speed together by QR, each channel divided by its
+//! noise σ. Roots outside the unit circle are reflected. The iteration ends when a step is far below its standard error.
+//! Reference: K. Steiglitz, L. E. McBride, IEEE Trans. Automatic Control 10 (1965). [`super::recover`] converts the result
+//! to motor parameters.
 
 use super::failure::SmFailure;
 use super::recover::{Sampled, recover};
@@ -20,29 +20,30 @@ use std::ops::Range;
 /// The estimate of Steiglitz–McBride.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
-    /// The motor.
+    /// The estimated motor.
     pub parameters: Parameters,
-    /// Prefilters tried.
+    /// Number of least-squares solutions, one for each prefilter.
     pub iterations: usize,
     /// True if the last step was far below its standard error.
     pub converged: bool,
-    /// True for the estimate of a copy at even steps, made because the recording has an irregular clock.
+    /// True if the estimate is from a copy at even steps, because the recording has an irregular clock.
     pub is_resampled: bool,
 }
 
-/// Estimates the motor of one recording, or returns the reason why there is no estimate.
+/// Estimates the motor of one recording; the inner result holds the reason if there is no estimate.
 ///
 /// # Errors
-/// As [`Signals::new`].
+/// Propagates the errors of [`Signals::new`].
 pub fn steiglitz_mcbride(record: &Record, model: Model) -> Result<std::result::Result<Estimate, SmFailure>> {
     let Model { discretization, initial } = model;
     Ok(estimate(&Signals::new(record, &plain(), initial, discretization)?, discretization))
 }
 
-/// Like [`steiglitz_mcbride`], on a recording of a problem that [`super::fit_problem`] has made, whatever its space.
+/// Like [`steiglitz_mcbride`], on a recording of a problem made by [`super::fit_problem`]; the search space of the problem
+/// is ignored.
 ///
 /// # Errors
-/// `Usage` when the problem has another criterion or not so many recordings.
+/// `Usage` if the problem has another criterion or no recording of this index.
 pub fn steiglitz_mcbride_on(problem: &Problem, recording: usize) -> Result<std::result::Result<Estimate, SmFailure>> {
     check_plain(problem)?;
     let Some(signals) = problem.signals().get(recording) else {
@@ -52,31 +53,33 @@ pub fn steiglitz_mcbride_on(problem: &Problem, recording: usize) -> Result<std::
     Ok(estimate(signals, problem.model().discretization))
 }
 
-/// Prefilters at most.
+/// Largest number of iterations.
 const ITERATIONS_MAX: usize = 60;
-/// Steps in standard errors below which the iteration ends.
+/// Length of a step, in standard errors, below which the iteration ends.
 const STEP_MAX: f64 = 1e-3;
-/// A column whose part that no other explains is this small is no excitation.
+/// Ratio of a pivot of R to the norm of its column below which the excitation is rank-deficient.
 const RANK: f64 = 1e-11;
 
-/// Columns of each channel: its last two values, and its own.
+/// Columns of each channel: its two previous values and its current one.
 const OWN: usize = 3;
 
-/// The signals of an iteration.
+/// The signals and the layout of the regression.
 struct Columns<'a> {
     signals: &'a Signals,
-    /// Σ b_k u(n−k) has its first k here: 0 with a voltage that goes on in a straight line.
+    /// Smallest k in Σ b_k u(n−k): 0 for a first-order hold, else 1.
     first_tap: usize,
+    /// True if a torque was recorded and is not zero.
     torque: bool,
-    /// True if the motor may move at the start.
+    /// True if the transient from the first sample needs columns of its own.
     moving: bool,
+    /// Noise σ of current \[A\] and speed \[rad/s\].
     sigma: [f64; 2],
 }
 
-/// One solution of the least squares.
+/// Solution of one least-squares problem.
 struct Solution {
     sampled: Sampled,
-    /// The triangle of the denominator, and the sum of squares that it leaves.
+    /// Triangular factor of the denominator's regression; its last diagonal entry is the norm of the residuals.
     triangle: Upper,
 }
 
@@ -102,7 +105,8 @@ fn estimate(signals: &Signals, method: Discretization) -> std::result::Result<Es
         if let Some((before, moved_before)) = last {
             let step = [denominator[0] - before[0], denominator[1] - before[1]];
             moved = f64::max(step[0].abs(), step[1].abs());
-            // Without noise a step shrinks to rounding, and its standard error with it.
+            // Without noise both the step and its standard error shrink to rounding errors, so a step that no longer
+            // decreases also ends the iteration.
             if is_short(step, &solution.triangle, signals.len()) || (moved < 1e-9 && moved > 0.3 * moved_before) {
                 converged = true;
                 break;
@@ -116,14 +120,14 @@ fn estimate(signals: &Signals, method: Discretization) -> std::result::Result<Es
     Ok(Estimate { parameters, iterations, converged, is_resampled: false })
 }
 
-/// Returns whether a step of the denominator is shorter than [`STEP_MAX`] standard errors.
+/// Returns true if a step of the denominator is shorter than [`STEP_MAX`] standard errors.
 fn is_short(step: [f64; 2], r: &Upper, samples: usize) -> bool {
     let length = (r[0][0] * step[0] + r[0][1] * step[1]).powi(2) + (r[1][1] * step[1]).powi(2);
     let variance = r[2][2] * r[2][2] / count(2 * samples);
     length <= STEP_MAX * STEP_MAX * variance
 }
 
-/// Roots of `z² + a₁ z + a₂` outside the unit circle are reflected into it.
+/// Returns the coefficients of `z² + a₁ z + a₂` with the roots outside the unit circle reflected into it.
 fn reflected([a1, a2]: [f64; 2]) -> [f64; 2] {
     let discriminant = a1 * a1 - 4.0 * a2;
     if discriminant < 0.0 {
@@ -137,7 +141,7 @@ fn reflected([a1, a2]: [f64; 2]) -> [f64; 2] {
 }
 
 impl Columns<'_> {
-    /// Least squares with all signals filtered by 1/Â.
+    /// Solves the least-squares problem with all signals filtered by 1/Â.
     fn solve(&self, filter: [f64; 2]) -> std::result::Result<Solution, SmFailure> {
         let taps = 3 - self.first_tap;
         let common = taps + if self.torque { 2 } else { 0 } + if self.moving { 2 } else { 0 };
@@ -148,12 +152,12 @@ impl Columns<'_> {
         if (0..common).any(|n| all[n][n].abs() <= RANK * norms[n] || norms[n].is_nan()) {
             return Err(SmFailure::RankDeficient);
         }
-        // What each channel says of the denominator, the numerators solved for.
-        let says = |column: usize| -> [f64; 2 * OWN] {
+        // The rows of R that concern the denominator, with the numerators of each channel eliminated.
+        let reduced = |column: usize| -> [f64; 2 * OWN] {
             std::array::from_fn(|n| all[common + n][own[n / OWN] + column] / self.sigma[n / OWN])
         };
         let mut shared = Triangle::new(OWN);
-        shared.add(&[&says(0), &says(1), &says(2)]);
+        shared.add(&[&reduced(0), &reduced(1), &reduced(2)]);
         let (r, norms) = shared.finish();
         if !(0..2).all(|n| r[n][n].abs() > 1e-3 * RANK * norms[n]) {
             return Err(SmFailure::RankDeficient);
@@ -169,10 +173,10 @@ impl Columns<'_> {
         Ok(Solution { sampled: Sampled { denominator, numerators: [of_current, of_speed] }, triangle: r })
     }
 
-    /// Filters all samples and adds the rows of both channels.
+    /// Filters all samples and adds the rows of both channels to the triangular factor.
     fn add(&self, filter: [f64; 2], triangle: &mut Triangle) {
-        // The filtered signals, each with the last two values of the block before: voltage, torque, an impulse at the
-        // start, current, speed.
+        // The filtered signals, each preceded by the last two values of the previous block: voltage, torque, a unit impulse
+        // at the first sample, current, speed.
         let mut filtered = [[0.0; BLOCK + 2]; 5];
         for start in (0..self.signals.len()).step_by(BLOCK) {
             let count = BLOCK.min(self.signals.len() - start);
@@ -191,17 +195,17 @@ impl Columns<'_> {
         }
     }
 
-    /// Filters some samples behind the two that stand first.
+    /// Filters a block of samples; the results are stored after the two values of the previous block.
     fn filter(&self, [a1, a2]: [f64; 2], samples: Range<usize>, filtered: &mut [[f64; BLOCK + 2]; 5]) {
         let Self { signals, torque, .. } = *self;
         let mut past: [[f64; 2]; 5] = std::array::from_fn(|s| [filtered[s][1], filtered[s][0]]);
-        for (place, n) in samples.enumerate() {
+        for (offset, n) in samples.enumerate() {
             let [current, speed] = signals.measured[n];
             let load = if torque { signals.torque[n] } else { 0.0 };
             let inputs = [signals.voltage[n], load, if n == 0 { 1.0 } else { 0.0 }, current, speed];
             for (s, [one, two]) in past.iter_mut().enumerate() {
                 let now = (inputs[s] - a2 * *two) - a1 * *one;
-                filtered[s][place + 2] = now;
+                filtered[s][offset + 2] = now;
                 [*one, *two] = [now, *one];
             }
         }

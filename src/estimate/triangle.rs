@@ -1,39 +1,39 @@
-//! Least squares by orthogonal rotations, rows coming in as they are made: the triangle R of a QR factorization.
+//! Streaming least squares: the triangular factor R of a QR factorization of rows that arrive in blocks.
 //!
-//! Blocks of rows are folded into the triangle by Householder reflections (G. H. Golub, C. F. Van Loan, Matrix
-//! Computations, 5.2; T. Elden, H. Park 1994 for the streaming form). Memory does not grow with the rows.
+//! Each block of rows is folded into R by Householder reflections (G. H. Golub, C. F. Van Loan, Matrix Computations, 5.2;
+//! T. Elden, H. Park 1994 for the streaming form). Memory does not grow with the number of rows.
 //!
-//! Limit: two passes over two columns for each pair of columns.
+//! Cost: two passes over two columns for each pair of columns.
 
 use crate::motor::multiply_add;
 use multiversion::multiversion;
 use multiversion::target::target_cfg_f;
 
-/// Columns at most.
+/// Largest number of columns.
 pub(super) const COLUMNS_MAX: usize = 13;
-/// Rows folded in at once: a block of eight columns fills half of a first cache.
+/// Rows folded in at once: with eight columns a block fills half of a first-level cache.
 pub(super) const BLOCK: usize = 256;
 
-/// Upper triangle, row-major.
+/// Upper triangular matrix, row-major.
 pub(super) type Upper = [[f64; COLUMNS_MAX]; COLUMNS_MAX];
 
-/// The triangle of the rows that were added so far.
+/// The triangular factor R of the rows added.
 pub(super) struct Triangle {
-    /// For each column one past the last that it is to explain.
+    /// For each pivot column, the end of the columns that its reflection is applied to (exclusive).
     ends: Vec<usize>,
     r: Upper,
-    /// Rows on their way into it, column by column.
+    /// Buffer of rows to be folded in, stored by columns.
     block: Vec<[f64; BLOCK]>,
 }
 
 impl Triangle {
-    /// Of columns that explain all that come after them.
+    /// Makes an empty factor in which every column is a regressor of all later columns.
     pub(super) fn new(columns: usize) -> Self {
         Self::of_ends(vec![columns; columns])
     }
 
-    /// Of `common` columns, which explain all others, and two groups of `own` columns that know nothing of each other:
-    /// two triangles in one.
+    /// Makes an empty factor of `common` columns, which are regressors of all others, followed by two groups of `own`
+    /// columns that are independent of each other: two factorizations that share their leading columns.
     pub(super) fn of_two(common: usize, own: usize) -> Self {
         let columns = common + 2 * own;
         Self::of_ends(
@@ -46,7 +46,7 @@ impl Triangle {
         Self { ends, r: [[0.0; COLUMNS_MAX]; COLUMNS_MAX], block }
     }
 
-    /// Adds rows, given as columns.
+    /// Adds rows, given as slices of their columns.
     pub(super) fn add(&mut self, columns: &[&[f64]]) {
         let rows = columns.first().map_or(0, |column| column.len());
         for start in (0..rows).step_by(BLOCK) {
@@ -59,7 +59,7 @@ impl Triangle {
         }
     }
 
-    /// R and the norm of each column, which rotations leave as it was.
+    /// Returns R and the Euclidean norm of each column, which reflections preserve.
     pub(super) fn finish(self) -> (Upper, [f64; COLUMNS_MAX]) {
         let norm = |column: usize| self.r.iter().map(|row| row[column] * row[column]).sum::<f64>().sqrt();
         (self.r, std::array::from_fn(norm))
@@ -71,7 +71,7 @@ fn fold_in(triangle: &mut Triangle) {
     fold::<{ target_cfg_f!(target_feature = "fma") }>(triangle);
 }
 
-/// Folds the block in.
+/// Folds the buffered block into R.
 #[inline(always)]
 fn fold<const FMA: bool>(Triangle { ends, r, block }: &mut Triangle) {
     for (pivot, &end) in ends.iter().enumerate() {
@@ -83,11 +83,11 @@ fn fold<const FMA: bool>(Triangle { ends, r, block }: &mut Triangle) {
         }
         let head = r[pivot][pivot];
         let norm = (head * head + below).sqrt();
-        let turned = if head > 0.0 { -norm } else { norm };
-        // v = (head − turned, own); H = I − 2 v vᵀ / vᵀv.
-        let v0 = head - turned;
+        let reflected = if head > 0.0 { -norm } else { norm };
+        // v = (head − reflected, own); H = I − 2 v vᵀ / vᵀv.
+        let v0 = head - reflected;
         let scale = 2.0 / (v0 * v0 + below);
-        r[pivot][pivot] = turned;
+        r[pivot][pivot] = reflected;
         for (value, other) in r[pivot][pivot + 1..end].iter_mut().zip(rest) {
             let along = scale * (v0 * *value + dot::<FMA>(own, other));
             *value -= along * v0;
@@ -98,7 +98,7 @@ fn fold<const FMA: bool>(Triangle { ends, r, block }: &mut Triangle) {
     }
 }
 
-/// Sums in sixteen lanes, so that it vectorizes and additions do not wait for each other.
+/// Returns the dot product, summed in sixteen lanes so that it vectorizes and additions do not depend on each other.
 #[inline(always)]
 pub(super) fn dot<const FMA: bool>(a: &[f64], b: &[f64]) -> f64 {
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<16>(), b.as_chunks::<16>());
@@ -111,7 +111,7 @@ pub(super) fn dot<const FMA: bool>(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum::<f64>()
 }
 
-/// Solves `R x = right` for the leading `size` columns of a triangle; `None` where it is singular.
+/// Solves `R x = right` for the leading `size` columns of a triangle; `None` if it is singular.
 pub(super) fn solve<const N: usize>(r: &[[f64; N]; N], size: usize, right: &[f64]) -> Option<Vec<f64>> {
     let mut x = vec![0.0; size];
     for row in (0..size).rev() {
@@ -127,7 +127,8 @@ mod tests {
 
     #[test]
     fn it_solves_an_ill_conditioned_fit() {
-        // 1000 rows of a nearly dependent system with a known solution: normal equations would lose it (condition 1e8).
+        // 1000 rows of a nearly rank-deficient system with a known solution (condition 1e8): normal equations would lose
+        // it.
         let truth = [2.0, -3.0, 0.5];
         let mut columns = [const { Vec::new() }; 4];
         for n in 0..1000_u32 {

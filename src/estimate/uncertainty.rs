@@ -1,8 +1,9 @@
-//! Uncertainty of an estimate: covariance, standard errors, intervals, correlations, parameters that are not identifiable, and
-//! whether the residuals are white.
+//! Uncertainty of an estimate: covariance, standard errors, confidence intervals, correlations, directions that are not
+//! identifiable, and the whiteness test of the residuals.
 //!
-//! The Fisher information in the logarithms of the parameters is `JᵀJ` with errors in units of σ; its inverse is the
-//! Cramér–Rao bound on their covariance where residuals are white; [`super::sandwich`] widens it where they are not.
+//! The Fisher information in the coordinates of the parameters (logarithms for R, L, K, B and J, multiples of the range for
+//! those of extensions) is `JᵀJ` with errors in units of σ. For white residuals its inverse is the Cramér–Rao bound on
+//! their covariance; for correlated residuals [`super::sandwich`] widens it.
 
 use super::normal::Fit;
 use super::triangle::dot;
@@ -12,43 +13,42 @@ use multiversion::multiversion;
 use multiversion::target::target_cfg_f;
 use nalgebra::{DMatrix, SymmetricEigen};
 
-/// Uncertainty of an estimate; one entry for each free parameter of the space, in its order.
+/// Uncertainty of an estimate. Its vectors have one entry for each free parameter of the space, in that order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Uncertainty {
-    /// Standard errors in the unit of the parameter; `None` at a bound and where the data cannot tell.
+    /// Standard errors in the unit of the parameter; `None` for a parameter at a bound or not identifiable.
     pub std_error: Vec<Option<f64>>,
-    /// 95 % intervals, made in the logarithm.
+    /// 95 % confidence intervals, symmetric in the coordinate of the parameter.
     pub ci95: Vec<Option<[f64; 2]>>,
-    /// Correlations; `None` where a standard error is.
+    /// Correlations of the estimates; `None` where a standard error is `None`.
     pub correlation: Vec<Vec<Option<f64>>>,
-    /// Condition number of the Fisher information in the logarithms; infinite when it is singular.
+    /// Condition number of the Fisher information in the coordinates; infinite if it is singular.
     pub condition: f64,
-    /// The number of independent combinations of the free parameters that the data identify.
+    /// Number of independent combinations of the free parameters that are identifiable.
     pub rank: usize,
-    /// Directions in the logarithms that the data cannot tell: with these steps all together, the output stays.
-    pub unknown: Vec<Vec<f64>>,
-    /// For each channel whether the residuals look white, and their correlation from sample to sample.
+    /// Unidentifiable directions in the coordinates of the parameters: a joint step along one leaves the output unchanged.
+    pub unidentifiable: Vec<Vec<f64>>,
+    /// Whiteness test of the residuals of each channel; `None` if a channel was not tested.
     pub whiteness: [Option<Whiteness>; 2],
-    /// The largest factor by which standard errors exceed those of white residuals, because the residuals are not: 1 where
-    /// none does.
+    /// Largest ratio of a standard error to that of white residuals; 1 if none was widened.
     pub widened_by: f64,
 }
 
-/// Ljung and Box's test of the residuals of a channel.
+/// Ljung–Box whiteness test of the residuals of a channel.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Whiteness {
-    /// True if the statistic is one that white residuals have.
+    /// True if the statistic is below the 99.9 % quantile for white residuals.
     #[serde(rename = "white")]
     pub is_white: bool,
-    /// `N(N+2) Σ r_k²/(N−k)` over 20 lags: about 20 for white residuals, above 45.3 once in a thousand times.
+    /// Statistic `N(N+2) Σ r_k²/(N−k)` over 20 lags: about 20 for white residuals, above 45.3 with probability 0.001.
     #[serde(rename = "ljung_box")]
     pub statistic: f64,
-    /// Correlation of neighbouring residuals.
+    /// Autocorrelation of the residuals at lag 1.
     pub lag1: f64,
 }
 
 impl Uncertainty {
-    /// Removes what is known of a parameter; its place stays.
+    /// Sets the standard error, interval and correlations of the free parameter `place` to `None`.
     pub(crate) fn forget(&mut self, place: usize) {
         (self.std_error[place], self.ci95[place]) = (None, None);
         self.correlation[place].fill(None);
@@ -57,7 +57,8 @@ impl Uncertainty {
 }
 
 impl Whiteness {
-    /// Tests residuals of a channel whose root mean square is `size`; `None` for too few of them, or for rounding.
+    /// Tests the residuals of a channel whose root mean square is `size`; `None` if there are at most 40 residuals or they
+    /// are rounding errors.
     #[must_use]
     pub fn of(residuals: &[f64], size: f64) -> Option<Self> {
         let n = count(residuals.len());
@@ -65,7 +66,7 @@ impl Whiteness {
             return None;
         }
         let products = products(residuals);
-        // Rounding is not white, and says nothing.
+        // Rounding errors are not white, which is no sign of a model error.
         if (products[0] / n).sqrt() < ROUNDING * size {
             return None;
         }
@@ -77,21 +78,24 @@ impl Whiteness {
     }
 }
 
-/// Lags of the whiteness test, and the 99.9 % quantile of χ² with as many degrees of freedom.
+/// Number of lags of the whiteness test.
 const LAGS: usize = 20;
+/// 99.9 % quantile of χ² with 20 degrees of freedom, one for each lag.
 const CHI2: f64 = 45.31;
-/// A direction is unknown when its logarithm is known no better than this (a factor of e)…
+/// Standard error along a direction of the coordinates from which the direction is unidentifiable: a factor of e, or the
+/// range of an extension parameter.
 const SPREAD_MAX: f64 = 1.0;
-/// …or when its information is this small a part of the best known one's: rounding.
+/// Ratio of the information of a direction to the largest at which it is rounding error and the direction unidentifiable.
 const INFORMATION_MIN: f64 = 1e-13;
-/// Residuals below this part of a signal are rounding.
+/// Ratio of residuals to the signal below which residuals are rounding errors.
 const ROUNDING: f64 = 1e-10;
-/// Below this part of independent samples residuals are not tested.
-pub(crate) const INDEPENDENT_MIN: f64 = 0.9;
-/// Quantile of the normal distribution for 95 %.
+/// Effective sample size, as a fraction of the samples, below which residuals are not tested.
+pub(crate) const EFFECTIVE_RATIO_MIN: f64 = 0.9;
+/// 97.5 % quantile of the standard normal distribution, which bounds two-sided 95 % intervals.
 const Z95: f64 = 1.959_963_984_540_054;
 
-/// Returns how sure estimates are; their residuals are not tested.
+/// Returns the uncertainty of an estimate without a test of the residuals. `free` holds the unknowns that are not at a
+/// bound.
 pub(super) fn uncertainty(fit: &Fit<'_>, values: &[f64], matrix: &DMatrix<f64>, free: &[usize]) -> Uncertainty {
     let space = fit.problem.space().free();
     let axes = space.len();
@@ -114,14 +118,14 @@ pub(super) fn uncertainty(fit: &Fit<'_>, values: &[f64], matrix: &DMatrix<f64>, 
         correlation: (0..axes).map(|a| (0..axes).map(|b| correlation(a, b)).collect()).collect(),
         condition,
         rank: moving.len() - unknown.len(),
-        unknown: unknown.iter().map(spread).collect(),
+        unidentifiable: unknown.iter().map(spread).collect(),
         whiteness: [None; 2],
         widened_by: 1.0,
     }
 }
 
-/// Returns the information on the parameters when the initial states are unknown too (Schur's complement), and by how much
-/// the states move with each parameter, `H_ss⁻¹ H_sθ`.
+/// Returns the information on the parameters with the initial states unknown (Schur complement), and the sensitivity
+/// `H_ss⁻¹ H_sθ` of the states to each parameter.
 pub(super) fn marginal(matrix: &DMatrix<f64>, moving: &[usize], states: &[usize]) -> (DMatrix<f64>, DMatrix<f64>) {
     let part = |rows: &[usize], columns: &[usize]| {
         DMatrix::from_fn(rows.len(), columns.len(), |a, b| matrix[(rows[a], columns[b])])
@@ -131,11 +135,12 @@ pub(super) fn marginal(matrix: &DMatrix<f64>, moving: &[usize], states: &[usize]
         return (own, DMatrix::zeros(0, moving.len()));
     }
     let cross = part(moving, states);
-    // A state that nothing shows costs no information; a hair of its diagonal makes it harmless.
+    // A state without information would make the block singular. Adding 1e-12 of the trace makes the factorization succeed
+    // and leaves the Schur complement unchanged.
     let mut block = part(states, states);
-    let hair = 1e-12 * block.trace().max(f64::MIN_POSITIVE);
+    let ridge = 1e-12 * block.trace().max(f64::MIN_POSITIVE);
     for n in 0..states.len() {
-        block[(n, n)] += hair;
+        block[(n, n)] += ridge;
     }
     match block.cholesky() {
         Some(inverse) => {
@@ -146,7 +151,7 @@ pub(super) fn marginal(matrix: &DMatrix<f64>, moving: &[usize], states: &[usize]
     }
 }
 
-/// Returns the covariance (of what is known), the condition number, and the directions that are not known.
+/// Returns the covariance within the identifiable directions, the condition number, and the unidentifiable directions.
 pub(super) fn invert(information: &DMatrix<f64>) -> (DMatrix<f64>, f64, Vec<Vec<f64>>) {
     let size = information.nrows();
     if size == 0 {
@@ -170,7 +175,8 @@ pub(super) fn invert(information: &DMatrix<f64>) -> (DMatrix<f64>, f64, Vec<Vec<
     (covariance, condition, unknown)
 }
 
-/// The 97.5 % quantile of Student's t, by the expansion of Cornish and Fisher (1e-3 right from 5 degrees on).
+/// Returns the 97.5 % quantile of Student's t by the Cornish–Fisher expansion, correct to 1e-3 from 5 degrees of freedom
+/// on.
 pub(super) fn student95(freedom: usize) -> f64 {
     let v = count(freedom.max(1));
     let z = Z95;
@@ -180,12 +186,12 @@ pub(super) fn student95(freedom: usize) -> f64 {
     z + first / v + second / (v * v) + third / v.powi(3)
 }
 
-/// Tests the residuals of every recording and keeps the least white.
+/// Tests the residuals of every recording and returns the largest statistic of each channel.
 pub(super) fn whiteness(fit: &Fit<'_>, values: &[f64], initial: &[[f64; 2]]) -> [Option<Whiteness>; 2] {
     let mut worst: [Option<Whiteness>; 2] = [None; 2];
     for (recording, signals) in fit.problem.signals().iter().enumerate() {
-        // What a filter has passed is correlated, whatever the model misses.
-        if signals.independent < INDEPENDENT_MIN {
+        // Filtered residuals are correlated even if the model is complete, so they are not tested.
+        if signals.effective_sample_ratio < EFFECTIVE_RATIO_MIN {
             continue;
         }
         let model = fit.problem.simulate(values, recording, initial[recording]);
@@ -203,7 +209,7 @@ pub(super) fn whiteness(fit: &Fit<'_>, values: &[f64], initial: &[[f64; 2]]) -> 
     worst
 }
 
-/// Returns the sums of products with the residual that comes so many samples later.
+/// Returns the sums of products of the residuals at lags 0 to 20.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
 fn products(residuals: &[f64]) -> [f64; LAGS + 1] {
     let mut sums = [0.0; LAGS + 1];
@@ -213,9 +219,9 @@ fn products(residuals: &[f64]) -> [f64; LAGS + 1] {
     sums
 }
 
-/// The parameters that take part in a direction, with their steps as small whole numbers where they are such.
+/// Returns a text with the symbols of the parameters that take part in a direction and the ratios of their steps.
 #[must_use]
-pub fn describe(direction: &[f64], axes: &[Axis]) -> String {
+pub fn describe_direction(direction: &[f64], axes: &[Axis]) -> String {
     let largest = peak(direction);
     let steps = axes.iter().map(|axis| axis.parameter.symbol()).zip(direction.iter().copied());
     let parts: Vec<(&str, f64)> = steps.filter(|(_, step)| step.abs() > 0.05 * largest).collect();
@@ -227,5 +233,5 @@ pub fn describe(direction: &[f64], axes: &[Axis]) -> String {
     }
     let ratios: Vec<String> =
         parts.iter().map(|(_, step)| crate::text::significant(sign * step / smallest, 2)).collect();
-    format!("{} together, their logarithms moving as {}", symbols.join(", "), ratios.join(" : "))
+    format!("{} jointly, with steps of their logarithms in the ratio {}", symbols.join(", "), ratios.join(" : "))
 }

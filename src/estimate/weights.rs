@@ -1,10 +1,10 @@
-//! The weights of a fit: σ of each recording and channel, by what the model leaves.
+//! Weights of a fit: σ of each recording and channel, from its residuals.
 //!
-//! Residuals that are noise are weighted by their own σ, which is the maximum-likelihood estimate. Where a model misses
-//! something, these weights may sacrifice a channel or a recording: what is fitted badly counts for less and is fitted worse.
-//! Balanced weights do not. They minimize the sum of the relative residuals `s/d`, with `s` the rms of the residuals and `d`
-//! the standard deviation of the signal. The weight of its majorizing quadratic is `1/(s d)` (D. R. Hunter, K. Lange 2004);
-//! it is scaled by the mean of `s/d`, so that noise and misfit are comparable.
+//! Residuals that are noise are weighted by their own σ, which is the maximum-likelihood estimate. With a model error these
+//! weights may sacrifice a channel or a recording: one that is fitted badly gets a smaller weight and is fitted worse.
+//! Balanced weights avoid this. They minimize the sum of the relative residuals `s/d`, with `s` the rms of the residuals
+//! and `d` the standard deviation of the signal. The weight of its majorizing quadratic is `1/(s d)` (D. R. Hunter, K.
+//! Lange 2004); it is scaled by the mean of `s/d`, so that noise and misfit are comparable.
 
 use super::normal::{Normal, Sigma};
 use super::refined::SMALLEST;
@@ -12,11 +12,11 @@ use crate::evaluate::Signals;
 use crate::numeric;
 use std::sync::Arc;
 
-/// Residuals below this part of a channel's rms are rounding.
+/// Smallest σ as a fraction of the channel's rms: smaller residuals are rounding errors.
 const SIGMA_MIN: f64 = 1e-13;
 
-/// Returns the standard deviation of the residuals of each recording and channel, with `freedom` the part of the values that
-/// is not taken by unknowns; 1 for a channel that was not measured.
+/// Returns the standard deviation of the residuals of each recording and channel; 1 for a channel that was not measured.
+/// `freedom` is the ratio of the degrees of freedom to the measured values.
 pub(super) fn residual_sigma(signals: &[Arc<Signals>], normal: &Normal, freedom: f64) -> Sigma {
     let of = |(recording, signals): (usize, &Arc<Signals>)| {
         [0, 1].map(|channel| {
@@ -32,7 +32,7 @@ pub(super) fn residual_sigma(signals: &[Arc<Signals>], normal: &Normal, freedom:
     signals.iter().enumerate().map(of).collect()
 }
 
-/// Returns balanced weights, from the standard deviations of the residuals.
+/// Returns balanced weights (as σ), from the standard deviations of the residuals.
 pub(super) fn balanced(signals: &[Arc<Signals>], residual: &Sigma) -> Sigma {
     let pairs = || signals.iter().zip(residual).flat_map(|(of, s)| [0, 1].map(|channel| (of, channel, s[channel])));
     let far = pairs().filter(|(of, channel, s)| of.is_above_noise(*channel, *s));
@@ -57,9 +57,13 @@ pub(super) fn balanced(signals: &[Arc<Signals>], residual: &Sigma) -> Sigma {
     signals.iter().zip(residual).map(of).collect()
 }
 
-/// Returns maximum-likelihood weights: the standard deviations of the residuals, and for an extended motor, where these are far
-/// above the noise, those of all recordings together. What a model misses it misses in all of them.
-pub(super) fn likeliest(signals: &[Arc<Signals>], residual: &Sigma, pooled: Option<[Option<f64>; 2]>) -> Sigma {
+/// Returns maximum-likelihood weights (as σ): the standard deviations of the residuals. For an extended motor the σ of
+/// residuals far above the noise is that of all recordings together, because a model error acts on all of them.
+pub(super) fn maximum_likelihood(
+    signals: &[Arc<Signals>],
+    residual: &Sigma,
+    pooled: Option<[Option<f64>; 2]>,
+) -> Sigma {
     let Some(pooled) = pooled else { return residual.clone() };
     let of = |(signals, own): (&Arc<Signals>, &[f64; 2])| {
         [0, 1].map(|channel| {
@@ -71,16 +75,16 @@ pub(super) fn likeliest(signals: &[Arc<Signals>], residual: &Sigma, pooled: Opti
     signals.iter().zip(residual).map(of).collect()
 }
 
-/// Returns whether some residuals are far above the noise of their signal.
+/// Returns true if some residuals are far above the noise of their signal.
 pub(super) fn is_far(signals: &[Arc<Signals>], residual: &Sigma) -> bool {
     let far = |(of, s): (&Arc<Signals>, &[f64; 2])| (0..2).any(|c| of.is_above_noise(c, s[c]));
     signals.iter().zip(residual).any(far)
 }
 
-/// Residuals that grow by this factor over balanced ones are sacrificed.
+/// Ratio of residuals to those under balanced weights from which a channel is sacrificed.
 const SACRIFICED: f64 = 1.25;
 
-/// Returns whether residuals far above the noise are much larger than balanced ones.
+/// Returns true if residuals far above the noise are much larger than under balanced weights.
 pub(super) fn is_sacrificed(signals: &[Arc<Signals>], residual: &Sigma, balanced: &Sigma) -> bool {
     let worse = |(of, (s, before)): (&Arc<Signals>, (&[f64; 2], &[f64; 2]))| {
         (0..2).any(|c| of.is_above_noise(c, s[c]) && s[c] > SACRIFICED * before[c])

@@ -1,5 +1,5 @@
-//! Recordings on a coarse clock, for evaluations that only compare starts of refinements. On an irregular clock nearly every
-//! step has a length of its own and needs maps of its own for each candidate, which take longer than the samples do.
+//! Rounding of irregular sample times, for evaluations that only compare starts of refinements. On an irregular clock nearly
+//! every step has a different length, and computing the step maps for each length takes longer than the simulation itself.
 
 use super::problem::Problem;
 use super::signals::Signals;
@@ -7,15 +7,15 @@ use crate::motor::Discretization;
 use crate::numeric::{count, whole};
 use std::sync::Arc;
 
-/// Parts of a period to which times are rounded: a sample moves by 6 % of a period at most, which moves a basin of the cost by
-/// far less than it is wide.
+/// Number of grid intervals per period to which times are rounded. A sample moves by at most 6 % of a period, which moves a
+/// basin of the cost by far less than its width.
 const PARTS: f64 = 8.0;
-/// Fewer distinct steps than these are left as they are.
+/// Smallest number of distinct steps at which times are rounded.
 const STEPS_MIN: usize = 32;
 
 impl Problem {
-    /// Returns the problem with the times of irregular recordings rounded to parts of their period, so that few distinct steps are
-    /// left; recordings with few steps are shared as they are.
+    /// Returns the problem with the sample times of irregular recordings rounded to a grid, so that few distinct steps remain.
+    /// Recordings with few steps are shared unchanged.
     #[must_use]
     pub(crate) fn at_coarse_steps(&self) -> Self {
         let method = self.model().discretization;
@@ -29,18 +29,18 @@ impl Signals {
         self.step_index.get(n).copied().unwrap_or(0)
     }
 
-    /// Returns whether times would be rounded.
+    /// Returns true if there are enough distinct steps for rounding.
     pub(crate) fn has_many_steps(&self) -> bool {
         self.step_s.len() >= STEPS_MIN
     }
 
-    /// Returns a copy with rounded times; `None` where there are few distinct steps.
+    /// Returns a copy with rounded times, or `None` if there are few distinct steps.
     fn at_coarse_steps(&self, method: Discretization) -> Option<Self> {
         if !self.has_many_steps() {
             return None;
         }
         let unit_s = self.period_s / PARTS;
-        // Times are rounded, not steps: rounding does not add up. No step vanishes.
+        // Rounding times instead of steps keeps errors from accumulating. Every step keeps at least one grid interval.
         let (mut time, mut rounded) = (0.0, 0);
         let steps: Vec<usize> = (0..self.len())
             .map(|n| {

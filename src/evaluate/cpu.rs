@@ -1,19 +1,18 @@
-//! The processor: its feature levels, its name, and its peak rate of multiply–adds, with which that of an evaluator is
-//! compared.
+//! The processor: its SIMD levels, its name, and a loop of multiply–adds that measures its peak rate.
 
 use crate::numeric::count;
 use multiversion::multiversion;
 use std::hint::black_box;
 use std::sync::LazyLock;
 
-/// A feature level that the kernels are compiled for.
+/// A SIMD level that the kernels are compiled for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Level {
-    /// Instructions that every processor of the target has.
+    /// The instructions that every processor of the target has.
     Portable,
     /// AVX2 with FMA.
     Avx2,
-    /// AVX-512 as since Ice Lake and Zen 4; earlier processors lower their clock for it and take AVX2.
+    /// AVX-512 of Ice Lake, Zen 4 and later. Earlier processors lower their clock for AVX-512 and use AVX2.
     Avx512,
 }
 
@@ -21,7 +20,7 @@ impl Level {
     /// All levels, the slowest first.
     pub const ALL: [Self; 3] = [Self::Portable, Self::Avx2, Self::Avx512];
 
-    /// Returns whether this machine has it.
+    /// Returns true if this machine has the level.
     #[must_use]
     pub fn is_available(self) -> bool {
         #[cfg(target_arch = "x86_64")]
@@ -31,7 +30,7 @@ impl Level {
             match self {
                 Self::Portable => true,
                 Self::Avx2 => avx2(),
-                // What `multiversion` asks for whenever a target names AVX-512.
+                // These are the features that `multiversion` requires for a target with AVX-512.
                 Self::Avx512 => {
                     avx2()
                         && (has!("avx512f")
@@ -51,18 +50,18 @@ impl Level {
         }
     }
 
-    /// The levels of this machine, the slowest first.
+    /// Returns the levels of this machine, the slowest first.
     pub fn available() -> impl Iterator<Item = Self> {
         Self::ALL.into_iter().filter(|level| level.is_available())
     }
 
-    /// The fastest level of this machine.
+    /// Returns the fastest level of this machine.
     #[must_use]
     pub fn best() -> Self {
         Self::available().last().unwrap_or(Self::Portable)
     }
 
-    /// Its name.
+    /// Returns the name of the level.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -73,10 +72,10 @@ impl Level {
     }
 }
 
-/// The processor's name as it gives it, or its architecture.
+/// Returns the brand name of the processor, or its architecture if it has none.
 #[must_use]
 pub fn cpu_name() -> String {
-    // Virtual machines take tens of microseconds to give it.
+    // The name is cached, because reading it takes tens of microseconds on virtual machines.
     static NAME: LazyLock<String> = LazyLock::new(brand);
     NAME.clone()
 }
@@ -89,9 +88,10 @@ fn brand() -> String {
     format!("{} CPU", std::env::consts::ARCH)
 }
 
+/// Number of independent chains of multiply–adds, enough to hide their latency.
 const CHAINS: usize = 10;
 
-/// Independent chains of multiply–adds, `N` lanes each, enough to hide their latency.
+/// Runs independent chains of multiply–adds, of `N` lanes each.
 #[inline(always)]
 fn chains<const N: usize>(rounds: usize) -> f64 {
     let mut x = [[1.0_f64; N]; CHAINS];
@@ -116,8 +116,8 @@ fn chains_avx2(rounds: usize) -> f64 {
     chains::<4>(rounds)
 }
 
-/// Runs `rounds` of a loop of fused multiply–adds in f64 at a level and returns how many that were, counted by lane.
-/// `None` where the level has none.
+/// Runs `rounds` iterations of a loop of fused multiply–adds in f64 and returns their number, counted per lane. Returns `None`
+/// for a level without fused multiply–adds.
 #[must_use]
 pub fn fma_loop(level: Level, rounds: usize) -> Option<f64> {
     let lanes = match level {

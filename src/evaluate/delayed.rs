@@ -1,14 +1,15 @@
-//! Delayed voltages of `L` candidates side by side, as what they and the torque add to both states at each step.
+//! Delayed inputs of `L` candidates side by side: the contribution of the delayed voltage and the load torque to both states at
+//! each step.
 
 use super::problem::Problem;
 use super::signals::Signals;
 use super::step::{Pair, Step, loaded};
 use crate::motor::{
-    Acting, Aligned, CHUNK, Commanded, DelayTaps, DelayedVoltage, DriveNonlinearity, Extended, Parameter,
-    SimulationSettings, multiply_add, sample_times, tap_times,
+    Aligned, CHUNK, Commanded, DelayTaps, DelayedVoltage, DriveNonlinearity, Extended, Parameter, SimulationSettings,
+    StepVoltage, multiply_add, sample_times, tap_times,
 };
 
-/// The delayed inputs of a block of candidates, in the order of samples.
+/// The delayed inputs of a block of candidates on one recording, computed in the order of samples.
 pub(super) struct DelayedInputs<'a, const L: usize> {
     signals: &'a Signals,
     settings: SimulationSettings,
@@ -17,24 +18,25 @@ pub(super) struct DelayedInputs<'a, const L: usize> {
 }
 
 enum Clock<'a, const L: usize> {
-    /// Even steps: by taps.
+    /// Uniform steps: the delayed input is a weighted sum of samples.
     Even(Box<Taps<L>>),
-    /// Steps that are not even, or voltages that are lines of their own: from piece to piece, each candidate at its own.
+    /// Irregular steps, or voltages with a slope of their own over each step: each candidate with the index of the piece of
+    /// its delayed input.
     Uneven(Vec<(DelayedVoltage<'a, f64>, usize)>),
 }
 
-/// The taps of each candidate.
+/// The delays of each candidate as taps, for uniform steps.
 struct Taps<const L: usize> {
     delays: [DelayTaps; L],
     drives: DriveNonlinearity<[f64; L]>,
-    /// The change of both states for one volt of each of the three samples.
+    /// Change of both states per volt of each of three successive samples.
     gains: [Pair<L>; 3],
 }
 
 impl<'a, const L: usize> DelayedInputs<'a, L> {
     pub(super) fn new(problem: &Problem, signals: &'a Signals, motors: &Extended<[f64; L]>) -> Self {
         let (settings, drive) = (problem.settings(signals), signals.drive());
-        let clock = if signals.step_index.is_empty() && !signals.has_own_lines() {
+        let clock = if signals.step_index.is_empty() && !signals.has_slopes() {
             let time = tap_times(&drive, settings);
             let delay = |lane| DelayTaps::new(&motors.lane(lane), drive, settings, time.clone());
             Clock::Even(Box::new(Taps::new(std::array::from_fn(delay), DriveNonlinearity::of(motors))))
@@ -46,7 +48,7 @@ impl<'a, const L: usize> DelayedInputs<'a, L> {
         Self { signals, settings, load: motors.get(Parameter::Load), clock }
     }
 
-    /// Writes the gains of the inputs at samples `start` to `end`.
+    /// Writes the contributions of the inputs at samples `start..end` to both states.
     #[inline(always)]
     pub(super) fn fill<const FMA: bool>(
         &mut self,
@@ -69,7 +71,7 @@ impl<'a, const L: usize> DelayedInputs<'a, L> {
                 let changes = &mut changes.0;
                 for (lane, (delayed, cursor)) in lanes.iter_mut().enumerate() {
                     for n in start..end {
-                        let Acting { ends, added } = delayed.acting(n, cursor);
+                        let StepVoltage { ends, added } = delayed.step_voltage(n, cursor);
                         for axis in 0..2 {
                             voltages[n - start][axis][lane] = ends[axis];
                             changes[n - start][axis][lane] = added.unwrap_or_default()[axis];
@@ -91,17 +93,18 @@ impl<'a, const L: usize> DelayedInputs<'a, L> {
     }
 }
 
-/// The torques that load the candidates.
+/// The load torques of a block of candidates.
 struct Torques<'a, const L: usize> {
-    /// Those of the recording.
+    /// Load torque of the recording \[N·m\].
     torque: &'a [f64],
+    /// Constant load of each candidate \[N·m\].
     load: [f64; L],
-    /// The change of both states for one unit in the first step.
+    /// Change of both states per unit of torque in the first step.
     gains: &'a Pair<L>,
 }
 
 impl<const L: usize> Torques<'_, L> {
-    /// Returns the load and the torque of the recording at a sample.
+    /// Returns the sum of load and recorded torque at a sample \[N·m\].
     #[inline(always)]
     fn at(&self, n: usize) -> [f64; L] {
         loaded(self.load, self.torque.get(n).copied().unwrap_or(0.0))
@@ -114,8 +117,8 @@ impl<const L: usize> Taps<L> {
         Self { gains: [gain(0), gain(1), gain(2)], delays, drives }
     }
 
-    /// Writes what voltages and torque add from sample `start` on. Each candidate's voltages are side by side in time, then
-    /// in a column, so that both the drive and the taps are computed for many at once.
+    /// Writes the contributions of voltages and torque from sample `start` on. The voltages of a candidate are computed for
+    /// successive samples at once, then transposed, so that both the drive and the taps are vectorized.
     #[inline(always)]
     fn fill<const FMA: bool>(
         &self,
@@ -136,7 +139,7 @@ impl<const L: usize> Taps<L> {
         let [one, two, three] = &self.gains;
         for (n, (gain, given)) in (start..).zip(gains.iter_mut().zip(given.windows(3))) {
             let torque = torques.at(n);
-            // Apart from `gains`, which could be where other numbers are.
+            // A local array cannot alias the inputs, unlike `gains`, which lets the compiler vectorize.
             let mut sums = [[0.0; L]; 2];
             for axis in 0..2 {
                 for lane in 0..L {

@@ -1,4 +1,4 @@
-//! Batches of candidates and what evaluates them.
+//! Batches of candidates and the trait of evaluators.
 
 use super::problem::Problem;
 use crate::candidates::Candidates;
@@ -6,35 +6,35 @@ use crate::{Error, Result};
 use std::any::Any;
 use std::sync::Arc;
 
-/// Candidates that are evaluated on one problem.
+/// A group of candidates that are evaluated on the same problem.
 #[derive(Debug, Clone, Copy)]
 pub struct Group<'a> {
-    /// The problem on which they are evaluated.
+    /// The problem that the candidates are evaluated on.
     pub problem: &'a Arc<Problem>,
-    /// The candidates, one value per free axis of the problem's space.
+    /// The candidates, shape `[candidates, free axes of the problem's space]`.
     pub candidates: Candidates<'a>,
-    /// A candidate near the others, the reference of evaluators that compute in deviations; others ignore it.
+    /// A candidate near the others, used as the reference by evaluators that compute in deviations and ignored otherwise.
     pub reference: Option<&'a [f64]>,
 }
 
-/// Groups that are evaluated together.
+/// A batch of groups that are evaluated together.
 #[derive(Debug, Clone, Copy)]
 pub struct Batch<'a> {
-    /// The groups; costs come back in their order.
+    /// The groups, in the order of the costs.
     pub groups: &'a [Group<'a>],
 }
 
 impl Batch<'_> {
-    /// Candidates of all groups.
+    /// Returns the number of candidates of all groups.
     #[must_use]
     pub fn count(&self) -> usize {
         self.groups.iter().map(|group| group.candidates.count()).sum()
     }
 
-    /// Checks that every group fits its problem and `costs` holds one cost per candidate.
+    /// Checks that every group has candidates of its problem's width, and that `costs` has one element per candidate.
     ///
     /// # Errors
-    /// `Usage` when the lengths do not fit.
+    /// Returns a usage error if a length does not match.
     pub fn check(&self, costs: &[f64]) -> Result<()> {
         if costs.len() != self.count() {
             return Err(Error::usage(
@@ -45,7 +45,7 @@ impl Batch<'_> {
         self.check_candidates()
     }
 
-    /// Checks that every group fits its problem.
+    /// Checks that every group has candidates of its problem's width.
     pub(super) fn check_candidates(&self) -> Result<()> {
         for group in self.groups {
             let (width, axes) = (group.candidates.width(), group.problem.space().free().len());
@@ -60,67 +60,67 @@ impl Batch<'_> {
     }
 }
 
-/// A batch that has begun, for the evaluator that began it.
-#[must_use = "what it holds is in use until it is finished"]
+/// The state of a batch that an evaluator has begun.
+#[must_use = "the batch must be finished by the evaluator that began it"]
 #[derive(Default)]
 pub struct Pending(Option<Box<dyn Any + Send>>);
 
 impl Pending {
-    /// With what the evaluator needs to finish it.
+    /// Wraps the state that the evaluator needs to finish the batch.
     pub fn of(state: impl Any + Send) -> Self {
         Self(Some(Box::new(state)))
     }
 
-    /// Returns the evaluator's own state; `None` where another evaluator began it.
+    /// Returns the wrapped state, or `None` if it is of another type, because another evaluator began the batch.
     #[must_use]
     pub fn take<T: Any>(self) -> Option<T> {
         self.0.and_then(|state| state.downcast().ok()).map(|state| *state)
     }
 }
 
-/// Evaluates batches of candidates.
+/// An evaluator of batches of candidates.
 ///
-/// A cost is finite and at most 1e30, or +∞ for a candidate that diverges; never NaN. It depends on the candidate
-/// and its problem alone, not on what else is in the batch.
+/// A cost is finite and at most 1e30, or +∞ for a candidate that diverges, and never NaN. It depends only on the candidate and
+/// its problem, not on the rest of the batch.
 pub trait Evaluator: Send {
-    /// Writes the cost of every candidate, group after group, to `costs`.
+    /// Evaluates a batch and writes the cost of every candidate, group after group, to `costs`, shape `[candidates]`.
     ///
     /// # Errors
-    /// `Usage` when lengths do not fit; `Device` when the device fails.
+    /// Returns a usage error if lengths do not match, and a device error if the device fails.
     fn evaluate(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<()>;
 
-    /// Begins a batch. An evaluator with a device of its own computes while the caller goes on; others do all the work
-    /// in `finish`.
+    /// Begins a batch. A GPU evaluator starts the computation and returns at once; a CPU evaluator does all the work in
+    /// [`Evaluator::finish`].
     ///
     /// # Errors
-    /// As for [`Evaluator::evaluate`].
+    /// Returns an error in the cases of [`Evaluator::evaluate`].
     fn begin(&mut self, batch: &Batch<'_>) -> Result<Pending> {
         batch.check_candidates().map(|()| Pending::default())
     }
 
-    /// Waits for the same batch and writes its costs.
+    /// Completes a batch that was begun and writes its costs, shape `[candidates]`.
     ///
     /// # Errors
-    /// As for [`Evaluator::evaluate`].
+    /// Returns an error in the cases of [`Evaluator::evaluate`].
     fn finish(&mut self, batch: &Batch<'_>, pending: Pending, costs: &mut [f64]) -> Result<()> {
         drop(pending);
         self.evaluate(batch, costs)
     }
 
-    /// Returns whether something is gained by beginning a batch before the last is finished.
+    /// Returns true if it is faster to begin a batch before the previous one is finished.
     fn overlaps(&self) -> bool {
         false
     }
 
-    /// Returns whether costs are those of f64. Where they are not, searches evaluate their leaders again on the CPU.
+    /// Returns true if costs have the accuracy of f64. Otherwise searches evaluate their leaders again on the CPU.
     fn is_exact(&self) -> bool {
         true
     }
 
-    /// Evaluates, and returns the seconds that its device computed by the device's own clock; `None` without one.
+    /// Evaluates a batch and returns the computing time by the device's own clock \[s\], `None` if it has no clock.
     ///
     /// # Errors
-    /// As for [`Evaluator::evaluate`].
+    /// Returns an error in the cases of [`Evaluator::evaluate`].
     fn evaluate_timed(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<Option<f64>> {
         self.evaluate(batch, costs).map(|()| None)
     }

@@ -1,7 +1,8 @@
-//! The kernel for motors with extensions: `L` candidates side by side. Without delays and averages it goes from segment to
-//! segment of constant inputs, like the linear motor's, or reads the inputs of each step from the recording; else it
-//! computes some samples at a time: first the inputs of each candidate, then its steps, then what its sensors show, then
-//! the errors.
+//! The kernel for motors with extensions: simulates `L` candidates side by side through one recording.
+//!
+//! Without delays and moving averages it steps through segments of constant inputs, as the kernel of the linear motor does, or
+//! reads the inputs of each step from the recording. Otherwise it computes a chunk of samples at a time: the inputs of each
+//! candidate, then the states, then the sensor outputs, then the errors.
 
 use super::input::{Inputs, Piece, PieceInput};
 use super::kernel::{Block, LANES, LANES_AVX512, SUM_BLOCK, Samples, add_loss};
@@ -16,7 +17,7 @@ pub(super) fn avx512(block: &Block<'_>, costs: &mut [f64]) {
     run::<LANES_AVX512, true>(block, costs);
 }
 
-/// Candidates side by side: one vector more than the linear motor has, because a step's operations wait longer.
+/// Candidates side by side at AVX2: one vector more than for the linear motor, because the latency of a step is longer.
 pub(super) const LANES_AVX2: usize = 12;
 
 #[multiversion(targets("x86_64+avx2+fma"))]
@@ -54,10 +55,10 @@ struct Simulation<'a, const L: usize> {
     signals: &'a Signals,
     steps: Vec<Step<L>>,
     lanes: Lanes<L>,
-    /// Samples whose errors are in the sums of `lanes`, not yet in `totals`.
+    /// Number of samples whose errors are in the sums of `lanes` and not yet in `totals`.
     summed: usize,
     totals: Pair<L>,
-    /// Sensors that average.
+    /// Moving averages of the current and speed sensors.
     sensors: [Option<MovingAverages<L>>; 2],
 }
 
@@ -65,7 +66,7 @@ impl<'a, const L: usize> Simulation<'a, L> {
     #[inline(always)]
     fn new(problem: &'a Problem, signals: &'a Signals, motors: &Extended<[f64; L]>) -> Self {
         let (features, method) = (problem.features(), problem.method());
-        // A loop, because a closure would not be compiled for the feature level.
+        // A closure would not be compiled for the SIMD level, so this is a loop.
         let mut steps = Vec::with_capacity(signals.step_s.len());
         for &h in &signals.step_s {
             steps.push(Step::new(motors, h, features, method));
@@ -75,7 +76,7 @@ impl<'a, const L: usize> Simulation<'a, L> {
             features.has(of).then(new)
         });
         let mut totals = [[0.0; L]; 2];
-        // NaN step maps must give a NaN cost, also where the input is zero.
+        // NaN step maps must give a NaN cost even if the input is zero.
         for lane in 0..L {
             totals[0][lane] = 0.0 * steps[0].maps.d.iter().map(|d| d[lane]).sum::<f64>();
         }
@@ -83,7 +84,7 @@ impl<'a, const L: usize> Simulation<'a, L> {
         Self { problem, signals, steps, lanes, summed: 0, totals, sensors }
     }
 
-    /// Returns the weighted sums of errors per channel over the active samples.
+    /// Returns the weighted sums of errors over the active samples, shape `[channels][candidates]`.
     #[inline(always)]
     fn sums<const FMA: bool>(mut self, motors: &Extended<[f64; L]>) -> Pair<L> {
         let mut inputs = Inputs::new(self.problem, self.signals, motors);
@@ -104,9 +105,9 @@ impl<'a, const L: usize> Simulation<'a, L> {
         match piece.input {
             PieceInput::Constant(gain) => self.pass::<FMA>(piece, std::iter::repeat(gain)),
             PieceInput::Each(gains) => self.pass::<FMA>(piece, gains.iter()),
-            PieceInput::Volts => self.pass::<FMA>(piece, signals.voltage[start..end].iter().copied()),
-            PieceInput::Lines => self.pass::<FMA>(piece, (start..end).map(|n| signals.line(n))),
-            PieceInput::Loads => self.pass::<FMA>(piece, (start..end).map(|n| signals.inputs(n))),
+            PieceInput::ZeroOrderHold => self.pass::<FMA>(piece, signals.voltage[start..end].iter().copied()),
+            PieceInput::FirstOrderHold => self.pass::<FMA>(piece, (start..end).map(|n| signals.voltages_at(n))),
+            PieceInput::WithLoad => self.pass::<FMA>(piece, (start..end).map(|n| signals.inputs(n))),
         }
     }
 
@@ -146,14 +147,14 @@ impl<'a, const L: usize> Simulation<'a, L> {
             }
         }
         match kind {
-            (false, false) => lanes.lose::<FMA, false, false>(samples, seen),
-            (false, true) => lanes.lose::<FMA, false, true>(samples, seen),
-            (true, false) => lanes.lose::<FMA, true, false>(samples, seen),
-            (true, true) => lanes.lose::<FMA, true, true>(samples, seen),
+            (false, false) => lanes.add_losses::<FMA, false, false>(samples, seen),
+            (false, true) => lanes.add_losses::<FMA, false, true>(samples, seen),
+            (true, false) => lanes.add_losses::<FMA, true, false>(samples, seen),
+            (true, true) => lanes.add_losses::<FMA, true, true>(samples, seen),
         }
     }
 
-    /// Moves the sums of a block to the totals: rounding then grows with the length of a block, not of the recording.
+    /// Adds the sums of a block of samples to the totals. Summation in blocks bounds the rounding error by the block length.
     #[inline(always)]
     fn flush(&mut self) {
         for channel in 0..2 {
@@ -166,14 +167,14 @@ impl<'a, const L: usize> Simulation<'a, L> {
     }
 }
 
-/// State and sums of errors of a block of candidates.
+/// States and sums of errors of a block of candidates.
 struct Lanes<const L: usize> {
     x: Pair<L>,
     sums: Pair<L>,
 }
 
 impl<const L: usize> Lanes<L> {
-    /// Steps over `samples` and adds their errors.
+    /// Simulates `samples` and adds their errors to the sums.
     #[inline(always)]
     fn follow<const FMA: bool, const BRUSHES: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
         &mut self,
@@ -196,7 +197,7 @@ impl<const L: usize> Lanes<L> {
         self.sums = [sum_i, sum_w];
     }
 
-    /// Steps and writes the state before each step to `seen`.
+    /// Simulates and writes the state before each step to `seen`.
     #[inline(always)]
     fn observe<const FMA: bool, const BRUSHES: bool>(
         &mut self,
@@ -214,9 +215,9 @@ impl<const L: usize> Lanes<L> {
         self.x = [i, w];
     }
 
-    /// Adds the errors of what sensors show.
+    /// Adds the errors of the sensor outputs `shown` to the sums.
     #[inline(always)]
-    fn lose<const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
+    fn add_losses<const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
         &mut self,
         samples: Samples<'_>,
         shown: &[Pair<L>],
@@ -224,7 +225,7 @@ impl<const L: usize> Lanes<L> {
         let mut sums = self.sums;
         for (n, (measured, shown)) in samples.measured.iter().zip(shown).enumerate() {
             let weight = if WEIGHTED { samples.weight[n] } else { [1.0; 2] };
-            // Lane by lane of one channel, then of the other: side by side in memory.
+            // The lanes of a channel are adjacent in memory, so that the inner loop vectorizes.
             for channel in 0..2 {
                 for lane in 0..L {
                     let error = measured[channel] - shown[channel][lane];

@@ -1,4 +1,4 @@
-//! The inputs of `L` candidates side by side, in pieces of samples under one step.
+//! The inputs of `L` candidates side by side, in pieces of consecutive samples with the same step length.
 
 use super::delayed::DelayedInputs;
 use super::kernel::SUM_BLOCK;
@@ -8,39 +8,41 @@ use super::signals::Signals;
 use super::step::{Pair, Step, loaded};
 use crate::motor::{Aligned, CHUNK, DriveNonlinearity, Extended, Parameter};
 
-/// Samples under one step.
+/// Consecutive samples with the same step length.
 pub(super) struct Piece<'g, const L: usize> {
+    /// Index of the step length.
     pub step: usize,
+    /// First sample, and one past the last.
     pub range: [usize; 2],
     pub input: PieceInput<'g, L>,
 }
 
 /// The inputs of a piece.
 pub(super) enum PieceInput<'g, const L: usize> {
-    /// The same gain at each sample.
+    /// The same contribution to both states at every sample.
     Constant(&'g Pair<L>),
-    /// The gain of each sample.
+    /// The contribution to both states at each sample.
     Each(&'g [Pair<L>]),
-    /// The voltage of the recording as it is.
-    Volts,
-    /// Lines of it.
-    Lines,
-    /// Lines of it, torque, offset and load.
-    Loads,
+    /// The recorded voltage under a zero-order hold.
+    ZeroOrderHold,
+    /// The recorded voltage under a first-order hold.
+    FirstOrderHold,
+    /// The recorded voltage under either hold, with torque, voltage offset and load.
+    WithLoad,
 }
 
 /// The inputs of a block of candidates on one recording.
 pub(super) struct Inputs<'a, const L: usize> {
     signals: &'a Signals,
     kind: Kind<'a, L>,
-    /// The gains of a piece, where they are computed before.
+    /// Contributions of the inputs to both states, for pieces that compute them ahead.
     gains: Aligned<[Pair<L>; CHUNK]>,
-    /// The next sample.
+    /// Index of the next sample.
     at: usize,
 }
 
 enum Kind<'a, const L: usize> {
-    /// Some samples at a time: those whose gains are ready.
+    /// Delayed inputs, and the range of samples whose contributions are computed.
     Delayed(DelayedInputs<'a, L>, [usize; 2]),
     OnTime(OnTime<'a, L>),
 }
@@ -57,7 +59,7 @@ impl<'a, const L: usize> Inputs<'a, L> {
         Self { signals, kind, gains: Aligned([[[0.0; L]; 2]; CHUNK]), at }
     }
 
-    /// Returns the next piece.
+    /// Returns the next piece, `None` at the end of the recording.
     #[inline(always)]
     pub(super) fn next<const FMA: bool>(&mut self, steps: &[Step<L>]) -> Option<Piece<'_, L>> {
         let Self { signals, kind, gains: Aligned(gains), at } = self;
@@ -79,21 +81,21 @@ impl<'a, const L: usize> Inputs<'a, L> {
     }
 }
 
-/// Inputs without a delay: from segment to segment.
+/// Inputs without a delay, taken from segment to segment.
 struct OnTime<'a, const L: usize> {
     signals: &'a Signals,
     segments: std::slice::Iter<'a, Segment>,
     now: Option<&'a Segment>,
     drives: DriveNonlinearity<[f64; L]>,
     load: [f64; L],
-    /// Samples of a piece at most.
+    /// Largest number of samples of a piece.
     most: usize,
-    /// True if the drive's output differs from candidate to candidate.
-    is_bent: bool,
-    /// True if anything but the voltage acts.
+    /// True if the drive is nonlinear, so that its output differs between candidates.
+    is_nonlinear: bool,
+    /// True if a torque, a load or a voltage offset acts.
     is_loaded: bool,
-    /// True if steps use the voltage at their end too.
-    lines: bool,
+    /// True if a step uses the voltage at its end too.
+    uses_end: bool,
 }
 
 impl<'a, const L: usize> OnTime<'a, L> {
@@ -106,13 +108,13 @@ impl<'a, const L: usize> OnTime<'a, L> {
             drives: DriveNonlinearity::of(motors),
             load: motors.get(Parameter::Load),
             most: if features.is_averaged() { CHUNK } else { SUM_BLOCK },
-            is_bent: DriveNonlinearity::<f64>::bends(features),
+            is_nonlinear: DriveNonlinearity::<f64>::is_nonlinear(features),
             is_loaded: features.is_biased() || !signals.torque.is_empty(),
-            lines: problem.model().discretization.uses_next_input(),
+            uses_end: problem.model().discretization.uses_next_input(),
         }
     }
 
-    /// Returns the step, the end and the inputs of the piece from `start` on.
+    /// Returns the index of the step length, the end and the inputs of the piece that begins at `start`.
     #[inline(always)]
     fn next<'g, const FMA: bool>(
         &mut self,
@@ -131,23 +133,24 @@ impl<'a, const L: usize> OnTime<'a, L> {
         let end = run.end.min(start + self.most);
         Some(if *constant {
             (run.step, end, PieceInput::Constant(&gains[0]))
-        } else if self.is_bent {
+        } else if self.is_nonlinear {
             let end = end.min(start + CHUNK);
             for (n, gain) in (start..end).zip(gains.iter_mut()) {
                 *gain = self.gain::<FMA>(&steps[usize::from(run.step)], self.signals.inputs(n));
             }
             (run.step, end, PieceInput::Each(&gains[..end - start]))
         } else if self.is_loaded {
-            (run.step, end, PieceInput::Loads)
+            (run.step, end, PieceInput::WithLoad)
         } else {
-            (run.step, end, if self.lines { PieceInput::Lines } else { PieceInput::Volts })
+            (run.step, end, if self.uses_end { PieceInput::FirstOrderHold } else { PieceInput::ZeroOrderHold })
         })
     }
 
-    /// Returns what the voltage at the start of a step and, for lines, at its end, and a torque add to both states.
+    /// Returns the contribution to both states of the voltage at the start and the end of a step and of a torque. The voltage
+    /// at the end counts only if the discretization uses it.
     #[inline(always)]
     fn gain<const FMA: bool>(&self, step: &Step<L>, [start, end, torque]: [f64; 3]) -> Pair<L> {
-        let end = if self.lines { self.drives.outputs(end) } else { [0.0; L] };
+        let end = if self.uses_end { self.drives.outputs(end) } else { [0.0; L] };
         step.gain::<FMA>(&[self.drives.outputs(start), end], &loaded(self.load, torque))
     }
 }

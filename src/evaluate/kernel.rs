@@ -1,12 +1,11 @@
-//! The kernel: `L` candidates side by side through one recording.
+//! The kernel for the linear motor: simulates `L` candidates side by side through one recording.
 //!
-//! Limit: per candidate and step, four multiply–adds for the state (`x⁺ = Φ x + g`, g constant over a run), two
-//! subtractions and two multiply–adds for the errors: 8 operations on the FMA ports (6 where additions have ports of
-//! their own). `Φ = I + D` is rounded once per candidate, which moves a trajectory by ε/(h·pole) at most.
+//! Cost per candidate and step: four multiply–adds for the state (`x⁺ = Φ x + g`, g constant over a run), two subtractions and
+//! two multiply–adds for the errors, which are 8 operations on the FMA ports (6 on processors with separate ports for
+//! additions). Inputs that change from sample to sample add one product for each state and input. `Φ = I + D` is rounded once
+//! per candidate, which changes a trajectory by at most ε/(h·pole).
 //!
-//! Where inputs change from sample to sample, what they add comes to that: a product for each state and input.
-//!
-//! Plain arrays, compiled once per feature level by `multiversion`; no intrinsics.
+//! The code uses plain arrays and no intrinsics; `multiversion` compiles it once per SIMD level.
 
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
@@ -16,19 +15,20 @@ use super::signals::Signals;
 use crate::motor::{StepMaps, multiply_add, step_maps};
 use multiversion::multiversion;
 
-/// Candidates of one block and what they are run on.
+/// A block of candidates and their problem.
 pub(super) struct Block<'a> {
     pub problem: &'a Problem,
-    /// Rows of `width` values.
+    /// The candidates, rows of `width` values.
     pub candidates: &'a [f64],
     pub width: usize,
 }
 
-/// Candidates side by side at each level: what fills its registers (measured).
+/// Candidates side by side at AVX-512, the fastest number that its registers can take (measured).
 pub(super) const LANES_AVX512: usize = 24;
+/// Candidates side by side at the other levels (measured).
 pub(super) const LANES: usize = 8;
 
-// The second target is never chosen, because `Level` asks for what the first needs; were it, it would still have FMA.
+// `Level` requires the features of the first target, so the second is never chosen. It is there as a fallback that has FMA too.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
 pub(super) fn avx512(block: &Block<'_>, costs: &mut [f64]) {
     run::<LANES_AVX512, true>(block, costs);
@@ -39,7 +39,7 @@ pub(super) fn avx2(block: &Block<'_>, costs: &mut [f64]) {
     run::<LANES, true>(block, costs);
 }
 
-/// Samples that are passed under the same map: what was measured, and weights where they differ.
+/// Measured values of consecutive samples, and their weights, which are empty if all are 1.
 #[derive(Clone, Copy)]
 pub(super) struct Samples<'a> {
     pub measured: &'a [[f64; 2]],
@@ -53,15 +53,15 @@ impl<'a> Samples<'a> {
     }
 }
 
-/// Samples whose errors are summed before they go to the total.
+/// Number of samples whose errors are summed before the sum is added to the total.
 pub(super) const SUM_BLOCK: usize = 1024;
 
-/// Without FMA `mul_add` would be a library call: multiply, then add.
+/// Runs a block with separate multiplications and additions, since `mul_add` is a library call without FMA instructions.
 pub(super) fn portable(block: &Block<'_>, costs: &mut [f64]) {
     run::<LANES, false>(block, costs);
 }
 
-/// Costs of up to `L` candidates; lanes without one repeat the last.
+/// Writes the costs of up to `L` candidates. Lanes without a candidate repeat the last one.
 #[inline(always)]
 fn run<const L: usize, const FMA: bool>(block: &Block<'_>, costs: &mut [f64]) {
     let Block { problem, candidates, width } = *block;
@@ -91,7 +91,7 @@ fn run<const L: usize, const FMA: bool>(block: &Block<'_>, costs: &mut [f64]) {
     }
 }
 
-/// State, sums and coefficients of a block.
+/// States, sums of errors and coefficients of a block of candidates.
 struct Lanes<const L: usize> {
     x: [[f64; L]; 2],
     sums: [[f64; L]; 2],
@@ -99,7 +99,7 @@ struct Lanes<const L: usize> {
     gain: [[f64; L]; 2],
 }
 
-/// Weighted sums of errors per channel over the active samples of one recording.
+/// Returns the weighted sums of errors over the active samples of one recording, shape `[channels][candidates]`.
 #[inline(always)]
 fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
     problem: &Problem,
@@ -108,13 +108,13 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
 ) -> [[f64; L]; 2] {
     let method = problem.method();
     let uniform = signals.step_index.is_empty();
-    // Irregular recordings have a table of maps; a regular one, the rule, needs no allocation.
+    // Only irregular recordings need a table of step maps; regular ones avoid the allocation.
     let first = step_maps(parameters, signals.step_s[0], method);
     let table: Vec<StepMaps<L>> =
         if uniform { Vec::new() } else { signals.step_s.iter().map(|&h| step_maps(parameters, h, method)).collect() };
     let mut lanes =
         Lanes { x: signals.initial.map(|x| [x; L]), sums: [[0.0; L]; 2], phi: phi(&first), gain: first.torque };
-    // A map without numbers has no trajectory, even where nothing drives the motor.
+    // NaN step maps must give a NaN cost even if the input is zero.
     let mut totals = [[0.0; L]; 2];
     for lane in 0..L {
         totals[0][lane] = 0.0 * first.d.iter().map(|d| d[lane]).sum::<f64>();
@@ -131,13 +131,13 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
             let end = run.end.min(start + SUM_BLOCK);
             let samples = Samples::of(signals, start, end);
             if *constant {
-                run_stretch::<L, FMA, ABSOLUTE, WEIGHTED, 0>(&mut lanes, maps, samples, std::iter::repeat([0.0; 3]));
+                run_samples::<L, FMA, ABSOLUTE, WEIGHTED, 0>(&mut lanes, maps, samples, std::iter::repeat([0.0; 3]));
             } else if method.uses_next_input() || !signals.torque.is_empty() {
                 let inputs = (start..end).map(|n| signals.inputs(n));
-                run_stretch::<L, FMA, ABSOLUTE, WEIGHTED, 3>(&mut lanes, maps, samples, inputs);
+                run_samples::<L, FMA, ABSOLUTE, WEIGHTED, 3>(&mut lanes, maps, samples, inputs);
             } else {
                 let volts = signals.voltage[start..end].iter().map(|&voltage| [voltage, 0.0, 0.0]);
-                run_stretch::<L, FMA, ABSOLUTE, WEIGHTED, 1>(&mut lanes, maps, samples, volts);
+                run_samples::<L, FMA, ABSOLUTE, WEIGHTED, 1>(&mut lanes, maps, samples, volts);
             }
             summed += end - start;
             start = end;
@@ -151,7 +151,7 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
     totals
 }
 
-/// Moves the sums of a block to the totals: rounding then grows with the length of a block, not of the recording.
+/// Adds the sums of a block of samples to the totals. Summation in blocks bounds the rounding error by the block length.
 #[inline(always)]
 fn flush<const L: usize>(lanes: &mut Lanes<L>, totals: &mut [[f64; L]; 2]) {
     for channel in 0..2 {
@@ -162,15 +162,15 @@ fn flush<const L: usize>(lanes: &mut Lanes<L>, totals: &mut [[f64; L]; 2]) {
     lanes.sums = [[0.0; L]; 2];
 }
 
-/// Steps under the same map, of whose inputs the first `CHANGING` change from sample to sample.
+/// Simulates samples with the same step map. The first `CHANGING` inputs change from sample to sample, the others are constant.
 #[inline(always)]
-fn run_stretch<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool, const CHANGING: usize>(
+fn run_samples<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool, const CHANGING: usize>(
     lanes: &mut Lanes<L>,
     maps: &StepMaps<L>,
     samples: Samples<'_>,
     inputs: impl Iterator<Item = [f64; 3]>,
 ) {
-    // Through memory: carried in registers from stretch to stretch, lanes would be taken apart into single numbers.
+    // The black box forces the lanes through memory; otherwise the compiler splits them into scalars.
     let lanes = std::hint::black_box(lanes);
     let Lanes { mut x, mut sums, phi, gain: mut drive } = *lanes;
     for (n, (measured, inputs)) in samples.measured.iter().zip(inputs).enumerate() {
@@ -199,7 +199,7 @@ pub(super) fn phi<const L: usize>(maps: &StepMaps<L>) -> [[f64; L]; 4] {
     phi
 }
 
-/// Returns the contribution of the inputs to both states; of one the others are zero.
+/// Returns the contribution of the inputs to both states. With `CHANGING` = 1 only the first input is used.
 #[inline(always)]
 fn gain<const L: usize, const CHANGING: usize>(maps: &StepMaps<L>, inputs: [f64; 3]) -> [[f64; L]; 2] {
     let mut gain = [[0.0; L]; 2];
@@ -215,7 +215,7 @@ fn gain<const L: usize, const CHANGING: usize>(maps: &StepMaps<L>, inputs: [f64;
     gain
 }
 
-/// One sample: its errors, and one step of the state.
+/// Returns the errors of one sample, shape `[channels][candidates]`, and advances the states by one step.
 #[inline(always)]
 fn step<const L: usize, const FMA: bool>(
     [i, w]: &mut [[f64; L]; 2],

@@ -1,8 +1,9 @@
-//! Evaluation: candidates in, costs out, a whole batch at once.
+//! Evaluation of batches of candidates: each candidate motor is simulated on the recordings of a problem, and its cost is
+//! computed from the errors.
 //!
-//! The unit of work is (candidate, recording). Kernels return one weighted sum of errors per channel; the cost is
-//! formed from them here, the same for every evaluator. A batch holds groups, each with its own problem, so that
-//! many runs on many recordings go in one call.
+//! The unit of work is (candidate, recording). Kernels return one weighted sum of errors per channel, and the cost is computed
+//! from the sums by the same code for every evaluator. A batch has groups, each with its own problem, so that many runs on many
+//! recordings are evaluated in one call.
 
 mod coarse_clock;
 mod cpu;

@@ -1,4 +1,4 @@
-//! A problem: recordings, model, space and criterion, checked and prepared once.
+//! The problem that candidates are evaluated on: recordings, model, search space and criterion, checked and prepared once.
 
 #[cfg(feature = "gpu")]
 use super::segment::Run;
@@ -17,13 +17,13 @@ use std::sync::Arc;
 /// The simulation model.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Model {
-    /// The one-step method.
+    /// The discretization of the motor.
     pub discretization: Discretization,
     /// The state at the first sample.
     pub initial: Initial,
 }
 
-/// A problem: one motor in one or more recordings, on which candidates are evaluated.
+/// A problem that candidates are evaluated on: one motor in one or more recordings, with model, search space and criterion.
 #[derive(Debug, Clone)]
 pub struct Problem {
     signals: Vec<Arc<Signals>>,
@@ -36,24 +36,25 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// Prepares the recordings.
+    /// Creates a problem and prepares its recordings.
     ///
     /// # Errors
-    /// `Usage` when there is no recording, or a parameter belongs to one that is not there; `Data` when some have a voltage and
-    /// others none; `NotIdentified` when a signal is constant where the scale divides by its
-    /// variation.
+    /// Returns a usage error if there is no recording, or a parameter belongs to a recording that does not exist; a data error
+    /// if only some recordings have a voltage; and a not-identified error if the scale divides by the variation of a constant
+    /// signal.
     pub fn new(records: &[Record], model: Model, space: Space, criterion: Criterion) -> Result<Self> {
         if records.is_empty() {
             return Err(crate::Error::usage("no recording was given", "Give at least one."));
         }
         check_scopes(&space, records.len())?;
-        // A voltage that is a line over each step needs the method for lines; one that is held is a level line then.
+        // A resampled voltage has a slope over each step, which only a first-order hold represents. The other recordings, under
+        // a zero-order hold, then get slopes of zero.
         let held = model.discretization == Discretization::Zoh && records.iter().any(|r| !r.slope().is_empty());
         let model = if held { Model { discretization: Discretization::Foh, ..model } } else { model };
         let signals = records
             .iter()
             .map(|record| {
-                let held = (held && record.slope().is_empty()).then(|| record.with_level_steps());
+                let held = (held && record.slope().is_empty()).then(|| record.with_zero_order_hold());
                 let record = held.as_ref().unwrap_or(record);
                 Signals::new(record, &criterion, model.initial, model.discretization).map(Arc::new)
             })
@@ -62,28 +63,28 @@ impl Problem {
         Ok(Self { signals, model, input: input(records)?, features: space.features(), space, criterion, samples })
     }
 
-    /// The same with other free and held parameters; the recordings are shared.
+    /// Returns the same problem with another search space. The recordings are shared.
     #[must_use]
     pub fn with_space(&self, space: Space) -> Self {
         Self { features: space.features(), space, ..self.clone() }
     }
 
-    /// Returns the same problem with each recording as `make` has it.
+    /// Returns the same problem with each recording replaced by the result of `make`.
     pub(super) fn with_signals(&self, make: impl Fn(&Arc<Signals>) -> Arc<Signals>) -> Self {
         Self { signals: self.signals.iter().map(make).collect(), ..self.clone() }
     }
 
-    /// Returns the problem of one recording; what is free or fixed for a recording alone is still numbered as before.
+    /// Returns the problem with one of its recordings only. Parameters of single recordings keep their numbers.
     ///
     /// # Panics
-    /// When there is no such recording, as slices do.
+    /// Panics if `recording` is out of range.
     #[must_use]
     pub fn only(&self, recording: usize) -> Self {
         let signals = vec![self.signals[recording].clone()];
         Self { samples: signals.iter().map(|s| s.samples()).sum(), signals, ..self.clone() }
     }
 
-    /// The same with other initial states for the recordings whose own is free.
+    /// Returns the problem with other initial states, one per recording. Initial states that are not free are kept.
     #[must_use]
     pub fn starting_from(mut self, initial: &[[f64; 2]]) -> Self {
         for (signals, initial) in self.signals.iter_mut().zip(initial) {
@@ -94,8 +95,8 @@ impl Problem {
         self
     }
 
-    /// Returns the same problem with the squares of each recording and channel divided by those of `sigma`, one pair for each
-    /// recording; it is for problems whose errors all count alike.
+    /// Returns the same problem with the squared errors of each recording and channel divided by σ². `sigma` has one pair per
+    /// recording. The problem must have unit weights.
     pub(crate) fn weighted_by(&self, sigma: &[[f64; 2]]) -> Self {
         let mut weighted = self.clone();
         for (signals, sigma) in weighted.signals.iter_mut().zip(sigma) {
@@ -107,7 +108,7 @@ impl Problem {
         weighted
     }
 
-    /// The recordings.
+    /// Returns the prepared recordings.
     #[must_use]
     pub fn signals(&self) -> &[Arc<Signals>] {
         &self.signals
@@ -131,13 +132,13 @@ impl Problem {
         self.input
     }
 
-    /// The one-step method, for what drives the motor.
+    /// Returns the discretization together with the input of the motor.
     #[must_use]
     pub fn method(&self) -> Method {
         Method { discretization: self.model.discretization, input: self.input }
     }
 
-    /// The criterion.
+    /// Returns the criterion.
     #[must_use]
     pub fn criterion(&self) -> &Criterion {
         &self.criterion
@@ -149,43 +150,42 @@ impl Problem {
         self.features
     }
 
-    /// Returns whether a motor may move before its input: driven by an offset or a load, or by a voltage that is recorded late.
+    /// Returns true if a motor may move before its input does: driven by an offset or a load, or with a negative dead time.
     fn moves_early(&self) -> bool {
         let free = self.space.free().iter().map(|axis| (axis.parameter, axis.min));
         let mut lowest = free.chain(self.space.fixed().iter().map(|(parameter, _, value)| (*parameter, *value)));
         self.features.is_biased() || lowest.any(|(parameter, value)| parameter == Parameter::DeadTime && value < 0.0)
     }
 
-    /// The first sample of a recording that has to be simulated: those before find the motor at rest, unless something
-    /// acts on it without an input.
+    /// Returns the index of the first sample of a recording that must be simulated. Before it every candidate is at rest.
     #[must_use]
     pub fn first_active(&self, signals: &Signals) -> usize {
         if self.moves_early() { 0 } else { signals.first_active }
     }
 
-    /// Returns the runs of constant inputs from there on.
+    /// Returns the runs of constant inputs from the first active sample on.
     #[cfg(feature = "gpu")]
     pub(crate) fn runs<'a>(&self, signals: &'a Signals) -> &'a [Run] {
         if self.moves_early() { &signals.runs } else { signals.active_runs() }
     }
 
-    /// Returns the segments from there on.
+    /// Returns the segments from the first active sample on.
     pub(super) fn segments<'a>(&self, signals: &'a Signals) -> &'a [Segment] {
         if self.moves_early() { &signals.segments } else { signals.active_segments() }
     }
 
-    /// Returns the weighted sums of errors before that sample.
+    /// Returns the weighted sums of errors before the first active sample, per channel.
     pub(crate) fn idle_sums(&self, signals: &Signals) -> [f64; 2] {
         if self.moves_early() { [0.0; 2] } else { signals.idle_sums }
     }
 
-    /// Samples that have to be simulated for each candidate, over all recordings: its candidate-steps.
+    /// Returns the number of samples that must be simulated per candidate, over all recordings.
     #[must_use]
     pub fn active(&self) -> usize {
         self.signals.iter().map(|s| s.len() - self.first_active(s)).sum()
     }
 
-    /// Returns whether any error counts: a time origin at the end of a recording leaves none.
+    /// Returns true if any error has a positive weight. A time origin at the end of a recording makes all weights zero.
     #[must_use]
     pub fn has_weight(&self) -> bool {
         let weighs =
@@ -193,22 +193,23 @@ impl Problem {
         self.signals.iter().any(|s| weighs(s))
     }
 
-    /// The parameters that a candidate means for one recording.
+    /// Returns the parameters of a candidate for one recording.
     #[must_use]
     pub fn parameters(&self, candidate: &[f64], recording: usize) -> Parameters {
         self.space.parameters(candidate, u32::try_from(recording).unwrap_or(u32::MAX))
     }
 
-    /// The motor with its extensions that a candidate means for one recording.
+    /// Returns the motor of a candidate, with its extensions, for one recording.
     #[must_use]
     pub fn motor(&self, candidate: &[f64], recording: usize) -> Extended {
         self.space.motor(candidate, u32::try_from(recording).unwrap_or(u32::MAX))
     }
 
-    /// Simulates one recording from the state `initial` by the oracle, handing what the sensors show to `visit`.
+    /// Simulates a candidate on one recording from the state `initial` by the scalar reference simulation, and passes the
+    /// sensor outputs `[i, ω]` of each sample to `visit`.
     ///
     /// # Panics
-    /// When there is no such recording, as slices do.
+    /// Panics if `recording` is out of range.
     pub fn walk(&self, candidate: &[f64], recording: usize, initial: [f64; 2], visit: impl FnMut([f64; 2])) {
         let signals = &self.signals[recording];
         if self.features.is_linear() {
@@ -218,10 +219,11 @@ impl Problem {
         ExtendedWalk::new(&motor, &signals.drive(), self.settings(signals), initial).for_each(visit);
     }
 
-    /// Simulates one recording likewise: current and speed as the sensors show them, one value a sample.
+    /// Simulates a candidate on one recording from the state `initial` and returns the sensor outputs, current \[A\] and speed
+    /// \[rad/s\], one value per sample.
     ///
     /// # Panics
-    /// When there is no such recording, as slices do.
+    /// Panics if `recording` is out of range.
     #[must_use]
     pub fn simulate(&self, candidate: &[f64], recording: usize, initial: [f64; 2]) -> [Vec<f64>; 2] {
         let mut signals = [0, 1].map(|_| Vec::with_capacity(self.signals[recording].len()));
@@ -231,13 +233,13 @@ impl Problem {
         signals
     }
 
-    /// Returns the settings in which an extended motor is simulated.
+    /// Returns the settings for simulating an extended motor on a recording.
     #[must_use]
     pub fn settings(&self, signals: &Signals) -> SimulationSettings {
         SimulationSettings { features: self.features, method: self.method(), history: signals.history }
     }
 
-    /// Adds one recording's weighted sums (over its active samples) to the total of a candidate.
+    /// Returns the contribution of one recording to the total of a candidate, from the weighted sums over its active samples.
     #[must_use]
     #[inline]
     pub(crate) fn scaled(&self, signals: &Signals, sums: [f64; 2]) -> f64 {
@@ -245,7 +247,7 @@ impl Problem {
         signals.factor[0] * (idle[0] + sums[0]) + signals.factor[1] * (idle[1] + sums[1])
     }
 
-    /// The cost from the total over all recordings.
+    /// Returns the cost for a total over all recordings.
     #[must_use]
     #[inline]
     pub(crate) fn cost(&self, total: f64) -> f64 {
@@ -253,18 +255,18 @@ impl Problem {
     }
 }
 
-/// Refuses parameters of a recording that is not there: nothing would depend on them.
+/// Returns an error for parameters of a recording that does not exist, on which no cost would depend.
 fn check_scopes(space: &Space, recordings: usize) -> Result<()> {
     let free = space.free().iter().map(|axis| (axis.parameter, axis.scope));
     let mut all = free.chain(space.fixed().iter().map(|(parameter, scope, _)| (*parameter, *scope)));
     let is_missing =
         |scope: Scope| matches!(scope, Scope::Recording(n) if crate::numeric::index(n.into()) >= recordings);
     let Some((parameter, scope)) = all.find(|(_, scope)| is_missing(*scope)) else { return Ok(()) };
-    let message = format!("found {}, expected recordings below {recordings}", scope.name(parameter));
+    let message = format!("found {}, expected an index of a recording below {recordings}", scope.name(parameter));
     Err(crate::Error::usage(message, "Count recordings from 0, or share the parameter among all."))
 }
 
-/// Returns the input of all recordings: the voltage, or the current.
+/// Returns the input of all recordings, the voltage or the current.
 fn input(records: &[Record]) -> Result<Input> {
     if is_driven_by_current(records) {
         return Ok(Input::Current);
@@ -274,7 +276,7 @@ fn input(records: &[Record]) -> Result<Input> {
     };
     let message = "has no voltage, while other recordings of this fit have one";
     let hint = text!(
-        "Fit the recordings without a voltage by themselves, or name the column: "
+        "Fit the recordings without a voltage separately, or name the column: "
         [Columns = "voltage=HEADING:V"] "."
     );
     let error = crate::Error::data(message, hint);

@@ -1,18 +1,19 @@
-//! The scalar evaluator: the oracle of `motor::simulate` with sums in blocks, one candidate after the other.
+//! The scalar evaluator, the reference for the others: simulates one candidate after the other by `motor::simulate` and sums
+//! errors in blocks.
 //!
-//! It simulates every sample, the dead ones included, and shares no loop with the fast evaluators.
+//! It simulates every sample, including those at rest before the input, and shares no loop with the fast evaluators.
 
 use super::evaluator::{Batch, Evaluator};
 use super::problem::Problem;
 use super::signals::Signals;
 use crate::Result;
 
-/// Scalar f64 on one thread.
+/// The scalar reference evaluator, in f64 on one thread.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Scalar;
 
 impl Scalar {
-    /// The cost of one candidate, by the oracle; `candidate` has one value per free axis.
+    /// Returns the cost of one candidate, which has one value per free axis.
     #[must_use]
     pub fn cost(problem: &Problem, candidate: &[f64]) -> f64 {
         let total = problem.signals().iter().enumerate().map(|(recording, signals)| {
@@ -41,7 +42,7 @@ impl Evaluator for Scalar {
     }
 }
 
-/// Weighted sums per channel over all samples of one recording.
+/// Returns the weighted sums of errors per channel over all samples of one recording.
 fn sums(problem: &Problem, signals: &Signals, candidate: &[f64], recording: usize) -> [f64; 2] {
     let absolute = problem.criterion().is_absolute();
     let mut sums = [Sum::default(); 2];
@@ -57,7 +58,7 @@ fn sums(problem: &Problem, signals: &Signals, candidate: &[f64], recording: usiz
     sums.map(Sum::value)
 }
 
-/// A sum in blocks: rounding grows with the length of a block and the number of blocks, not with their product.
+/// A sum in blocks. Its rounding error grows with the block length plus the number of blocks, not with their product.
 #[derive(Clone, Copy, Default)]
 struct Sum {
     total: f64,

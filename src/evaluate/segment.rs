@@ -1,27 +1,27 @@
-//! Segments of a recording under one step: runs over which inputs stay the same, and segments over which only they change.
+//! Runs of samples with the same step length and the same inputs, and segments of samples with the same step length.
 
-/// Samples over which the step and all inputs stay the same.
+/// A run of consecutive samples with the same step length and the same inputs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Run {
-    /// First sample.
+    /// Index of the first sample.
     pub start: usize,
-    /// One past the last sample.
+    /// Index after the last sample.
     pub end: usize,
-    /// Index of the step.
+    /// Index of the step length.
     pub step: u16,
-    /// Voltage at the start and at the end of each step \[V\]; the latter 0 where the method does not use it.
+    /// Voltage at the start and at the end of each step \[V\]; the latter is 0 if the discretization does not use it.
     pub voltage: [f64; 2],
     /// Load torque \[N·m\].
     pub torque: f64,
 }
 
 impl Run {
-    /// Returns whether its setup costs more than to read inputs at every sample (measured).
+    /// Returns true if reading the inputs at every sample is faster than the setup of a run. The limit was measured.
     fn is_short(&self) -> bool {
         self.end - self.start < 16
     }
 
-    /// Joins runs of equal step and inputs.
+    /// Joins adjacent runs with the same step length and inputs.
     pub(super) fn joined(runs: impl Iterator<Item = Self>) -> Vec<Self> {
         let mut joined: Vec<Self> = Vec::new();
         for run in runs {
@@ -34,17 +34,17 @@ impl Run {
     }
 }
 
-/// Samples under the same step: a run, or short runs one after the other.
+/// Consecutive samples with the same step length: one run, or several short runs.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Segment {
-    /// With the inputs of the first sample.
+    /// The range of samples, with the inputs of the first one.
     pub run: Run,
-    /// True if the inputs stay the same.
+    /// True if the inputs are constant over the segment.
     pub constant: bool,
 }
 
 impl Segment {
-    /// Returns long runs each by itself, short ones together.
+    /// Returns the segments of runs: each long run alone, adjacent short runs together.
     pub(super) fn of(runs: &[Run]) -> Vec<Self> {
         let mut segments: Vec<Self> = Vec::new();
         for run in runs {

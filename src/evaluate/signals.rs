@@ -1,8 +1,8 @@
-//! One recording, made ready to be evaluated: what does not depend on the candidate is done once, here.
+//! A recording prepared for evaluation: everything that does not depend on the candidate is computed once.
 
 use super::segment::{Run, Segment};
 use crate::criterion::Criterion;
-use crate::motor::{Discretization, Drive, InputHistory, SplitSteps};
+use crate::motor::{Discretization, InputHistory, SimulationInput, SplitSteps};
 use crate::named::named;
 use crate::numeric::{count, noise_sigma, peak, rms, standard_deviation};
 use crate::record::Record;
@@ -11,77 +11,81 @@ use crate::{Error, ErrorKind, Result};
 use std::sync::OnceLock;
 
 named! {
-    /// The state `[i, ω]` in which the simulation starts.
+    /// The state `[i, ω]` at which the simulation starts.
     #[non_exhaustive]
     pub enum Initial (default Auto) {
         /// Zero if the recording starts at rest, else free.
         Auto = "auto",
-        /// At rest.
+        /// Zero: the motor starts at rest.
         Zero = "zero",
         /// The first measured sample; zero for a channel that was not measured.
         Measured = "measured",
-        /// A refinement estimates it; a search takes it as measured.
+        /// Estimated by the refinement; as measured in a population search.
         Free = "free",
     }
 }
 
-/// Residuals below so many σ of the noise of their signal are noise.
+/// Ratio of residuals to the standard deviation of a channel's noise up to which residuals count as noise.
 const NOISY: f64 = 2.0;
 
-/// One recording, ready to run.
+/// A recording prepared for a criterion and a discretization.
 #[derive(Debug, Clone)]
 pub struct Signals {
+    /// Distinct step lengths \[s\].
     pub(crate) step_s: Vec<f64>,
+    /// Index in `step_s` of the step after each sample; empty if all steps are equal.
     pub(crate) step_index: Vec<u16>,
-    /// The steps of an irregular clock in parts, where they are many and the method is exact.
+    /// Decomposition of the steps of an irregular clock, if they are many and the discretization is exact.
     pub(crate) split: Option<SplitSteps>,
-    /// The median step \[s\].
+    /// Median step \[s\].
     pub(super) period_s: f64,
-    /// Voltage, or the current where that is the input.
+    /// The input: the voltage \[V\], or the current \[A\] if no voltage was recorded.
     pub(crate) voltage: Vec<f64>,
-    /// Voltage at the start and at the end of each step, where it is a line of its own over each; empty otherwise.
+    /// Voltage at the start and at the end of each step if it has a slope of its own over each step; empty otherwise.
     lines: [Vec<f64>; 2],
+    /// Load torque \[N·m\]; empty if none was recorded.
     pub(crate) torque: Vec<f64>,
     /// Measured current and speed; zeros for a channel that was not measured.
     pub(crate) measured: Vec<[f64; 2]>,
     /// Sum of squares of each channel.
     power: [f64; 2],
-    /// σ of the noise that each channel itself shows, once it was asked for.
+    /// Standard deviation of the noise of each channel, estimated on first use.
     noise: OnceLock<[f64; 2]>,
-    /// The standard deviation of each channel, once it was asked for.
+    /// Standard deviation of each channel, computed on first use.
     deviation: OnceLock<[f64; 2]>,
-    /// Weights of the errors; empty when all are 1. A masked sample weighs 0.
+    /// Weights of the errors, 0 for masked samples; empty if all are 1.
     pub(crate) weight: Vec<[f64; 2]>,
-    /// For each sample whether its current and its speed count; empty when all do.
+    /// True for each channel of a sample that is not masked; empty if no sample is masked.
     counting: Vec<[bool; 2]>,
-    /// The part of the samples that count as independent.
-    pub(crate) independent: f64,
-    /// The factor of each channel's sum: its scale and, where weights are empty, the step; 0 for a channel that
-    /// was not measured.
+    /// Effective sample ratio: the fraction of the samples that count as independent.
+    pub(crate) effective_sample_ratio: f64,
+    /// Factor of each channel's sum: its scale and, if weights are empty, the step; 0 for a channel that was not measured.
     pub(crate) factor: [f64; 2],
     /// The state `[i, ω]` at the first sample.
     pub initial: [f64; 2],
-    /// True where a refinement estimates it.
+    /// True if the refinement estimates the initial state.
     pub initial_is_free: bool,
-    /// Samples before this one find the motor at rest without voltage or torque: their state is zero.
+    /// Index of the first sample with a voltage or torque. Before it the motor is at rest in the state zero.
     pub(crate) first_active: usize,
-    /// The weighted sums over those samples.
+    /// Weighted sums of errors before `first_active`, per channel.
     pub(crate) idle_sums: [f64; 2],
-    /// The inputs, and the number of runs before `first_active`.
+    /// Runs of constant inputs.
     pub(super) runs: Vec<Run>,
+    /// Number of runs before `first_active`.
     idle_runs: usize,
-    /// The segments, and their number before `first_active`.
+    /// Segments, each with one step length.
     pub(super) segments: Vec<Segment>,
+    /// Number of segments before `first_active`.
     idle_segments: usize,
-    /// The voltage before the recording and its first movement.
+    /// The voltage before the recording, and its first change.
     pub(crate) history: InputHistory,
 }
 
 impl Signals {
-    /// Prepares a recording for a criterion and a one-step method.
+    /// Prepares a recording for a criterion and a discretization.
     ///
     /// # Errors
-    /// `NotIdentified` when a channel is constant where the scale divides by its variation.
+    /// Returns a not-identified error if the scale divides by the variation of a constant channel.
     pub fn new(record: &Record, criterion: &Criterion, initial: Initial, method: Discretization) -> Result<Self> {
         let (samples, steps) = (record.samples(), record.steps());
         let counting = record.counting();
@@ -105,7 +109,7 @@ impl Signals {
             deviation: OnceLock::new(),
             weight: Vec::new(),
             counting,
-            independent: record.independent(),
+            effective_sample_ratio: record.effective_sample_ratio(),
             factor: [0.0; 2],
             initial,
             initial_is_free,
@@ -138,59 +142,59 @@ impl Signals {
         self.voltage.len()
     }
 
-    /// Never: a recording has samples.
+    /// Returns false, since every recording has samples.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.voltage.is_empty()
     }
 
-    /// Returns whether the motor is known to begin at rest.
+    /// Returns true if the initial state is fixed at zero.
     #[must_use]
     pub fn starts_at_rest(&self) -> bool {
         !self.initial_is_free && self.initial.iter().all(|v| *v == 0.0)
     }
 
-    /// Returns whether anything moves the motor: an input, or its own state at the start.
+    /// Returns true if an input or the initial state is not zero.
     #[must_use]
     pub fn is_driven(&self) -> bool {
         let drives = |values: &[f64]| values.iter().any(|v| *v != 0.0);
         drives(&self.voltage) || drives(&self.torque) || drives(&self.initial)
     }
 
-    /// Returns whether a channel (0 current, 1 speed) was measured.
+    /// Returns true if a channel (0 current, 1 speed) was measured.
     #[must_use]
     pub fn has(&self, channel: usize) -> bool {
         self.factor.get(channel).is_some_and(|factor| *factor > 0.0)
     }
 
-    /// Root mean square of a channel.
+    /// Returns the root mean square of a channel.
     #[must_use]
     pub(crate) fn rms(&self, channel: usize) -> f64 {
         (self.power[channel] / count(self.len())).sqrt()
     }
 
-    /// σ of the noise that a channel itself shows.
+    /// Returns the standard deviation of a channel's noise, estimated from the channel alone.
     #[must_use]
     pub(crate) fn noise(&self, channel: usize) -> f64 {
         let of = |channel: usize| noise_sigma(&self.measured.iter().map(|y| y[channel]).collect::<Vec<_>>());
         self.noise.get_or_init(|| [0, 1].map(of))[channel]
     }
 
-    /// Returns the part of the variance of residuals, of standard deviation `sigma`, that noise may explain: 1 up to
-    /// [`NOISY`] σ of the noise that the channel itself shows, less where they are far above it.
+    /// Returns the fraction of the variance of residuals of standard deviation `sigma` that noise can account for: 1 up to
+    /// [`NOISY`] standard deviations of the channel's noise, less above.
     #[must_use]
     pub(crate) fn noise_share(&self, channel: usize, sigma: f64) -> f64 {
         (NOISY * self.noise(channel) / sigma).powi(2).min(1.0)
     }
 
-    /// Returns whether a channel was measured and residuals of standard deviation `sigma` are far above its noise.
+    /// Returns true if a channel was measured and residuals of standard deviation `sigma` exceed its noise.
     #[must_use]
     pub(crate) fn is_above_noise(&self, channel: usize, sigma: f64) -> bool {
         self.has(channel) && self.noise_share(channel, sigma) < 1.0
     }
 
-    /// Returns the standard deviation of a channel, of the samples that count; the root mean square of a constant channel,
-    /// and 1 for one that is zero.
+    /// Returns the standard deviation of a channel over the samples that are not masked; the root mean square for a constant
+    /// channel, and 1 for a channel that is zero.
     #[must_use]
     pub(crate) fn deviation(&self, channel: usize) -> f64 {
         let of = |channel: usize| {
@@ -206,48 +210,48 @@ impl Signals {
         self.measured.iter().map(move |y| y.get(channel).copied().unwrap_or_default())
     }
 
-    /// Returns whether a channel of a sample counts.
+    /// Returns true if a channel of a sample is not masked.
     #[must_use]
     pub fn counts(&self, channel: usize, sample: usize) -> bool {
         self.counting.get(sample).is_none_or(|counts| counts.get(channel) == Some(&true))
     }
 
-    /// Returns the number of samples of a channel that count.
+    /// Returns the number of samples of a channel that are not masked.
     #[must_use]
     pub fn count(&self, channel: usize) -> usize {
         let counting = self.counting.iter().filter(|counts| counts.get(channel) == Some(&true));
         if self.counting.is_empty() { self.len() } else { counting.count() }
     }
 
-    /// Returns the number of samples that count in any measured channel.
+    /// Returns the number of samples that are not masked in at least one measured channel.
     pub(super) fn samples(&self) -> usize {
         let any = |counts: &&[bool; 2]| (0..2).any(|channel| counts[channel] && self.has(channel));
         if self.counting.is_empty() { self.len() } else { self.counting.iter().filter(any).count() }
     }
 
-    /// The inputs, as the oracle takes them.
+    /// Returns the inputs in the form of the reference simulation.
     #[must_use]
-    pub fn drive(&self) -> Drive<'_> {
+    pub fn drive(&self) -> SimulationInput<'_> {
         let Self { step_s, step_index, torque, lines: [start, end], .. } = self;
         let voltage = if start.is_empty() { &self.voltage } else { start };
-        Drive { step_s, step_index, voltage, voltage_end: end, torque }
+        SimulationInput { step_s, step_index, voltage, voltage_end: end, torque }
     }
 
-    /// Returns whether the voltage is a line of its own over each step.
-    pub(super) fn has_own_lines(&self) -> bool {
+    /// Returns true if the voltage has a slope of its own over each step.
+    pub(super) fn has_slopes(&self) -> bool {
         !self.lines[0].is_empty()
     }
 
-    /// Voltage at the start and at the end of the step that follows a sample, and the torque over it.
+    /// Returns the voltage at the start and at the end of the step after a sample \[V\], and the torque \[N·m\].
     #[inline(always)]
     pub(crate) fn inputs(&self, n: usize) -> [f64; 3] {
         let drive = self.drive();
         [drive.voltage[n], drive.end(n), drive.torque.get(n).copied().unwrap_or(0.0)]
     }
 
-    /// The voltage alone.
+    /// Returns the voltage at the start and at the end of the step after a sample \[V\].
     #[inline(always)]
-    pub(super) fn line(&self, n: usize) -> [f64; 2] {
+    pub(super) fn voltages_at(&self, n: usize) -> [f64; 2] {
         let [start, end, _] = self.inputs(n);
         [start, end]
     }
@@ -309,7 +313,7 @@ impl Signals {
     }
 }
 
-/// Sums of squares of both channels, four samples at a time, so that additions do not wait for each other.
+/// Returns the sum of squares of each channel, accumulated in four independent sums to hide the latency of additions.
 fn power(measured: &[[f64; 2]]) -> [f64; 2] {
     let (fours, rest) = measured.as_chunks::<4>();
     let mut sums = [[0.0; 2]; 4];
@@ -326,39 +330,39 @@ fn power(measured: &[[f64; 2]]) -> [f64; 2] {
 fn divisor(criterion: &Criterion, channel: usize, signal: &[f64]) -> Result<f64> {
     let name = ["current", "speed"][channel];
     let divisor = criterion.divisor(channel, signal);
-    // Below this a division would turn rounding noise into cost.
+    // A smaller divisor would amplify rounding noise.
     let smallest = 1e-12 * peak(signal).max(f64::MIN_POSITIVE);
     if divisor.is_finite() && divisor > smallest {
         return Ok(divisor);
     }
     let (message, remedy) = match criterion.scale {
         crate::criterion::Scale::Noise => (
-            format!("the noise of the {name} cannot be estimated: it shows none"),
+            format!("the noise of the {name} cannot be estimated: the signal has none"),
             text!("Give it (" [Noise = "i=SIGMA,w=SIGMA"] ") or choose another " [Scale] "."),
         ),
         _ => (
-            format!("the {name} is constant, {}: it tells nothing about the motor", signal[0]),
+            format!("the {name} is constant at {} and has no information about the motor", signal[0]),
             "Record while the voltage changes, or leave the column out if it was not connected.".into(),
         ),
     };
     Err(Error::new(ErrorKind::NotIdentified, message, remedy))
 }
 
-/// The voltage at the start and at the end of each step of a recording that was brought to another rate, for a method
-/// that uses both.
+/// Returns the voltage at the start and at the end of each step of a resampled recording, whose voltage has a slope of its own
+/// over each step. It is empty for other recordings, and for discretizations that use only the start.
 fn lines(record: &Record, method: Discretization) -> [Vec<f64>; 2] {
     if record.slope().is_empty() || !method.uses_next_input() {
         return Default::default();
     }
-    let at = |part: f64| {
-        let line = |(mean, slope): (&f64, &f64)| mean + part * slope;
+    let at = |fraction: f64| {
+        let line = |(mean, slope): (&f64, &f64)| mean + fraction * slope;
         record.input().iter().zip(record.slope()).map(line).collect()
     };
     [at(-0.5), at(0.5)]
 }
 
-/// Measured channels with a straight line where samples do not count, so that nothing is made of what they hold; `None`
-/// for a channel whose samples all count.
+/// Returns the measured channels with masked samples interpolated linearly, so that their values have no effect; `None` for a
+/// channel that is not masked.
 fn filled(record: &Record, counting: &[[bool; 2]]) -> [Option<Vec<f64>>; 2] {
     [0, 1].map(|channel| {
         let signal = record.measured()[channel].filter(|_| counting.iter().any(|c| !c[channel]))?;
@@ -378,12 +382,12 @@ fn filled(record: &Record, counting: &[[bool; 2]]) -> [Option<Vec<f64>>; 2] {
     })
 }
 
-/// The state at the first sample, and whether a refinement estimates it.
+/// Returns the state at the first sample, and true if the refinement estimates it.
 fn initial_state(measured: [Option<&[f64]>; 2], initial: Initial) -> ([f64; 2], bool) {
     let first = measured.map(|m| m.map_or(0.0, |m| m[0]));
     let at_rest = || {
         measured.into_iter().flatten().all(|signal| {
-            // One percent of what the signal reaches, or five σ of the noise.
+            // At rest means below one percent of the peak, or below five standard deviations of the noise.
             let first = signal[0].abs();
             first <= 0.01 * peak(signal) || first <= 5.0 * noise_sigma(signal)
         })

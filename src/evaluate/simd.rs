@@ -1,4 +1,4 @@
-//! The SIMD evaluator: blocks of candidates over the threads of the current rayon pool.
+//! The SIMD evaluator: distributes blocks of candidates over the threads of the current rayon pool.
 
 use super::cpu::{Level, cpu_name};
 use super::evaluator::{Batch, Evaluator, Group};
@@ -8,15 +8,16 @@ use super::problem::Problem;
 use crate::Result;
 use rayon::prelude::*;
 
-/// Candidate-steps of a linear motor, some 0.1 ms, below which a thread of no pool does the work itself: to wake others
-/// takes as long. With AVX-512 they are three times as many.
-const WAKING: usize = 250_000;
-const WAKING_AVX512: usize = 750_000;
-/// The least time of a step with extensions, in steps of the linear motor.
-const EXTENDED: usize = 2;
+/// Number of candidate-steps of a linear motor, about 0.1 ms, below which a thread outside of a pool does the work itself,
+/// because waking the threads of a pool takes as long.
+const PARALLEL_MIN: usize = 250_000;
+/// Number of candidate-steps of a linear motor with AVX-512 that takes about 0.1 ms.
+const PARALLEL_MIN_AVX512: usize = 750_000;
+/// Smallest ratio of the time of a step with extensions to that of the linear motor.
+const EXTENDED_COST: usize = 2;
 
-/// SIMD f64 on all threads of the rayon pool that calls it (one thread: no hand-over at all). Small batches from outside
-/// of a pool are done by their own thread.
+/// The SIMD evaluator, in f64 on all threads of the current rayon pool. With a single thread, and for small batches from
+/// outside of a pool, the calling thread does the work itself.
 #[derive(Debug, Clone, Copy)]
 pub struct Simd {
     level: Level,
@@ -30,36 +31,36 @@ impl Default for Simd {
 }
 
 impl Simd {
-    /// At a feature level of this machine; one that it lacks becomes the best that it has.
+    /// Returns an evaluator at a SIMD level. If this machine lacks the level, the best available one is used.
     #[must_use]
     pub fn at(level: Level) -> Self {
         Self { level: if level.is_available() { level } else { Level::best() }, alone: false }
     }
 
-    /// On the thread that calls, whatever pool there is.
+    /// Returns an evaluator that uses only the calling thread.
     #[must_use]
     pub fn alone() -> Self {
         Self { alone: true, ..Self::default() }
     }
 
-    /// Returns whether a batch of so many candidates is done by the thread that calls, where that is of no pool.
+    /// Returns true if a thread outside of a pool evaluates a batch of `candidates` itself.
     #[must_use]
     pub fn is_small(problem: &Problem, candidates: usize) -> bool {
         Self::default().takes_one_thread(problem, candidates)
     }
 
     fn takes_one_thread(self, problem: &Problem, candidates: usize) -> bool {
-        let factor = if problem.features().is_linear() { 1 } else { EXTENDED };
-        let waking = if self.level == Level::Avx512 { WAKING_AVX512 } else { WAKING };
-        candidates.saturating_mul(problem.active()).saturating_mul(factor) < waking
+        let factor = if problem.features().is_linear() { 1 } else { EXTENDED_COST };
+        let least = if self.level == Level::Avx512 { PARALLEL_MIN_AVX512 } else { PARALLEL_MIN };
+        candidates.saturating_mul(problem.active()).saturating_mul(factor) < least
     }
 
-    /// Threads that it may use.
+    /// Returns the number of threads that the evaluator may use.
     fn threads(self) -> usize {
         if self.alone { 1 } else { rayon::current_num_threads() }
     }
 
-    /// Candidates of a block.
+    /// Returns the number of candidates in a block.
     fn lanes(self, problem: &Problem) -> usize {
         match (self.level, problem.features().is_linear()) {
             (Level::Avx512, _) => kernel::LANES_AVX512,

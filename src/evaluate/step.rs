@@ -1,24 +1,23 @@
 //! One step of `L` candidates with extensions side by side.
 //!
-//! Limit of a step with friction: to the linear motor's 8 operations come four (two limits, what is left of the speed, and
-//! what is added to the current), and 13 cycles of a step wait for each other: 4 for each product of the speed, 1 for each
-//! limit, 3 for what is left. Three vectors side by side fill them; the sixteen registers then hold states and sums alone,
-//! and nine loads a vector, two a cycle, take 14.5 cycles a step: 1.21 a candidate, where the linear motor's two vectors
-//! take 1, the 8 cycles for which they wait. A voltage that changes adds two products, whose gains are loaded instead of
-//! what is added.
+//! Throughput of a step with friction at AVX2: the 8 operations of the linear motor and four more (two limits, the remaining
+//! speed, the increment of the current). The latency of a step is 13 cycles: 4 for each product of the speed, 1 for each limit
+//! and 3 for the remaining speed. Three vectors side by side hide it. The sixteen registers then have states and sums only, and
+//! nine loads per vector at two per cycle take 14.5 cycles, or 1.21 per candidate; the two vectors of the linear motor take 1,
+//! from a latency of 8 cycles. A voltage that changes at each sample adds two products.
 
 use super::kernel::phi;
 use crate::motor::{Extended, Method, ModelFeatures, Parameter, Reactions, StepMaps, multiply_add, step_maps};
 
-/// A pair of numbers (current, speed) of each candidate.
+/// A pair of numbers (current, speed) for each candidate.
 pub(super) type Pair<const L: usize> = [[f64; L]; 2];
 
-/// The step of a block of candidates.
+/// The coefficients of a step for a block of candidates.
 #[repr(align(64))]
 pub(super) struct Step<const L: usize> {
     pub maps: StepMaps<L>,
     phi: [[f64; L]; 4],
-    /// The contribution of offset and load to both states.
+    /// Contribution of voltage offset and load to both states.
     bias: Pair<L>,
     reactions: Reactions<L>,
 }
@@ -53,7 +52,7 @@ impl<const L: usize> Step<L> {
         reactions.friction_step::<FMA>([BRUSHES, true], [current, speed], lane)
     }
 
-    /// Returns what voltages at both ends of the step and a torque add to both states.
+    /// Returns the contribution to both states of the voltages at both ends of the step and of a torque.
     #[inline(always)]
     pub(super) fn gain<const FMA: bool>(&self, [start, end]: &Pair<L>, torque: &[f64; L]) -> Pair<L> {
         let (taps, own) = (&self.maps.taps, &self.maps.torque);
@@ -68,7 +67,7 @@ impl<const L: usize> Step<L> {
     }
 }
 
-/// Returns loads with a torque added.
+/// Returns the loads of the candidates plus a common torque \[N·m\].
 #[inline(always)]
 pub(super) fn loaded<const L: usize>(mut loads: [f64; L], torque: f64) -> [f64; L] {
     for load in &mut loads {
@@ -79,11 +78,11 @@ pub(super) fn loaded<const L: usize>(mut loads: [f64; L], torque: f64) -> [f64; 
 
 /// The input of the candidates at one sample.
 pub(super) trait Input<const L: usize>: Copy {
-    /// Returns what it adds to a state of a candidate.
+    /// Returns its contribution to a state of a candidate.
     fn gain<const FMA: bool>(self, step: &Step<L>, axis: usize, lane: usize) -> f64;
 }
 
-/// An input whose gains were computed before.
+/// An input given by its contributions, which were computed before.
 impl<const L: usize> Input<L> for &Pair<L> {
     #[inline(always)]
     fn gain<const FMA: bool>(self, _: &Step<L>, axis: usize, lane: usize) -> f64 {
@@ -91,7 +90,7 @@ impl<const L: usize> Input<L> for &Pair<L> {
     }
 }
 
-/// A constant voltage.
+/// A voltage under a zero-order hold.
 impl<const L: usize> Input<L> for f64 {
     #[inline(always)]
     fn gain<const FMA: bool>(self, step: &Step<L>, axis: usize, lane: usize) -> f64 {
@@ -99,7 +98,7 @@ impl<const L: usize> Input<L> for f64 {
     }
 }
 
-/// A line of voltage.
+/// A voltage under a first-order hold: at the start and at the end of the step.
 impl<const L: usize> Input<L> for [f64; 2] {
     #[inline(always)]
     fn gain<const FMA: bool>(self, step: &Step<L>, axis: usize, lane: usize) -> f64 {
@@ -108,7 +107,7 @@ impl<const L: usize> Input<L> for [f64; 2] {
     }
 }
 
-/// A line of voltage and a torque, with offset and load.
+/// A voltage at the start and at the end of the step, and a torque, with offset and load of the candidate.
 impl<const L: usize> Input<L> for [f64; 3] {
     #[inline(always)]
     fn gain<const FMA: bool>(self, step: &Step<L>, axis: usize, lane: usize) -> f64 {

@@ -1,11 +1,11 @@
-//! Simulated experiments: an excitation, a motor at rest, white noise on what is measured.
+//! Simulated experiments: an excitation drives a motor at rest, and white noise is added to current and speed.
 
 mod streamed;
 
 pub use streamed::{StepExperiment, StepFigures};
 
 use crate::criterion::Noise;
-use crate::motor::{Discretization, Drive, Extended, ExtendedWalk, InputHistory, SimulationSettings, walk};
+use crate::motor::{Discretization, Extended, ExtendedWalk, InputHistory, SimulationInput, SimulationSettings, walk};
 use crate::numeric::{count, whole};
 use crate::record::{Record, SAMPLES_MAX, Samples};
 use crate::setting::text;
@@ -17,7 +17,7 @@ use rand_distr::{Distribution as _, StandardNormal};
 /// The input of a simulated motor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Excitation {
-    /// Time \[s\].
+    /// Times of the samples \[s\].
     pub time_s: Vec<f64>,
     /// Voltage \[V\].
     pub voltage: Vec<f64>,
@@ -26,10 +26,12 @@ pub struct Excitation {
 }
 
 impl Excitation {
-    /// 0 V before `at_s`, `volts` from then on, for `duration_s` in steps of `period_s`, both ends included.
+    /// Returns a voltage step: 0 V before `at_s`, `volts` from then on, for `duration_s` in steps of `period_s`, both ends
+    /// included.
     ///
     /// # Errors
-    /// `Usage` when a time is not positive and finite, or there would be more than [`SAMPLES_MAX`] samples.
+    /// Returns a usage error if duration or period are not positive and finite, voltage or time of the step are not finite, or
+    /// there would be more than [`SAMPLES_MAX`] samples.
     pub fn step(volts: f64, at_s: f64, duration_s: f64, period_s: f64) -> Result<Self> {
         let samples = Self::samples(duration_s, period_s)?;
         Self::check_step(volts, at_s)?;
@@ -40,13 +42,14 @@ impl Excitation {
 
     fn check_step(volts: f64, at_s: f64) -> Result<()> {
         if !(volts.is_finite() && at_s.is_finite()) {
-            return Err(Error::usage("a step needs finite numbers", "Write step:VOLTS@SECONDS, as in step:10.5@1."));
+            let message = "the voltage and the time of a step must be finite";
+            return Err(Error::usage(message, "Write step:VOLTS@SECONDS, as in step:10.5@1."));
         }
         Ok(())
     }
 
-    /// Returns the voltage at a time after a step. A part of a period is tolerated: 1 s is sample 1000 of 1 ms, whatever the last
-    /// bit of 1000 × 0.001 is.
+    /// Returns the voltage \[V\] at a time `after_s` after a step. A tolerance of 1e-6 periods absorbs rounding: the step at 1
+    /// s is at sample 1000 of a period of 1 ms, although 1000 × 0.001 may be rounded.
     fn voltage(volts: f64, after_s: f64, period_s: f64) -> f64 {
         if after_s > -1e-6 * period_s { volts } else { 0.0 }
     }
@@ -71,15 +74,15 @@ impl Excitation {
     }
 }
 
-/// The recording that a motor at rest gives, without noise.
+/// Simulates a motor that starts at rest and returns its recording without noise.
 ///
 /// # Errors
-/// `Data` when the motor diverges or the excitation is no valid recording.
+/// Returns a data error if the simulation diverges or the excitation is not a valid recording.
 pub fn simulated(motor: impl Into<Extended>, excitation: &Excitation, method: Discretization) -> Result<Record> {
     let Excitation { time_s, voltage, torque } = excitation.clone();
     if voltage.len() != time_s.len() {
         let message = format!("{} samples of time but {} of voltage", time_s.len(), voltage.len());
-        return Err(Error::data(message, "Give one voltage per time."));
+        return Err(Error::data(message, "Give one voltage per sample of time."));
     }
     let zero = Some(vec![0.0; time_s.len()]);
     let draft = Record::new(Samples { time_s, voltage, torque, current: zero.clone(), speed: zero })?;
@@ -103,10 +106,10 @@ fn diverges(error: &Error) -> Error {
     Error::data(format!("the simulated motor diverges: {error}"), hint)
 }
 
-/// The same recording with white normal noise of standard deviation `sigma` (current \[A\], speed \[rad/s\]).
+/// Returns a recording with white Gaussian noise of standard deviation `sigma` added (current \[A\], speed \[rad/s\]).
 ///
 /// # Errors
-/// `Data` when a value leaves the range of a recording.
+/// Returns a data error if a value leaves the range of a recording.
 pub fn with_noise(record: &Record, sigma: [f64; 2], seed: u64) -> Result<Record> {
     let add = |samples: &mut Samples| {
         for (stream, (signal, sigma)) in (0..).zip([&mut samples.current, &mut samples.speed].into_iter().zip(sigma)) {
@@ -121,7 +124,8 @@ pub fn with_noise(record: &Record, sigma: [f64; 2], seed: u64) -> Result<Record>
     record.clone().changed(add, "white noise added".to_owned())
 }
 
-/// σ that a noise to be added has in both channels of a recording; 0 for a missing channel, and for what is not given.
+/// Returns the standard deviation of the noise to be added to current \[A\] and speed \[rad/s\] of a recording; 0 for a missing
+/// channel, and for a channel without a given value.
 #[must_use]
 pub fn noise_of(record: &Record, noise: Noise) -> [f64; 2] {
     let measured = record.measured();
@@ -132,11 +136,11 @@ pub fn noise_of(record: &Record, noise: Noise) -> [f64; 2] {
     [0, 1].map(|channel| measured[channel].map_or(0.0, |signal| sigma(channel, signal)))
 }
 
-/// Returns the input of a recording, as [`simulate`](crate::motor::simulate) takes it.
+/// Returns the input of a recording in the form of [`simulate`](crate::motor::simulate).
 #[must_use]
-pub fn drive(record: &Record) -> Drive<'_> {
+pub fn drive(record: &Record) -> SimulationInput<'_> {
     let (samples, steps) = (record.samples(), record.steps());
-    Drive {
+    SimulationInput {
         step_s: &steps.step_s,
         step_index: &steps.step_index,
         voltage: record.input(),

@@ -1,12 +1,15 @@
-//! Step responses of any length: simulated block by block, in memory that does not depend on the length.
+//! Step responses of any length, simulated in blocks of samples with memory independent of the length.
 //!
-//! A first pass has the figures that noise and responses need of whole signals, a second one writes the samples. Sums are taken
-//! in the order of the samples, so that the text is that of [`write_csv`](crate::record::write_csv) to the last digit.
+//! A first pass computes the statistics of the complete signals that noise and responses need; a second pass writes the
+//! samples. Sums are taken in the order of the samples, so that the text is equal to that of
+//! [`write_csv`](crate::record::write_csv).
 
 use super::Excitation;
 use crate::Result;
 use crate::criterion::Noise;
-use crate::motor::{Discretization, Drive, Extended, ExtendedWalk, InputHistory, Response, SimulationSettings, walk};
+use crate::motor::{
+    Discretization, Extended, ExtendedWalk, InputHistory, SimulationInput, SimulationSettings, StepResponse, walk,
+};
 use crate::numeric::count;
 use crate::record::{Quantity, Record, Samples, VALUE_MAX, rounded};
 use rand::SeedableRng as _;
@@ -15,10 +18,10 @@ use rand_distr::{Distribution as _, StandardNormal};
 use std::fmt::Write as _;
 use std::ops::ControlFlow;
 
-/// Samples of a block.
+/// Number of samples of a block.
 const BLOCK: usize = 1 << 14;
 
-/// A step of voltage on a motor at rest.
+/// A voltage step applied to a motor at rest.
 #[derive(Debug, Clone, Copy)]
 pub struct StepExperiment {
     motor: Extended,
@@ -26,11 +29,11 @@ pub struct StepExperiment {
     at_s: f64,
     period_s: f64,
     samples: usize,
-    /// The step between samples as a recording of them has it \[s\].
+    /// Step between samples as a recording with these times has it \[s\].
     step_s: f64,
 }
 
-/// The figures of both signals, current and speed, without noise.
+/// Statistics of current and speed without noise: sums of squares, peaks with their samples, and steady-state values.
 #[derive(Debug, Clone, Copy)]
 pub struct StepFigures {
     squares: [f64; 2],
@@ -40,7 +43,8 @@ pub struct StepFigures {
 }
 
 impl StepFigures {
-    /// Returns the standard deviations that a noise to be added has; `None` for one that is estimated from whole signals.
+    /// Returns the standard deviation of the noise to be added to current \[A\] and speed \[rad/s\]; `None` for estimated
+    /// noise, which needs the complete signals.
     #[must_use]
     pub fn sigma(&self, noise: Noise) -> Option<[f64; 2]> {
         let rms = self.squares.map(|squares| (squares / count(self.samples)).sqrt());
@@ -53,11 +57,11 @@ impl StepFigures {
 }
 
 impl StepExperiment {
-    /// A motor at rest at 0 V before `at_s`, at `volts` from then on, as [`Excitation::step`]; `None` for a motor with a dead
-    /// time or a start latency, whose voltage is needed as a whole.
+    /// Creates an experiment: 0 V before `at_s`, `volts` from then on, as in [`Excitation::step`]. Returns `None` for a motor
+    /// with a dead time or a start latency, which needs the complete voltage.
     ///
     /// # Errors
-    /// As [`Excitation::step`].
+    /// Returns an error in the cases of [`Excitation::step`].
     pub fn new(
         motor: impl Into<Extended>,
         volts: f64,
@@ -92,7 +96,7 @@ impl StepExperiment {
         (from..to).map(|n| Excitation::voltage(self.volts, self.time(n) - self.at_s, self.period_s)).collect()
     }
 
-    /// Checks the values of a sample as those of a recording are.
+    /// Checks a sample as [`Record::new`] does.
     fn checked(&self, n: usize, [current, speed]: [f64; 2]) -> Result<()> {
         if current.abs() <= VALUE_MAX && speed.abs() <= VALUE_MAX && n + 1 < self.samples {
             return Ok(());
@@ -103,8 +107,8 @@ impl StepExperiment {
         Record::new(Samples { time_s, voltage: two(self.volts), torque: None, current, speed }).map(|_| ())
     }
 
-    /// Simulates block by block. `each` has the number of the first sample of a block, its voltages, and its currents and
-    /// speeds, and may end it.
+    /// Simulates block by block. `each` gets the index of the first sample of a block, its voltages, and its states `[i, ω]`;
+    /// it may end the simulation.
     fn blocks(
         &self,
         mut each: impl FnMut(usize, &[f64], &[[f64; 2]]) -> Result<ControlFlow<()>>,
@@ -123,7 +127,7 @@ impl StepExperiment {
             let end = self.samples.min(at + BLOCK);
             seen.clear();
             let voltage = if features.is_linear() {
-                // One sample more: its state is the first of the next block.
+                // The state of one more sample is the first of the next block.
                 let voltage = self.block(at, end + 1);
                 walk(&self.motor.parameters(), &drive(&step_s, &voltage), x, Discretization::Zoh, |state| {
                     seen.push(state)
@@ -148,10 +152,11 @@ impl StepExperiment {
         Ok(ControlFlow::Continue(()))
     }
 
-    /// Simulates the motor for its figures; `go_on` is asked after each block. `None` where that ended it.
+    /// Simulates the motor and returns the statistics of its signals. `go_on` is called after each block; if it returns
+    /// `Break`, the result is `None`.
     ///
     /// # Errors
-    /// `Data` when the motor diverges.
+    /// Returns a data error if the simulation diverges.
     pub fn figures(&self, go_on: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Option<StepFigures>> {
         let tail = self.samples - self.samples.div_ceil(10);
         let (mut squares, mut peak, mut sums) = ([0.0; 2], [(0.0_f64, 0); 2], [0.0; 2]);
@@ -174,19 +179,19 @@ impl StepExperiment {
         Ok(flow.is_continue().then_some(StepFigures { squares, peak, steady, samples: self.samples }))
     }
 
-    /// Hands the samples with white normal noise of standard deviation `sigma` to `write` as the text of a recording, and
-    /// returns the responses without noise of current and speed; `band` is that of the settling time, relative to the steady
-    /// state. `None` where `write` ended it.
+    /// Passes the text of a recording, the samples with white Gaussian noise of standard deviation `sigma`, piece by piece to
+    /// `write`, and returns the step responses of current and speed without noise. `band` is the half-width of the settling band
+    /// relative to the steady state. If `write` returns `Break`, the result is `None`.
     ///
     /// # Errors
-    /// `Data` when a value leaves the range of a recording, and those of `write`.
+    /// Returns a data error if a value leaves the range of a recording, and propagates the errors of `write`.
     pub fn write(
         &self,
         figures: &StepFigures,
         (sigma, seed): ([f64; 2], u64),
         band: f64,
         write: &mut dyn FnMut(&str) -> Result<ControlFlow<()>>,
-    ) -> Result<Option<[Response; 2]>> {
+    ) -> Result<Option<[StepResponse; 2]>> {
         let mut generators = [0, 1].map(|stream| {
             let mut generator = ChaCha8Rng::seed_from_u64(seed);
             generator.set_stream(stream);
@@ -213,7 +218,7 @@ impl StepExperiment {
         })?;
         let response = |channel: usize| {
             let ((peak, at), steady_state) = (figures.peak[channel], figures.steady[channel]);
-            Response {
+            StepResponse {
                 peak,
                 peak_time_s: self.time(at),
                 steady_state,
@@ -225,19 +230,19 @@ impl StepExperiment {
     }
 }
 
-fn drive<'a>(step_s: &'a [f64], voltage: &'a [f64]) -> Drive<'a> {
-    Drive { step_s, step_index: &[], voltage, voltage_end: &[], torque: &[] }
+fn drive<'a>(step_s: &'a [f64], voltage: &'a [f64]) -> SimulationInput<'a> {
+    SimulationInput { step_s, step_index: &[], voltage, voltage_end: &[], torque: &[] }
 }
 
-/// The settling of a signal, sample by sample.
+/// The settling time of a signal, computed sample by sample.
 struct Settling {
     steady: f64,
     band: f64,
-    /// One past the last sample outside the band.
+    /// Index after the last sample outside the band.
     settled: usize,
-    /// The last values, the newest last, and the third differences so far that are larger than those of a noise that fills a third
-    /// of the band.
+    /// The last three values, the newest last.
     last: [f64; 3],
+    /// Number of third differences that are larger than those of noise with a standard deviation of a third of the band.
     rough: usize,
 }
 
@@ -253,17 +258,17 @@ impl Settling {
         let [a, b, c] = self.last;
         if n >= 3 {
             let third = (value - 3.0 * c + 3.0 * b - a).abs();
-            // As `numeric::noise_sigma` of the median.
+            // The factor is that of `numeric::noise_sigma`, which uses the median of the third differences.
             let sigma = third / (0.674_489_750_196_081_7 * 20.0_f64.sqrt());
             self.rough += usize::from(3.0 * sigma > self.band);
         }
         self.last = [b, c, value];
     }
 
-    /// Returns the sample from which the signal has settled; `None` where it has not, or noise would hide it.
+    /// Returns the index of the sample from which on the signal has settled, `None` if it has not settled or noise hides it.
     fn settled(&self, samples: usize) -> Option<usize> {
         let thirds = samples.saturating_sub(3);
-        // The median is among the rough ones.
+        // If at least half of the third differences are rough, the median is too.
         let is_hidden = thirds > 0 && self.rough >= thirds - thirds / 2;
         (self.settled < samples && !is_hidden).then_some(self.settled)
     }
@@ -288,7 +293,7 @@ mod tests {
         vec![linear, with(Parameter::Coulomb, 0.05), with(Parameter::Offset, 0.3), averaged]
     }
 
-    /// Lengths within a block, at its ends and over several.
+    /// The lengths are within a block, at its ends and over several blocks.
     #[test]
     fn the_text_and_the_figures_are_those_of_whole_signals() {
         let going = &mut || ControlFlow::Continue(());

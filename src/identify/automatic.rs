@@ -1,12 +1,12 @@
-//! The choices of `auto` beside the extensions: which samples count, and the course of the voltage between samples.
+//! Automatic choices besides the extensions: samples to exclude, and the intersample behaviour of the voltage.
 
 use super::bic::{Fit, gain};
 use super::checks;
-use super::model_selection::{Selection, TOLD_APART, select};
+use super::model_selection::{INDISTINGUISHABLE, Selection, select};
 use super::models::Models;
 use super::prepare::Prepared;
 use super::spec::IdentifySpec;
-use super::start::{Start, asked_space, start};
+use super::start::{Start, requested_space, start};
 use crate::Result;
 use crate::evaluate::Model;
 use crate::motor::{Discretization, Extension, With};
@@ -14,14 +14,15 @@ use crate::numeric::rms;
 use crate::record::{Record, is_driven_by_current};
 use std::borrow::Cow;
 
-/// Recordings with the model that explains them.
+/// Prepared recordings with the selected model.
 pub(super) struct Chosen<'a> {
     pub prepared: Prepared<'a>,
     pub start: Start,
     pub selection: Selection,
 }
 
-/// Returns copies of recordings in which undersampled stretches do not count, under `auto` and where there are such.
+/// Returns copies of the recordings with undersampled segments excluded; `None` if there are none, the current is the input, or
+/// extensions are not selected automatically.
 pub(super) fn without_undersampled(records: &[Record], spec: &IdentifySpec) -> Option<Vec<Record>> {
     if spec.with != With::Auto || is_driven_by_current(records) {
         return None;
@@ -31,11 +32,12 @@ pub(super) fn without_undersampled(records: &[Record], spec: &IdentifySpec) -> O
     is_any.then(|| masked.into_iter().zip(records).map(|(own, record)| own.unwrap_or_else(|| record.clone())).collect())
 }
 
-/// Stages 1 to 3: prepares recordings, finds where a fit starts, and selects the model. `masked` are the same recordings without
-/// their undersampled stretches; the model that explains what is left must miss these, or all samples count.
+/// Runs stages 1 to 3: prepares recordings, estimates start values and selects the model. `masked` are the same recordings with
+/// undersampled segments excluded. These segments stay excluded only if the model that is fitted to the other samples does not
+/// fit them.
 ///
 /// # Errors
-/// As the stages.
+/// Propagates the errors of [`Prepared::new`], [`checks::before`], [`start`] and [`select`].
 pub(super) fn choose<'a>(
     records: &'a [Record],
     masked: Option<&'a [Record]>,
@@ -43,24 +45,26 @@ pub(super) fn choose<'a>(
 ) -> Result<Chosen<'a>> {
     if let Some(masked) = masked {
         let chosen = between_samples(on(masked, spec)?, spec)?;
-        if !explains_all(&chosen, records) {
+        if !fits_all(&chosen, records) {
             return Ok(chosen);
         }
     }
     between_samples(on(records, spec)?, spec)
 }
 
+/// Runs stages 1 to 3 on the given recordings with the intersample behaviour of the spec.
 fn on<'a>(records: &'a [Record], spec: &'a IdentifySpec) -> Result<Chosen<'a>> {
     let prepared = Prepared::new(records, Cow::Borrowed(spec))?;
-    checks::before(records, &prepared.spec, &prepared.searched(asked_space(records, &prepared.spec)?))?;
+    checks::before(records, &prepared.spec, &prepared.searched(requested_space(records, &prepared.spec)?))?;
     let start = start(&prepared)?;
     let selection = select(&prepared, &start)?;
     Ok(Chosen { prepared, start, selection })
 }
 
-/// Selects the model anew with the other course of the voltage between samples, where that may fit better, and returns the
-/// better one. Of models that are alike the one with a dead time of its own remains: a line between samples is a delay of half a
-/// period, taken for certain. The spec is that which was asked for: the one of a normalized model holds parameters that nobody held.
+/// Repeats the model selection with the other intersample behaviour if that may fit better, and returns the better result. On a
+/// tie the first one stays, since a first-order hold acts like a fixed delay by half a period, which an estimated dead time
+/// includes. `spec` is the requested spec, because the spec of a normalized model fixes parameters that the request leaves
+/// free.
 fn between_samples<'a>(first: Chosen<'a>, spec: &IdentifySpec) -> Result<Chosen<'a>> {
     let Some(best) = &first.selection.best else { return Ok(first) };
     let is_open = spec.auto_discretization && !is_driven_by_current(first.prepared.records);
@@ -79,30 +83,32 @@ fn between_samples<'a>(first: Chosen<'a>, spec: &IdentifySpec) -> Result<Chosen<
     }
     let start = start(&prepared)?;
     let selection = select(&prepared, &start)?;
-    let is_better = selection.best.as_ref().is_some_and(|other| gain(best, other) < -TOLD_APART);
+    let is_better = selection.best.as_ref().is_some_and(|other| gain(best, other) < -INDISTINGUISHABLE);
     Ok(if is_better { Chosen { prepared, start, selection } } else { first })
 }
 
-/// Returns whether a model fits better on other terms, also with or without a dead time: between a voltage that is held and one
-/// that is a line lies half a period.
+/// Returns true if a model fits better with the intersample behaviour of `there`, as it is or with the dead time added or
+/// removed: a zero-order hold and a first-order hold differ by a delay of half a period.
 fn may_be_better(there: &Models<'_>, best: &Fit) -> bool {
     let mut toggled = best.with.clone();
     match toggled.iter().position(|e| *e == Extension::DeadTime) {
-        Some(place) => drop(toggled.remove(place)),
+        Some(index) => drop(toggled.remove(index)),
         None => toggled.push(Extension::DeadTime),
     }
-    let is_better = |with: &Vec<Extension>| there.near(best, with).is_ok_and(|fit| gain(best, &fit) < -TOLD_APART);
+    let is_better =
+        |with: &Vec<Extension>| there.near(best, with).is_ok_and(|fit| gain(best, &fit) < -INDISTINGUISHABLE);
     [best.with.clone(), toggled].iter().any(is_better)
 }
 
-/// Residuals of stretches up to this many times as large as those of other samples are explained.
-const EXPLAINED: f64 = 2.0;
+/// Largest ratio of the root mean square of the residuals of excluded samples to that of the fitted ones at which the model
+/// still fits the excluded samples.
+const RMS_RATIO_MAX: f64 = 2.0;
 
-/// Returns whether a model that was fitted to some of the samples explains the others as well.
-fn explains_all(chosen: &Chosen<'_>, records: &[Record]) -> bool {
+/// Returns true if a model that was fitted to some of the samples fits the excluded ones as well.
+fn fits_all(chosen: &Chosen<'_>, records: &[Record]) -> bool {
     let Some(best) = &chosen.selection.best else { return false };
     let problem = chosen.prepared.fitted(&best.space);
-    let explains = |(n, record): (usize, &Record)| {
+    let fits = |(n, record): (usize, &Record)| {
         let (model, counting) = (problem.simulate(&best.refined.values, n, best.refined.initial[n]), record.counting());
         let fitted = chosen.prepared.records[n].counting();
         record.measured().iter().zip(&model).enumerate().all(|(channel, (measured, model))| {
@@ -113,8 +119,8 @@ fn explains_all(chosen: &Chosen<'_>, records: &[Record]) -> bool {
                 (0..measured.len()).filter(here).map(|n| measured[n] - model[n]).collect()
             };
             let [counted, others] = [of(true), of(false)];
-            others.is_empty() || rms(&others) <= EXPLAINED * rms(&counted)
+            others.is_empty() || rms(&others) <= RMS_RATIO_MAX * rms(&counted)
         })
     };
-    records.iter().enumerate().all(explains)
+    records.iter().enumerate().all(fits)
 }

@@ -1,4 +1,4 @@
-//! Costs of candidates from anywhere, on the device that a spec asks for.
+//! Costs of given candidates on the device of a spec.
 
 use super::current_driven::needs_voltage;
 use super::model_selection::named_space;
@@ -15,18 +15,19 @@ use crate::record::Record;
 use crate::warning::Warning;
 use std::sync::Arc;
 
-/// Evaluates tables of candidates, one after the other.
+/// Evaluates tables of candidates one after another.
 pub struct BatchCosts {
     problem: Arc<Problem>,
     evaluation: BatchSearchEvaluator,
 }
 
 impl BatchCosts {
-    /// Prepares recordings. Bounds that follow the Steiglitz–McBride estimate do so where there is one. The spec's
-    /// population and generations say how many candidates will come, for the choice of a device.
+    /// Prepares recordings. Automatic bounds are set around the Steiglitz–McBride estimate if there is one. The device is
+    /// selected for as many candidates as the spec's population times its generations.
     ///
     /// # Errors
-    /// As for a problem; `Device` when the device that is asked for is not there.
+    /// Propagates the errors of [`Problem::new`]; returns `Data` for a recording without a voltage and `Device` if the
+    /// requested device is not available.
     pub fn new(records: &[Record], spec: &IdentifySpec) -> Result<Self> {
         let space = search_space(records, spec)?;
         let problem = Arc::new(Problem::new(records, spec.model, space, spec.criterion)?);
@@ -34,35 +35,35 @@ impl BatchCosts {
         Ok(Self { problem, evaluation })
     }
 
-    /// Returns the problem, whose space lists the values of a candidate.
+    /// Returns the problem, whose space defines the order of a candidate's values.
     #[must_use]
     pub fn problem(&self) -> &Arc<Problem> {
         &self.problem
     }
 
-    /// Costs of row-major `values`, one per candidate.
+    /// Computes the cost of each candidate of the row-major table `values`, shape `[candidates, parameters]`.
     ///
     /// # Errors
-    /// `Usage` when lengths do not fit; `Device` when the device fails.
+    /// Returns `Usage` if the lengths do not match and `Device` if the device fails.
     pub fn evaluate(&mut self, values: &[f64], costs: &mut [f64]) -> Result<()> {
         self.begin(values)?;
         self.finish(values, costs)
     }
 
-    /// Begins the same: a device of its own computes while the caller goes on. What is begun first is finished first; two
-    /// at a time are enough.
+    /// Submits candidates to the device and returns, so that the caller can continue while a GPU computes. Batches are finished
+    /// in the order in which they begin; two at a time keep the device busy.
     ///
     /// # Errors
-    /// As for [`BatchCosts::evaluate`].
+    /// Returns the same errors as [`BatchCosts::evaluate`].
     pub fn begin(&mut self, values: &[f64]) -> Result<()> {
         let candidates = self.candidates(values)?;
         self.evaluation.begin(&[candidates])
     }
 
-    /// Waits for the costs of what was begun first.
+    /// Waits for the costs of the oldest batch that [`BatchCosts::begin`] submitted.
     ///
     /// # Errors
-    /// As for [`BatchCosts::evaluate`].
+    /// Returns the same errors as [`BatchCosts::evaluate`].
     pub fn finish(&mut self, values: &[f64], costs: &mut [f64]) -> Result<()> {
         let candidates = self.candidates(values)?;
         self.evaluation.finish(&[candidates], costs)
@@ -71,26 +72,26 @@ impl BatchCosts {
     fn candidates<'a>(&self, values: &'a [f64]) -> Result<Candidates<'a>> {
         let width = self.problem.space().free().len();
         if !values.len().is_multiple_of(width) {
-            let message = format!("{} values are not whole rows of {width}", values.len());
+            let message = format!("{} values are not complete rows of {width}", values.len());
             return Err(crate::Error::usage(message, "Give one value per free parameter."));
         }
         Ok(Candidates::new(values, width))
     }
 
-    /// Returns the device that evaluates: its kind (cpu or gpu), its name, its precision.
+    /// Returns the kind of the device, `cpu` or `gpu`, its name and its precision.
     #[must_use]
     pub fn device(&self) -> (&'static str, String, &'static str) {
         self.evaluation.device()
     }
 
-    /// Returns warnings for the reader.
+    /// Returns the warnings of the device.
     #[must_use]
     pub fn warnings(&self) -> &[Warning] {
         self.evaluation.warnings()
     }
 }
 
-/// Bounds that follow the Steiglitz–McBride estimate do so where there is one.
+/// Returns the search space of the spec, with automatic bounds around the Steiglitz–McBride estimate if there is one.
 fn search_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
     needs_voltage(records)?;
     if spec.is_extended() {

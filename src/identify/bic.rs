@@ -1,9 +1,9 @@
-//! Comparison of models by Schwarz's criterion (BIC, 1978) with as many samples as the squares of the residuals have independent
-//! ones: `N (1 − ρ²)/(1 + ρ²)` for a correlation ρ from sample to sample (G. V. Bayley, J. M. Hammersley 1946). Residuals that a
-//! wrong model leaves are correlated; counted as they are, they would favor any extension.
+//! Comparison of models by BIC (G. Schwarz, 1978) at the effective sample size of the squared residuals,
+//! `N (1 − ρ²)/(1 + ρ²)` for a correlation ρ at lag 1 (G. V. Bayley, J. M. Hammersley, 1946). The residuals of an incomplete
+//! model are correlated; with the full sample size almost any extension would be selected.
 //!
-//! Both sides of a comparison are weighted by the same σ, that of the model which fits better: a model that contains
-//! another then never comes out worse by its sum of squares.
+//! Both models of a comparison are weighted by the same σ, that of the better one, so that a model never has a higher weighted
+//! sum of squares than one that it contains.
 
 use crate::estimate::Refined;
 use crate::evaluate::{Problem, Signals};
@@ -11,24 +11,23 @@ use crate::motor::{Extension, Space};
 use crate::numeric;
 use std::sync::Arc;
 
-/// A criterion must be lower by this much: odds of e³ = 20 to 1.
+/// Smallest decrease of BIC at which the larger model is preferred: odds of e³ = 20 to 1.
 const GAIN: f64 = 6.0;
-/// And the residuals of some channel by this part: below it nobody would notice.
+/// Smallest relative decrease of the residual deviation of some channel that matters in practice.
 const SMALLEST: f64 = 0.01;
 
-/// A model with its fit.
+/// A fitted model.
 #[derive(Clone)]
 pub(super) struct Fit {
     pub with: Vec<Extension>,
     pub space: Space,
     pub refined: Refined,
-    /// The part of the samples that are independent.
+    /// Ratio of the effective sample size of the squared residuals to the number of values.
     pub effective: f64,
-    /// Measured values.
+    /// Number of measured values.
     pub count: f64,
-    /// Minus twice the logarithm of the likelihood of the residuals as first-order autoregressions: the sum of `N ln((1 − ρ²)
-    /// σ²)`
-    /// over recordings and channels.
+    /// Minus twice the log-likelihood of the residuals as first-order autoregressions, up to a constant: the sum of
+    /// `N ln((1 − ρ²) σ²)` over recordings and channels.
     pub deviance: f64,
 }
 
@@ -41,26 +40,26 @@ impl Fit {
     }
 }
 
-/// Returns whether a model is to be taken in place of a smaller one: by the squares of its residuals, or by what is left of them
-/// when each is predicted by the one before. Residuals of a slow motor that lacks something else hardly have independent samples,
-/// yet show an effect in how they move.
-pub(super) fn is_worth(from: &Fit, to: &Fit) -> bool {
+/// Returns true if a model is preferred to a smaller one, by the BIC of its residuals or of their innovations. Strongly
+/// correlated residuals, as of a slow motor whose model lacks another effect, have a small effective sample size, but their
+/// innovations can still show the effect.
+pub(super) fn is_preferred(from: &Fit, to: &Fit) -> bool {
     let ratios =
         from.refined.sigma.iter().zip(&to.refined.sigma).filter_map(|(before, after)| Some((*after)? / (*before)?));
     let gains = [gain(from, to), gain_of_innovations(from, to)];
     gains.iter().any(|gain| *gain < -GAIN) && ratios.into_iter().any(|ratio| ratio < 1.0 - SMALLEST)
 }
 
-/// Returns Schwarz's criterion of a model less that of another, their residuals taken as first-order autoregressions.
+/// Returns the BIC of `to` minus that of `from`, with the residuals as first-order autoregressions.
 fn gain_of_innovations(from: &Fit, to: &Fit) -> f64 {
     let more = numeric::count(to.space.free().len()) - numeric::count(from.space.free().len());
     to.deviance - from.deviance + more * from.count.max(std::f64::consts::E).ln()
 }
 
-/// The residuals of each recording and channel: their number, their mean square and their correlation from sample to sample.
+/// Number of values, mean square and lag-1 correlation of the residuals of each recording and channel.
 struct Residuals(Vec<[f64; 3]>);
 
-/// Residuals of this part of the signal are rounding.
+/// Standard deviation of rounding errors relative to that of the signal.
 const ROUNDING: f64 = 1e-8;
 
 impl Residuals {
@@ -82,15 +81,15 @@ impl Residuals {
         Self(all)
     }
 
-    /// Returns the part of the values that are independent, by the part of them that a correlation leaves, and their number.
-    fn independent(&self, share: impl Fn(f64) -> f64) -> (f64, f64) {
+    /// Returns the effective sample ratio over all channels and the number of values; `share` is the ratio at a correlation.
+    fn effective_ratio(&self, share: impl Fn(f64) -> f64) -> (f64, f64) {
         let all: f64 = self.0.iter().map(|[count, ..]| count).sum();
         let independent: f64 = self.0.iter().map(|[count, _, correlation]| count * share(*correlation)).sum();
         (if all > 0.0 { independent / all } else { 1.0 }, all)
     }
 
     fn effective_for_squares(&self) -> (f64, f64) {
-        self.independent(|correlation| (1.0 - correlation.powi(2)) / (1.0 + correlation.powi(2)))
+        self.effective_ratio(|correlation| (1.0 - correlation.powi(2)) / (1.0 + correlation.powi(2)))
     }
 
     fn deviance(&self) -> f64 {
@@ -101,18 +100,17 @@ impl Residuals {
     }
 }
 
-/// Returns the part of the measured values that are independent where means of residuals count, `(1 − ρ)/(1 + ρ)`, and the number
-/// of values.
+/// Returns the effective sample ratio for means of residuals, `(1 − ρ)/(1 + ρ)`, and the number of measured values.
 pub(super) fn effective(problem: &Problem, refined: &Refined) -> (f64, f64) {
-    Residuals::of(problem, refined).independent(|correlation| (1.0 - correlation) / (1.0 + correlation))
+    Residuals::of(problem, refined).effective_ratio(|correlation| (1.0 - correlation) / (1.0 + correlation))
 }
 
-/// Returns Schwarz's criterion of a model less that of another.
+/// Returns the BIC of `to` minus that of `from`: negative if `to` is better.
 pub(super) fn gain(from: &Fit, to: &Fit) -> f64 {
     let under = |by: &Fit| {
         by.effective * (to.refined.weighted(&by.refined.weights) - from.refined.weighted(&by.refined.weights))
     };
-    // Where each is better by its own weights, neither is.
+    // If the two weightings disagree, the sums of squares count as equal.
     let (by, change) = match (under(from), under(to)) {
         (before, after) if before < 0.0 && after < 0.0 => (to, after),
         (before, after) if before > 0.0 && after > 0.0 => (from, before),
@@ -122,7 +120,7 @@ pub(super) fn gain(from: &Fit, to: &Fit) -> f64 {
     change + more * (by.effective * by.count).max(std::f64::consts::E).ln()
 }
 
-/// Returns whether what a refinement leaves is far above the noise: a better optimum may be elsewhere.
+/// Returns true if the residuals of some channel are far above its noise, so that a better optimum may exist.
 pub(super) fn is_far(problem: &Problem, refined: &Refined) -> bool {
     let far = |(signals, sigma): (&Arc<Signals>, &[f64; 2])| {
         (0..2).any(|channel| signals.is_above_noise(channel, sigma[channel]))

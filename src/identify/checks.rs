@@ -1,11 +1,11 @@
-//! Checks of identifiability: before the fit where the recordings show it, after it where only the fit does.
+//! Checks of identifiability: before the fit on the recordings and the spec, after it on the information matrix.
 
 use super::method::Method;
 use super::missing_channel::missing_channel;
 use super::repeated::check_repeated;
 use super::spec::IdentifySpec;
 use crate::analysis::poor_fit;
-use crate::estimate::{Refined, describe};
+use crate::estimate::{Refined, describe_direction};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Parameter, Space};
 use crate::record::{Record, diagnose, driver};
@@ -14,10 +14,14 @@ use crate::text::engineering;
 use crate::warning::Warning;
 use crate::{Error, Result};
 
-/// Returns whether the spec, the recordings and the criterion leave anything to be found at all.
+/// Checks before the fit that the spec is consistent and that the recordings carry information on the free parameters.
+///
+/// # Errors
+/// Returns `Usage` for an invalid spec, `Data` for a recording that is given twice, and `NotIdentified` if nothing drives the
+/// motor, there are no more measured values than free parameters, no sample has weight, or a required channel is missing.
 pub(super) fn before(records: &[Record], spec: &IdentifySpec, problem: &Problem) -> Result<()> {
     if spec.method == Method::SteiglitzMcBride && !spec.space.fixed().is_empty() {
-        let message = "Steiglitz–McBride estimates all five parameters and cannot hold any";
+        let message = "Steiglitz–McBride estimates all five parameters and cannot fix any of them";
         return Err(Error::usage(message, text!("Leave " [Fix] " out, or use " [Method = "auto"] ".")));
     }
     spec.search(problem.space()).check()?;
@@ -36,12 +40,12 @@ pub(super) fn before(records: &[Record], spec: &IdentifySpec, problem: &Problem)
         return Err(Error::not_identified(message, format!("Record while the {input} changes.")));
     }
     if values <= free {
-        let message = format!("{values} measured values under {} for {free} free parameters", driver(records));
-        let hint = text!("Record longer or faster, or hold parameters with " [Fix] ".");
+        let message = format!("only {values} measured values under {} for {free} free parameters", driver(records));
+        let hint = text!("Record longer or faster, or fix parameters with " [Fix] ".");
         return Err(Error::not_identified(message, hint));
     }
     if !problem.has_weight() {
-        let message = text!("no sample counts: " [TimeOrigin] " is at or after the end of the recording");
+        let message = text!("no sample has weight: " [TimeOrigin] " is at or after the end of the recording");
         let hint = text!("Give " [TimeOrigin] " in seconds from the start of the recording.");
         return Err(Error::not_identified(message, hint));
     }
@@ -53,7 +57,7 @@ pub(super) fn before(records: &[Record], spec: &IdentifySpec, problem: &Problem)
     Ok(())
 }
 
-/// A voltage is logged late by a period at most: before that, the logger had the sample before.
+/// Checks that the dead time is at least minus one sampling period, the most by which a logger can record a voltage late.
 fn check_dead_time(records: &[Record], space: &Space) -> Result<()> {
     let longest = records.iter().map(Record::period_s).fold(0.0, f64::max);
     let free = space.free().iter().map(|axis| (axis.parameter, axis.min));
@@ -61,12 +65,14 @@ fn check_dead_time(records: &[Record], space: &Space) -> Result<()> {
     let is_earlier =
         |(parameter, value): &(Parameter, f64)| *parameter == Parameter::DeadTime && *value < -longest * (1.0 + 1e-9);
     let Some((_, value)) = free.chain(fixed).find(is_earlier) else { return Ok(()) };
-    let message =
-        format!("td is {value} s, earlier than one period of {} before the voltage", engineering(longest, "s", 4));
+    let message = format!("td is {value} s, less than minus one sampling period of {}", engineering(longest, "s", 4));
     Err(Error::usage(message, format!("Give a value of {} s or more.", -longest)))
 }
 
-/// Returns whether the fit leaves anything that was asked for unknown.
+/// Checks after the fit that every free parameter is identifiable; without a refinement a warning replaces the error.
+///
+/// # Errors
+/// Returns `NotIdentified` if a refined fit leaves a free parameter unidentified.
 pub(super) fn after(
     records: &[Record],
     spec: &IdentifySpec,
@@ -81,7 +87,7 @@ pub(super) fn after(
     } else {
         ("record", "Record", format!(" faster or longer, under a {input} that changes more"))
     };
-    let rest = text!("{what_else}, or hold parameters with "[Fix]);
+    let rest = text!("{what_else}, or fix parameters with "[Fix]);
     if spec.is_polished() {
         reversed_sign(records)?;
         return Err(Error::not_identified(what, text!("{capital}" {rest} ".")));
@@ -89,7 +95,7 @@ pub(super) fn after(
     Ok(Some(Warning::new("not_identifiable", text!("{what}; {first}" {rest}))))
 }
 
-/// The parameter that runs to a bound nobody gave, and which.
+/// Returns the first motor parameter that ends at an automatic bound, and the side of that bound.
 pub(super) fn running(spec: &IdentifySpec, space: &Space, refined: &Refined) -> Option<(Parameter, &'static str)> {
     let runs = |(axis, side): (&Axis, &Option<&'static str>)| {
         let side = side.filter(|_| spec.auto_bounds.contains(&axis.parameter))?;
@@ -98,28 +104,31 @@ pub(super) fn running(spec: &IdentifySpec, space: &Space, refined: &Refined) -> 
     space.free().iter().zip(&refined.at_bound).find_map(runs)
 }
 
-/// Returns what is not identifiable: directions without information, and parameters that run to a bound nobody gave.
+/// Describes what is not identifiable: directions without information, or a parameter that ends at an automatic bound.
 fn unknown(spec: &IdentifySpec, space: &Space, refined: &Refined) -> Option<String> {
     let axes = space.free();
-    let directions = &refined.uncertainty.unknown;
+    let directions = &refined.uncertainty.unidentifiable;
     if let [direction] = &directions[..] {
-        return Some(format!("the recordings cannot tell {}", describe(direction, axes)));
+        return Some(format!("the recordings do not identify {}", describe_direction(direction, axes)));
     }
     if !directions.is_empty() {
         let part = |n: usize| directions.iter().any(|direction| direction[n].abs() > 0.1);
         let symbols: Vec<&str> = (0..axes.len()).filter(|n| part(*n)).map(|n| axes[n].parameter.symbol()).collect();
         let (rank, count, unknown) = (refined.uncertainty.rank, axes.len(), symbols.join(", "));
-        let told = if rank == 1 { "combination" } else { "combinations" };
+        let combinations = if rank == 1 { "combination" } else { "combinations" };
         return Some(format!(
-            "the recordings tell {rank} {told} of the {count} free parameters; unknown are {unknown}"
+            "the recordings identify {rank} {combinations} of the {count} free parameters; not identifiable: {unknown}"
         ));
     }
     let (parameter, side) = running(spec, space, refined)?;
     let where_to = if side == "min" { "zero" } else { "ever larger values" };
-    Some(format!("the recordings cannot tell {}: the best fit takes it to {where_to}", parameter.symbol()))
+    Some(format!("the recordings do not identify {}: the best fit takes it to {where_to}", parameter.symbol()))
 }
 
-/// Returns whether the result is one: a simulation that explains nothing in any channel is none.
+/// Checks that a refined model fits at least one channel better than its mean.
+///
+/// # Errors
+/// Returns `NotIdentified` if it does not, or if the fit is poor and a channel has a reversed sign.
 pub(super) fn fit(records: &[Record], spec: &IdentifySpec, fit_percent: [Option<f64>; 2]) -> Result<()> {
     if !spec.is_polished() {
         return Ok(());
@@ -128,13 +137,13 @@ pub(super) fn fit(records: &[Record], spec: &IdentifySpec, fit_percent: [Option<
         reversed_sign(records)?;
     }
     if fit_percent.iter().flatten().all(|percent| *percent <= 0.0) {
-        let message = "the motor does not explain the recordings: no fit is better than the mean";
+        let message = "the model does not fit the recordings: no channel is fitted better than by its mean";
         return Err(Error::not_identified(message, "Check columns, units and signs."));
     }
     Ok(())
 }
 
-/// A channel whose sign is reversed, where nothing fits for it.
+/// Returns an error if the diagnosis of the recordings finds a channel with a reversed sign.
 fn reversed_sign(records: &[Record]) -> Result<()> {
     let mut found = records.iter().flat_map(diagnose);
     match found.find(|finding| finding.code == "sign_reversed") {

@@ -1,9 +1,9 @@
-//! Identification from current and speed without a voltage: the mechanical side of a motor, `J dω/dt = K i − B ω − TL − Tc
-//! sgn(ω)`,
-//! with the measured current as its input.
+//! Identification from current and speed without a voltage: the mechanical equation of the motor,
+//! `J dω/dt = K i − B ω − TL − Tc sgn(ω)` (Eq. 7 with load and Coulomb friction), with the measured current as its input.
 //!
-//! All of K, B, J, TL and Tc times any number does the same, so that only their ratios are told, as characteristics; a
-//! motor with some K stands for all of them. Where one of them is held, the others follow.
+//! Scaling K, B, J, TL and Tc by a common factor leaves the speed unchanged, so that only their ratios are identifiable. They
+//! are reported as characteristics of a normalized model with an assumed K. If one of the five is fixed, the others are
+//! identifiable.
 
 use super::method::Method;
 use super::normalized::{NormalizedModel, informative, is_usual, peaks};
@@ -15,24 +15,27 @@ use crate::setting::{Text, text};
 use crate::warning::Warning;
 use crate::{Error, Result};
 
-/// The parameters that only one of them gives a scale.
+/// Parameters that are identifiable up to a common factor.
 const SCALED: [Parameter; 5] = [Parameter::K, Parameter::B, Parameter::J, Parameter::Coulomb, Parameter::Load];
 
-/// Checks that recordings have a voltage, where only that serves.
+/// Checks that all recordings have a voltage.
 ///
 /// # Errors
-/// `Data` with the recording that has none.
+/// Returns `Data` with the first recording that has no voltage.
 pub fn needs_voltage(records: &[Record]) -> Result<()> {
     let Some(record) = records.iter().find(|record| record.driver() == Quantity::Current) else { return Ok(()) };
     let hint = text!(
         "Use " [Command::Identify] ", which takes the current as the input, or name the column: "
         [Columns = "voltage=HEADING:V"] "."
     );
-    let error = Error::data("has no voltage: costs of R, L, K, B and J cannot be told without one", hint);
+    let error = Error::data("has no voltage: costs of R, L, K, B and J cannot be computed without one", hint);
     Err(record.source().path.iter().fold(error, |error, path| error.in_file(path)))
 }
 
-/// The motor that stands for all that recordings without a voltage could be of; `None` where they have one.
+/// Returns the normalized model of recordings without a voltage; `None` if they have one.
+///
+/// # Errors
+/// Returns `Usage` for a method, extensions or bounds that need a voltage.
 pub(super) fn current_driven(records: &[Record], spec: &IdentifySpec) -> Result<Option<NormalizedModel>> {
     if !is_driven_by_current(records) {
         return Ok(None);
@@ -51,25 +54,25 @@ pub(super) fn current_driven(records: &[Record], spec: &IdentifySpec) -> Result<
     NormalizedModel::new(spec, guess(records, spec), &assumed, &unknown, warning).map(Some)
 }
 
-/// Returns whether everything that is asked for has a meaning.
+/// Checks that the method and the extensions need no voltage.
 fn check(spec: &IdentifySpec) -> Result<()> {
     if spec.method == Method::SteiglitzMcBride {
         let message = "Steiglitz–McBride needs voltage, current and speed, and the recordings have no voltage";
         let hint = text!("Use " [Method = "auto"] ", or name the column: " [Columns = "voltage=HEADING:V"] ".");
         return Err(Error::usage(message, hint));
     }
-    let asked: &[Extension] = if let With::These(list) = &spec.with { list } else { &[] };
+    let requested: &[Extension] = if let With::These(list) = &spec.with { list } else { &[] };
     let features = spec.space.features();
-    let meant = |e: &Extension| asked.contains(e) || features.has_any(e.parameters());
+    let meant = |e: &Extension| requested.contains(e) || features.has_any(e.parameters());
     let no_sensor = features.has(Parameter::CurrentAverage).then_some(Extension::SensorAverage);
     let Some(extension) = Extension::ALL.into_iter().find(|e| meant(e) && !e.acts_on_current()).or(no_sensor) else {
         return Ok(());
     };
     if extension == Extension::SensorAverage {
-        let message = "Ni: the current is the input here, and no output that a sensor averages";
-        return Err(Error::usage(message, "Leave Ni out; that of the speed is Nw."));
+        let message = "Ni averages a measured current, but the current is the input of these recordings";
+        return Err(Error::usage(message, "Leave Ni out; the average of the speed sensor is Nw."));
     }
-    let message = format!("{} is about the voltage, and the recordings have none", extension.name());
+    let message = format!("{} acts on the voltage, and the recordings have none", extension.name());
     let hint = match extension {
         Extension::Offset => {
             text!("An offset of the current acts as a load: " [With = "load"] ", or subtract it with " [Offset] ".")
@@ -79,16 +82,16 @@ fn check(spec: &IdentifySpec) -> Result<()> {
     Err(Error::usage(message, hint))
 }
 
-/// Bounds mean nothing to what has no scale.
+/// Checks that no parameter without a scale has bounds of its own.
 fn check_bounds(spec: &IdentifySpec) -> Result<()> {
     let given = |axis: &&Axis| SCALED.contains(&axis.parameter) && !spec.auto_bounds.contains(&axis.parameter);
     let Some(axis) = spec.space.free().iter().find(given) else { return Ok(()) };
     let symbol = axis.parameter.symbol();
-    let message = format!("{symbol} has bounds, but current and speed tell only ratios of K, B, J, Tc and TL");
-    Err(Error::usage(message, text!("Hold K with " [Fix = "K=…"] ", or leave the bounds of {symbol} out.")))
+    let message = format!("{symbol} has bounds, but current and speed identify only ratios of K, B, J, Tc and TL");
+    Err(Error::usage(message, text!("Fix K with " [Fix = "K=…"] ", or leave the bounds of {symbol} out.")))
 }
 
-/// A motor that about does what current and speed show, with what is held of it.
+/// Returns an initial estimate of R, L, K, B and J from current and speed, with the fixed parameters of the spec.
 fn guess(records: &[Record], spec: &IdentifySpec) -> [f64; 5] {
     let informative = informative(records, 1);
     let lag = |record: &&Record| lag_by_speed(record).ok().filter(|lag| lag.iter().all(is_usual));
@@ -109,20 +112,20 @@ fn guess(records: &[Record], spec: &IdentifySpec) -> [f64; 5] {
 
 fn warning(records: &[Record], spec: &IdentifySpec, scaled: bool) -> Warning {
     let between = match spec.model.discretization {
-        Discretization::Foh => "a line between its samples".into(),
+        Discretization::Foh => "with a first-order hold".into(),
         _ => text!(
-            "held between its samples, which takes it for late by half a period if it was measured ("
+            "with a zero-order hold, which delays a measured current by half a period (see "
             [Discretization = "foh"] ")"
         ),
     };
-    let told = match scaled {
+    let ratios = match scaled {
         true => Text::default(),
         false => text!(
-            "ratios are told, as kS, kV, kA, kG, gain and time constant; for K, B, J, Tc and TL hold one of them, as in "
-            [Fix = "K=…"] "; "
+            "only ratios are identifiable: kS, kV, kA, kG, gain and time constant; for K, B, J, Tc and TL fix one of "
+            "them, as in " [Fix = "K=…"] "; "
         ),
     };
     let unused = unused_columns(records);
-    let message = text!("no voltage" {unused} ": the current is the input, " {between} "; " {told});
-    Warning::new("channel_missing", message.and("R and L have no part in it"))
+    let message = text!("no voltage" {unused} ": the current is the input, " {between} "; " {ratios});
+    Warning::new("channel_missing", message.and("R and L do not enter"))
 }

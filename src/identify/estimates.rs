@@ -1,4 +1,4 @@
-//! The estimates of a result: its parameters one by one, and as maps by their names.
+//! The estimates of a result: a list of parameters, and maps by their names for serialization.
 
 use super::result::{Identification, side};
 use crate::Result;
@@ -12,65 +12,64 @@ use serde_json::{Map, Value, json};
 /// The estimate of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ParameterEstimate {
-    /// Which parameter.
+    /// Parameter that is estimated.
     pub parameter: Parameter,
-    /// For which recordings.
+    /// Scope of the parameter: shared by all recordings, or of one recording.
     pub scope: Scope,
-    /// Its value; `None` where it is not identifiable.
+    /// Estimate in the unit of the parameter; `None` if it is not identifiable.
     pub value: Option<f64>,
-    /// Its standard error; `None` at a bound, where it is held, and without a polish.
+    /// Standard error in the unit of the parameter; `None` at a bound, for a fixed parameter, and without a polish.
     pub std_error: Option<f64>,
-    /// Its 95 % interval, likewise.
+    /// 95 % confidence interval; `None` in the same cases as the standard error.
     pub ci95: Option<[f64; 2]>,
-    /// The bound, `min` or `max`, that it ended at.
+    /// Bound at which the parameter ended, `min` or `max`.
     pub at_bound: Option<&'static str>,
-    /// True if it was held at its value.
+    /// True if the parameter was fixed.
     pub fixed: bool,
-    /// The bounds of a free parameter.
+    /// Axis of a free parameter with its bounds.
     pub axis: Option<Axis>,
 }
 
 impl ParameterEstimate {
-    /// A parameter of which nothing but its value is known.
+    /// Makes the estimate of a parameter without a standard error, an interval or bounds.
     #[must_use]
     pub fn new(parameter: Parameter, scope: Scope, value: Option<f64>) -> Self {
         Self { parameter, scope, value, std_error: None, ci95: None, at_bound: None, fixed: false, axis: None }
     }
 
-    /// Its name: its symbol, with the index of the recording that it belongs to.
+    /// Returns the symbol of the parameter, with the index of the recording if it belongs to one.
     #[must_use]
     pub fn name(&self) -> String {
         self.scope.name(self.parameter)
     }
 
-    /// Where it stands among others: by parameter, then by recording.
+    /// Returns the sort key: by parameter, then by recording.
     pub(crate) fn order(&self) -> (usize, Option<u32>) {
         self.scope.order(self.parameter)
     }
 }
 
-/// The estimates of the parameters of a motor: the five of the motor, then those of extensions; those of recordings one
-/// after the other.
+/// The estimates of all parameters: R, L, K, B and J, then those of extensions, each in the order of the recordings.
 ///
-/// They are serialized as four maps by name: `parameters`, `std_error` and `ci95` (both `null` without a polish), `at_bound`.
+/// They are serialized as four maps by name: `parameters`, `std_error` and `ci95` (both `null` without a polish), and
+/// `at_bound`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimates {
-    /// One by one.
+    /// Estimates in the order of the parameters.
     pub list: Vec<ParameterEstimate>,
-    /// True if there was a polish, which gives standard errors.
+    /// True if a polish was run, which computes standard errors.
     pub polished: bool,
 }
 
 impl Estimates {
-    /// The estimate of a parameter that all recordings share.
+    /// Returns the estimate of a parameter that all recordings share.
     #[must_use]
     pub fn get(&self, parameter: Parameter) -> Option<&ParameterEstimate> {
         self.list.iter().find(|e| e.parameter == parameter && e.scope == Scope::Shared)
     }
 }
 
-/// Estimates as they are written: maps by name, all `None` where there is no result. What was held and within which bounds
-/// others were free is not among them.
+/// Serialized estimates: maps by name, all `None` without a result. Bounds, and which parameters were fixed, are not included.
 #[derive(Default, Serialize, Deserialize)]
 struct Maps {
     parameters: Option<Map<String, Value>>,
@@ -98,7 +97,7 @@ impl Serialize for Estimates {
     }
 }
 
-/// Serializes estimates, each map as `null` where there are none.
+/// Serializes estimates, with each map as `null` if there are none.
 pub(crate) fn some_or_nulls<S: Serializer>(
     estimates: &Option<Estimates>,
     serializer: S,
@@ -110,7 +109,8 @@ impl<'de> Deserialize<'de> for Estimates {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
         let Maps { parameters, std_error, ci95, at_bound } = Maps::deserialize(deserializer)?;
         let entry = |(name, value): (&String, &Value)| {
-            let (parameter, scope) = Scope::named(name).ok_or_else(|| D::Error::custom("no parameter"))?;
+            let (parameter, scope) =
+                Scope::named(name).ok_or_else(|| D::Error::custom("not the name of a parameter"))?;
             let of = |map: &'_ Option<Map<String, Value>>| map.as_ref().and_then(|map| map.get(name)).cloned();
             let ends = of(&ci95).and_then(|ends| Some([ends.get(0)?.as_f64()?, ends.get(1)?.as_f64()?]));
             let side = of(&at_bound).and_then(|side| ["min", "max"].into_iter().find(|known| side == *known));
@@ -121,7 +121,7 @@ impl<'de> Deserialize<'de> for Estimates {
                 ..ParameterEstimate::new(parameter, scope, value.as_f64())
             })
         };
-        let parameters = parameters.ok_or_else(|| D::Error::custom("no parameters"))?;
+        let parameters = parameters.ok_or_else(|| D::Error::custom("the parameters are missing"))?;
         let list = parameters.iter().map(entry).collect::<std::result::Result<_, D::Error>>()?;
         Ok(Self { list, polished: std_error.is_some() })
     }
@@ -144,8 +144,8 @@ impl Serialize for ParameterEstimate {
     }
 }
 
-/// The part `parameters` of a result: all by their symbols. One that each of several recordings has for itself has a list of
-/// them, each with the number of its recording.
+/// Returns the key `parameters` of a result: all estimates by symbol. A parameter with one value per recording has a list, each
+/// entry with the index of its recording.
 pub(super) fn document(estimates: &[ParameterEstimate]) -> Map<String, Value> {
     let groups = estimates.chunk_by(|a, b| a.parameter == b.parameter);
     let of = |e: &ParameterEstimate| {
@@ -171,7 +171,7 @@ pub(super) fn document(estimates: &[ParameterEstimate]) -> Map<String, Value> {
 }
 
 impl Identification {
-    /// All parameters: the five of the motor, then those of extensions; those of recordings one after the other.
+    /// Returns all estimates: R, L, K, B and J, then those of extensions, each in the order of the recordings.
     #[must_use]
     pub fn estimates(&self) -> Vec<ParameterEstimate> {
         let uncertainty = self.uncertainty.as_ref();
@@ -182,11 +182,11 @@ impl Identification {
             axis: Some(*axis),
             ..ParameterEstimate::new(axis.parameter, axis.scope, Some(*value))
         });
-        let held = self.space.fixed().iter().map(|&(parameter, scope, value)| ParameterEstimate {
+        let fixed = self.space.fixed().iter().map(|&(parameter, scope, value)| ParameterEstimate {
             fixed: true,
             ..ParameterEstimate::new(parameter, scope, Some(value))
         });
-        let mut all: Vec<ParameterEstimate> = free.chain(held).collect();
+        let mut all: Vec<ParameterEstimate> = free.chain(fixed).collect();
         for unknown in all.iter_mut().filter(|e| self.unidentified.contains(&(e.parameter, e.scope))) {
             *unknown = ParameterEstimate::new(unknown.parameter, unknown.scope, None);
         }
@@ -194,17 +194,17 @@ impl Identification {
         all
     }
 
-    /// The extensions of its motor.
+    /// Returns the extensions of the identified motor.
     #[must_use]
     pub fn extensions(&self) -> Vec<Extension> {
         self.space.features().extensions()
     }
 
-    /// Returns the modelled signals of recordings: current and speed, one value a sample, of those that it was made from; not a
-    /// number for a current that is the input.
+    /// Simulates current \[A\] and speed \[rad/s\] of the recordings of the fit, one value per sample. The current is NaN where
+    /// it is the input.
     ///
     /// # Errors
-    /// As for a problem of these recordings.
+    /// Propagates the errors of [`fit_problem`].
     pub fn modelled(&self, records: &[Record]) -> Result<Vec<[Vec<f64>; 2]>> {
         let problem = fit_problem(records, &self.space, self.model)?;
         let initial = |n: usize| self.initial.get(n).copied().unwrap_or_default();

@@ -1,23 +1,23 @@
-//! Bounds of extensions: where their parameters are searched, by the size of what recordings show.
+//! Bounds of the parameters of extensions, scaled by the recorded signals and an initial estimate of the motor.
 
 use super::normalized::is_measured;
 use super::spec::IdentifySpec;
 use crate::Result;
-use crate::motor::{Axis, Extension, Parameter, Scope, Space, UsualBounds};
+use crate::motor::{Axis, DefaultBounds, Extension, Parameter, Scope, Space};
 use crate::numeric::{count, peak};
 use crate::record::{Record, is_driven_by_current};
 
-/// The parameters of an extension that recordings can show: those of sensors that were there.
+/// Returns the parameters of an extension, without those of sensors of channels that were not measured.
 fn shown(extension: Extension, records: &[Record]) -> impl Iterator<Item = Parameter> {
     let measured = [0, 1].map(|channel| is_measured(records, channel));
     extension.parameters().iter().copied().filter(move |p| p.channel().is_none_or(|channel| measured[channel]))
 }
 
-/// The space of a spec with these extensions, as far as it has not got their parameters: within bounds that the
-/// recordings and a motor near the right one (R, L, K, B, J) give. A start latency belongs to each recording.
+/// Returns `space` with the parameters of `extensions` that it lacks. Their bounds follow from the recordings and `motor`, an
+/// initial estimate of R, L, K, B and J. The start latency has one value per recording.
 ///
 /// # Errors
-/// `Usage` when bounds are crossed.
+/// Returns `Usage` if a lower bound exceeds the upper one.
 pub(super) fn extended_space(
     records: &[Record],
     spec: &IdentifySpec,
@@ -38,27 +38,25 @@ pub(super) fn extended_space(
     if records.len() > 1 { space.per_recording(&own, records.len()) } else { Ok(space) }
 }
 
-/// Bounds that leave room for whatever recordings can show of a parameter, by what is large in them and a motor near the right
-/// one.
+/// Returns the bounds of an extension's parameter, wide enough for all values that the recordings can show.
 fn bounds(parameter: Parameter, records: &[Record], &[r, _, k, b, j]: &[f64; 5]) -> (f64, f64) {
     let largest = |of: &dyn Fn(&Record) -> f64| records.iter().map(of).fold(0.0, f64::max);
-    // The input is a voltage or a current.
     let input = || largest(&|record| peak(record.input())).max(f64::MIN_POSITIVE);
     let by_current = is_driven_by_current(records);
-    match parameter.usual_bounds() {
-        UsualBounds::Fixed(min, max) => (min, max),
-        UsualBounds::OfTorque(min, max) => {
+    match parameter.default_bounds() {
+        DefaultBounds::Fixed(min, max) => (min, max),
+        DefaultBounds::OfTorque(min, max) => {
             let stall_torque = if by_current { k * input() } else { k * input() / r };
             (min * stall_torque, max * stall_torque)
         }
-        UsualBounds::OfInput(min, max) => (min * input(), max * input()),
-        UsualBounds::Late(early, periods, constants) => {
+        DefaultBounds::OfInput(min, max) => (min * input(), max * input()),
+        DefaultBounds::Late(early, periods, constants) => {
             let (period_s, duration_s) = (largest(&Record::period_s), largest(&Record::duration_s));
             let time_constant_s = if by_current { j / b } else { r * j / (k * k + r * b) };
             let longest = (periods * period_s).max(constants * time_constant_s);
             (early * period_s, longest.min(0.25 * duration_s).max(period_s))
         }
-        UsualBounds::Samples => {
+        DefaultBounds::Samples => {
             let shortest = records.iter().map(Record::len).min().unwrap_or(1);
             (1.0, (0.25 * count(shortest)).clamp(2.0, 300.0))
         }

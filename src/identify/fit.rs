@@ -1,8 +1,8 @@
-//! Identifications of which thousands are made: what a batch needs of each.
+//! Identification in large batches, for sweeps and comparisons of methods.
 //!
-//! [`fit_on`] is Steiglitz–McBride with the polish. A population search comes in two parts, so that many of them can be run in
-//! lock step: [`PreparedSearch`] is what comes before it and what follows, by the stages of the pipeline. A result is verified
-//! and judged as [`super::identify`] judges it; recordings are looked through and their box is searched once for all runs.
+//! [`fit_on`] is Steiglitz–McBride with the polish. A population search is split so that many searches can share a batch:
+//! [`PreparedSearch`] runs the stages of the pipeline before and after the search. Each result is verified and gets a level of
+//! trust as from [`super::identify`]; the diagnosis of the recordings and the search of the box are shared by all runs.
 
 use super::automatic::{Chosen, choose, without_undersampled};
 use super::checks;
@@ -16,7 +16,7 @@ use super::result::{Identification, left_out};
 use super::search::SearchResult;
 use super::shared_reference::SharedReference;
 use super::spec::IdentifySpec;
-use super::start::{around, asked_space, start, steiglitz_mcbride};
+use super::start::{around, requested_space, start, steiglitz_mcbride};
 use super::trust::{is_noise, trust};
 use super::unidentified::fix_unidentified;
 use super::verify::{Verification, verify};
@@ -30,14 +30,15 @@ use crate::warning::Warning;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// Recordings, with what [`crate::analysis::warnings_of_records`] says of them.
+/// Recordings with the warnings that [`crate::analysis::warnings_of_records`] returns for them.
 pub type Diagnosed<'a> = (&'a [Record], &'a [Warning]);
 
-/// Steiglitz–McBride, then the spec's polish, of a linear motor, on the problem whose cost is reported and that of a fit
-/// ([`crate::estimate::fit_problem`]), both made of the recordings. The cost of what was searched is not computed.
+/// Identifies a linear motor by Steiglitz–McBride with the polish of the spec. The two problems of the recordings are the one
+/// whose cost is reported and that of a fit ([`crate::estimate::fit_problem`]). The cost of the unrefined estimate is not
+/// computed.
 ///
 /// # Errors
-/// As [`super::identify`] with that method.
+/// Returns the same errors as [`super::identify`] with [`Method::SteiglitzMcBride`](super::Method::SteiglitzMcBride).
 pub fn fit_on(
     (problem, plain): (&Problem, &Problem),
     (records, diagnosis): Diagnosed<'_>,
@@ -49,7 +50,7 @@ pub fn fit_on(
     let problem = prepared.searched(around(spec, &[estimate.parameters.to_array()])?);
     let found = SearchResult::of_estimate(&estimate, &problem);
     let fit = from_search(&prepared, &problem, found, Vec::new())?;
-    // A fit whose residuals are noise is not improved by another optimum: the box need not be searched.
+    // If the residuals are noise, no other optimum fits better, and the search of the box can be omitted.
     let verified = |fit: &Fit, is_noise: bool| match is_noise {
         true => Verification::none(),
         false => verify(&prepared, fit, Some(&estimate)).verification,
@@ -57,14 +58,14 @@ pub fn fit_on(
     finished(&prepared, fit, &verified, (Vec::new(), diagnosis))
 }
 
-/// The same result with its cost on another problem of the same recordings.
+/// Returns a copy of a result with its cost on another problem of the same recordings.
 #[must_use]
 pub fn with_cost_on(problem: &Problem, found: &Identification) -> Identification {
     let problem = problem.with_space(found.space.clone()).starting_from(&found.initial);
     Identification { cost: Scalar::cost(&problem, &found.values), ..found.clone() }
 }
 
-/// Returns whether all recordings have a voltage, a current and a speed. Others are fitted by a model that depends on the polish.
+/// Returns true if all recordings have a voltage, a current and a speed. For others the model depends on the polish.
 #[must_use]
 pub fn has_all_channels(records: &[Record]) -> bool {
     records.iter().all(|record| record.measured().iter().all(Option::is_some))
@@ -73,44 +74,44 @@ pub fn has_all_channels(records: &[Record]) -> bool {
 /// The result of a population search.
 #[derive(Debug, Clone, Copy)]
 pub struct SearchRun<'a> {
-    /// The best candidate, one value per free axis.
+    /// Best candidate, one value per free axis.
     pub values: &'a [f64],
-    /// Candidates evaluated.
+    /// Number of evaluated candidates.
     pub evaluations: u64,
-    /// The device that evaluated: cpu or gpu, and its precision.
+    /// Kind of the device, `cpu` or `gpu`, and its precision.
     pub device: [&'static str; 2],
 }
 
-/// A population search that is to be run beside others.
+/// A population search that is run by the caller, possibly in one batch with others.
 pub struct PreparedSearch {
     problem: Arc<Problem>,
     selection: Option<Vec<SelectionStep>>,
     alternatives: Vec<Alternative>,
     reference: Option<SharedReference>,
     model: Model,
-    /// The recordings without the samples that do not count.
+    /// Recordings with undersampled segments excluded, if the model selection excludes them.
     masked: Option<Vec<Record>>,
 }
 
 impl PreparedSearch {
-    /// Checks recordings, selects the model and sets the bounds. What such a search finds is verified run by run.
+    /// Checks the recordings, selects the model and sets the bounds. Each run is verified by a separate search of the box.
     ///
     /// # Errors
-    /// As [`super::identify`].
+    /// Returns the errors of the stages of [`super::identify`] before the search.
     pub fn new(records: &[Record], spec: &IdentifySpec) -> Result<Self> {
         Self::prepare(records, spec, false)
     }
 
-    /// Prepares a search, and searches the whole box once for the verification of all its runs.
+    /// Prepares a search like [`PreparedSearch::new`], and searches the complete box once for the verification of all runs.
     ///
     /// # Errors
-    /// As [`super::identify`].
+    /// Returns the same errors as [`PreparedSearch::new`].
     pub fn with_reference(records: &[Record], spec: &IdentifySpec) -> Result<Self> {
         Self::prepare(records, spec, true)
     }
 
     fn prepare(records: &[Record], spec: &IdentifySpec, has_reference: bool) -> Result<Self> {
-        // The estimate of a linear motor is needed for bounds and the reference alone.
+        // With fixed bounds and all channels the linear motor needs an estimate only for the reference.
         if !spec.is_extended() && spec.auto_bounds.is_empty() && has_all_channels(records) {
             return Self::bounded(records, spec, has_reference);
         }
@@ -127,7 +128,7 @@ impl PreparedSearch {
     /// Prepares a search of a linear motor in the box of the spec.
     fn bounded(records: &[Record], spec: &IdentifySpec, has_reference: bool) -> Result<Self> {
         let prepared = Prepared::new(records, Cow::Borrowed(spec))?;
-        let problem = prepared.searched(asked_space(records, spec)?);
+        let problem = prepared.searched(requested_space(records, spec)?);
         checks::before(records, spec, &problem)?;
         let reference = match has_reference {
             true => Some(SharedReference::new(&prepared, &problem, &start(&prepared)?, None)),
@@ -137,17 +138,17 @@ impl PreparedSearch {
         Ok(Self { problem, selection: None, alternatives: Vec::new(), reference, model, masked: None })
     }
 
-    /// Returns settings of the problem.
+    /// Returns the problem that the search is to minimize.
     #[must_use]
     pub fn problem(&self) -> &Arc<Problem> {
         &self.problem
     }
 
-    /// The result of the search, with the spec's polish. The spec may differ from that of the preparation in its polish where
-    /// the recordings have all channels.
+    /// Returns the result of a run of the search with the polish of `spec`. The polish may differ from that of the preparation
+    /// if the recordings have all channels.
     ///
     /// # Errors
-    /// As [`super::identify`].
+    /// Returns the errors of the stages of [`super::identify`] after the search.
     pub fn finish(
         &self,
         (records, diagnosis): Diagnosed<'_>,
@@ -170,7 +171,7 @@ impl PreparedSearch {
     }
 }
 
-/// The result of a fit, checked, verified and judged: refined, or as it was searched without a polish.
+/// Checks and verifies a fit and returns its result with the level of trust.
 fn finished(
     prepared: &Prepared<'_>,
     mut fit: Fit,
@@ -189,7 +190,7 @@ fn finished(
     let mut result = Identification { verification, unidentified, residual_tests, alternatives, ..result };
     warnings.extend(warnings::of_result(&result, None));
     warnings.extend(findings(prepared, &result));
-    // A code once: the lines of a batch have no more of them.
+    // The result of a run has only one warning of each code.
     for warning in warnings {
         if result.warnings.iter().all(|known| known.code != warning.code) {
             result.warnings.push(warning);
@@ -199,10 +200,10 @@ fn finished(
     Ok(result)
 }
 
-/// The parameters of a fit with how much they explain, as the polish leaves them.
+/// Returns the parameters of a fit with its fit and residual deviations per channel.
 fn reported(prepared: &Prepared<'_>, fit: Fit) -> Result<Identification> {
     if prepared.spec.is_polished() {
-        // From the sums of the refinement: no simulation is needed.
+        // The sums of squares of the refinement make another simulation unnecessary.
         let fit_percent = fit_percent(prepared.records, &fit.refined);
         checks::fit(prepared.records, &prepared.spec, fit_percent)?;
         let problem = fit.problem.with_space(fit.space).starting_from(&fit.refined.initial);

@@ -1,46 +1,46 @@
-//! Intervals that allow for a parameter that is not identified: the hull over the points of its profile.
+//! Confidence intervals that allow for an unidentified parameter: the hull of the intervals over the points of its profile.
 
 use super::profile::Point;
 use crate::analysis::variance_inflation;
 use crate::estimate::Refined;
 use crate::motor::Axis;
 
-/// A parameter whose logarithm, or part of its range, is known no better than this is unknown.
+/// Largest standard error, or distance of other optima, of an identified parameter, in the coordinate of its axis.
 const SPREAD_MAX: f64 = 1.0;
 
 /// The effect of a profile on another parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Moved {
-    /// Its interval allows for it.
+    /// The parameter moves within its uncertainty.
     Within,
-    /// It moves by more than its standard error.
+    /// The parameter moves beyond its uncertainty.
     Beyond,
-    /// Nothing of it is known.
+    /// The parameter is not identifiable.
     Lost,
 }
 
-/// Widens the interval of a free parameter to the hull over points of a profile and returns how it moves.
-pub(super) fn widen(refined: &mut Refined, place: usize, axis: &Axis, points: &[Point]) -> Moved {
-    let (value, more) = (refined.values[place], variance_inflation(&refined.uncertainty).sqrt());
+/// Widens the interval of a free parameter to the hull over the points of a profile and returns the effect of the profile.
+pub(super) fn widen(refined: &mut Refined, index: usize, axis: &Axis, points: &[Point]) -> Moved {
+    let (value, more) = (refined.values[index], variance_inflation(&refined.uncertainty).sqrt());
     let uncertainty = &mut refined.uncertainty;
-    let (Some(error), Some(interval)) = (uncertainty.std_error[place], uncertainty.ci95[place]) else {
-        return if refined.at_bound[place].is_some() { Moved::Within } else { Moved::Lost };
+    let (Some(error), Some(interval)) = (uncertainty.std_error[index], uncertainty.ci95[index]) else {
+        return if refined.at_bound[index].is_some() { Moved::Within } else { Moved::Lost };
     };
     let coordinate = |value: f64| axis.coordinate(value);
     let own = error / axis.slope(value);
     let quantile = (coordinate(interval[1]) - coordinate(value)) / own;
     let of = |point: &Point| {
         let Point { refined, .. } = point;
-        refined.uncertainty.ci95[place].unwrap_or([refined.values[place]; 2])
+        refined.uncertainty.ci95[index].unwrap_or([refined.values[index]; 2])
     };
     let hull = points.iter().map(of).fold(interval, |hull, of| [hull[0].min(of[0]), hull[1].max(of[1])]);
     let half = 0.5 * (coordinate(hull[1]) - coordinate(hull[0])) / quantile;
     let farther = (hull[1] - value).max(value - hull[0]) / quantile;
     if hull.iter().zip(interval).any(|(hull, own)| hull.to_bits() != own.to_bits()) {
-        uncertainty.ci95[place] = Some(hull);
-        uncertainty.std_error[place] = Some(error.max(farther));
+        uncertainty.ci95[index] = Some(hull);
+        uncertainty.std_error[index] = Some(error.max(farther));
     }
-    let distance = |point: &Point| (coordinate(point.refined.values[place]) - coordinate(value)).abs();
+    let distance = |point: &Point| (coordinate(point.refined.values[index]) - coordinate(value)).abs();
     let farthest = points.iter().map(distance).fold(0.0, f64::max);
     match (half.is_finite() && half < SPREAD_MAX, farthest > own * more) {
         (false, _) => Moved::Lost,
@@ -49,10 +49,10 @@ pub(super) fn widen(refined: &mut Refined, place: usize, axis: &Axis, points: &[
     }
 }
 
-/// Widens the interval of a free parameter to the hull of itself and its copies about other values.
-pub(super) fn shift(refined: &mut Refined, place: usize, axis: &Axis, values: &[f64]) -> Moved {
-    let (value, uncertainty) = (refined.values[place], &mut refined.uncertainty);
-    let (Some(error), Some([low, high])) = (uncertainty.std_error[place], uncertainty.ci95[place]) else {
+/// Widens the interval of a free parameter to the hull of this interval and its copies centred at other values.
+pub(super) fn shift(refined: &mut Refined, index: usize, axis: &Axis, values: &[f64]) -> Moved {
+    let (value, uncertainty) = (refined.values[index], &mut refined.uncertainty);
+    let (Some(error), Some([low, high])) = (uncertainty.std_error[index], uncertainty.ci95[index]) else {
         return Moved::Within;
     };
     let at = axis.coordinate(value);
@@ -65,8 +65,8 @@ pub(super) fn shift(refined: &mut Refined, place: usize, axis: &Axis, values: &[
     let farthest = moved[1].max(-moved[0]);
     if farthest > 0.0 {
         let quantile = 0.5 * (ends[1] - ends[0]) / (error / axis.slope(value));
-        uncertainty.ci95[place] = Some([axis.value(at + moved[0] + ends[0]), axis.value(at + moved[1] + ends[1])]);
-        uncertainty.std_error[place] = Some(error + axis.slope(value) * farthest / quantile);
+        uncertainty.ci95[index] = Some([axis.value(at + moved[0] + ends[0]), axis.value(at + moved[1] + ends[1])]);
+        uncertainty.std_error[index] = Some(error + axis.slope(value) * farthest / quantile);
     }
     if farthest > ends[1] { Moved::Beyond } else { Moved::Within }
 }

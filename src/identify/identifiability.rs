@@ -1,4 +1,4 @@
-//! The inspection of a recording.
+//! Inspection of a recording: findings, and the parameters that it identifies.
 
 use super::method::Method;
 use super::pipeline::identify;
@@ -14,36 +14,36 @@ use crate::setting::Text;
 use crate::text::significant;
 use crate::warning::Warning;
 
-/// A recording that was looked at.
+/// The inspection of a recording.
 #[derive(Debug, Clone)]
 pub struct Inspection<'a> {
-    /// The recording.
+    /// Inspected recording.
     pub record: &'a Record,
     /// Findings, the most important first.
     pub warnings: Vec<Warning>,
-    /// The parameters that it identifies.
+    /// Parameters that the recording identifies.
     pub identifiability: Identifiability,
 }
 
-/// Parameters that a recording identifies.
+/// The parameters that a recording identifies.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Identifiability {
-    /// All five parameters: their relative standard errors, as far as they are known.
+    /// The recording identifies all five parameters.
     Identifies {
-        /// In the order R, L, K, B, J.
+        /// Relative standard errors of R, L, K, B and J; `None` for a parameter at a bound.
         relative_error: [Option<f64>; 5],
     },
-    /// Not all of them.
+    /// The recording does not identify all five parameters.
     Lacks {
-        /// Why.
+        /// Reason why a parameter is not identifiable.
         message: Text,
-        /// The remedy.
+        /// Remedy, or the characteristics that are identifiable.
         remedy: Text,
     },
 }
 
 impl Identifiability {
-    /// The relative standard errors in words; `None` where not all five parameters are identified.
+    /// Formats the relative standard errors \[%\]; `None` if not all five parameters are identified.
     #[must_use]
     pub fn errors(&self) -> Option<String> {
         let Self::Identifies { relative_error } = self else { return None };
@@ -55,37 +55,37 @@ impl Identifiability {
     }
 }
 
-/// The longest recording that an inspection searches.
+/// Largest number of samples at which an inspection runs a population search.
 const LENGTH_SEARCHED: usize = 50_000;
 
 impl<'a> Inspection<'a> {
-    /// Looks for what is odd, and identifies the motor with the usual settings for what that says of the recording.
+    /// Diagnoses the recording and identifies the motor with default settings on the CPU.
     #[must_use]
     pub fn of(record: &'a Record) -> Self {
         let mut spec = IdentifySpec { device: DeviceSpec::Cpu, ..IdentifySpec::default() };
-        // Where Steiglitz–McBride cannot serve, a search of a long recording takes longer than an inspection may.
+        // A population search on a long recording would take too long for an inspection.
         if record.len() > LENGTH_SEARCHED && !has_resampled_estimate(record, spec.model) {
             spec.method = Method::SteiglitzMcBride;
         }
         if record.driver() == Quantity::Current {
-            // A current is sampled while it goes on; nothing is searched.
+            // A measured current is continuous between samples.
             spec.method = Method::Auto;
             spec.model.discretization = Discretization::Foh;
         }
         let mut warnings = record_warnings(record);
-        let mut say = |warning: Option<Warning>| warnings.extend(warning);
+        let mut add = |warning: Option<Warning>| warnings.extend(warning);
         let identifiability = match identify(std::slice::from_ref(record), &spec) {
             Ok(found) if found.warnings.iter().any(|w| w.code == "channel_missing") => lacking(&found),
             Ok(found) => {
-                say(found.warnings.iter().find(|warning| warning.code == "between_samples").cloned());
-                let place = |p: Parameter| found.space.free().iter().position(|axis| axis.parameter == p);
-                let error = |p: Parameter| found.uncertainty.as_ref()?.std_error[place(p)?];
+                add(found.warnings.iter().find(|warning| warning.code == "between_samples").cloned());
+                let index = |p: Parameter| found.space.free().iter().position(|axis| axis.parameter == p);
+                let error = |p: Parameter| found.uncertainty.as_ref()?.std_error[index(p)?];
                 let relative = |p: Parameter| Some(error(p)? / found.parameters.get(p));
                 Identifiability::Identifies { relative_error: Parameter::ALL.map(relative) }
             }
             Err(error) => {
                 let between = detect_intersample(record, None, spec.model.discretization);
-                say(between.ok().flatten().map(|between| between.warning(Quantity::Voltage)));
+                add(between.ok().flatten().map(|between| between.warning(Quantity::Voltage)));
                 Identifiability::Lacks { message: error.text(), remedy: error.hint().clone() }
             }
         };
@@ -93,12 +93,13 @@ impl<'a> Inspection<'a> {
     }
 }
 
-/// Returns whether a recording on an irregular clock has an estimate from copies at even steps.
+/// Returns true if a recording has an irregular clock and a Steiglitz–McBride estimate from a copy resampled at even steps.
 fn has_resampled_estimate(record: &Record, model: Model) -> bool {
     !record.steps().step_index.is_empty() && matches!(steiglitz_mcbride_resampled(record, model), Ok(Ok(_)))
 }
 
-/// Returns the characteristics with their relative standard errors, where a channel is missing.
+/// Returns the result for a recording that lacks a channel, with the identifiable characteristics and their relative standard
+/// errors as the remedy.
 fn lacking(found: &Identification) -> Identifiability {
     let warning = found.warnings.iter().find(|warning| warning.code == "channel_missing");
     let one = |(name, unit, c): (&str, &str, Option<Characteristic>)| {
@@ -107,9 +108,9 @@ fn lacking(found: &Identification) -> Identifiability {
             c.std_error.map_or(String::new(), |e| format!(" ± {} %", significant(100.0 * e / c.value.abs(), 2)));
         Some(format!("{} {} {unit}{error}", name.replace('_', " "), significant(c.value, 4)))
     };
-    let told: Vec<String> = Characteristics::named_of(found).into_iter().filter_map(one).collect();
+    let known: Vec<String> = Characteristics::named_of(found).into_iter().filter_map(one).collect();
     Identifiability::Lacks {
         message: warning.map_or_else(Text::default, |warning| warning.message.clone()),
-        remedy: if told.is_empty() { Text::default() } else { format!("Told are {}.", told.join(", ")).into() },
+        remedy: if known.is_empty() { Text::default() } else { format!("Identifiable: {}.", known.join(", ")).into() },
     }
 }

@@ -1,27 +1,27 @@
-//! Settings of the search and the refinement.
+//! Methods that find the first optimum, and refinements.
 
 use crate::named::{Named, named};
-use crate::optimize::{Hyperparameter, Optimizer, SEARCHES, Search, SearchOptions, SearchSettings, Tuned};
+use crate::optimize::{ConfiguredSearch, Hyperparameter, Optimizer, SEARCHES, Search, SearchOptions, SearchSettings};
 use crate::setting::text;
 use crate::text::{alternatives, excerpt, listed};
 use crate::{Error, Result};
 use std::fmt;
 
-/// The method that finds the optimum.
+/// The method that finds the first optimum.
 #[derive(Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub enum Method {
-    /// Steiglitz–McBride; the first of [`SEARCHES`] where that cannot serve.
+    /// Steiglitz–McBride; the first of [`SEARCHES`] where it is not applicable.
     #[default]
     Auto,
     /// Steiglitz–McBride.
     SteiglitzMcBride,
-    /// A population search with its settings.
-    Search(Tuned),
+    /// Population search with its settings.
+    Search(ConfiguredSearch),
 }
 
 impl<O: SearchOptions> From<O> for Method {
-    /// Makes the search that these are the settings of.
+    /// Makes the search to which these settings belong.
     fn from(options: O) -> Self {
         Self::Search(options.into())
     }
@@ -52,7 +52,7 @@ impl Named for Method {
 
     fn text(&self) -> &'static str {
         match self {
-            Self::Auto => "Steiglitz–McBride, or a search where it cannot serve",
+            Self::Auto => "Steiglitz–McBride, or a population search where it is not applicable",
             Self::SteiglitzMcBride => "Steiglitz–McBride",
             Self::Search(tuned) => tuned.search.text,
         }
@@ -60,16 +60,16 @@ impl Named for Method {
 }
 
 impl Method {
-    /// Returns the name in settings and results.
+    /// Returns the name of the method in settings and results.
     #[must_use]
     pub fn name(&self) -> &'static str {
         Named::name(self)
     }
 
-    /// Changes a setting.
+    /// Changes a setting of the search.
     ///
     /// # Errors
-    /// `Usage` when the method has no such setting, or it cannot be this.
+    /// Returns `Usage` if the method has no setting `key`, or if `value` is not valid for it.
     pub fn set(&mut self, key: &str, value: &str) -> Result<()> {
         let is_known = match self {
             Self::Search(tuned) => tuned.set(key, value)?,
@@ -78,15 +78,15 @@ impl Method {
         if is_known { Ok(()) } else { Err(unknown_setting(key, value)) }
     }
 
-    /// Returns whether it always searches with a population.
+    /// Returns true if the method always searches with a population.
     #[must_use]
     pub fn is_search(&self) -> bool {
         matches!(self, Self::Search(_))
     }
 
-    /// Returns its population search; for `Auto` the first of [`SEARCHES`], and none for Steiglitz–McBride.
+    /// Returns the population search of the method: for `Auto` the first of [`SEARCHES`]; `None` for Steiglitz–McBride.
     #[must_use]
-    pub fn search(&self) -> Option<Tuned> {
+    pub fn search(&self) -> Option<ConfiguredSearch> {
         match self {
             Self::Auto => Some(SEARCHES[0].into()),
             Self::SteiglitzMcBride => None,
@@ -94,10 +94,10 @@ impl Method {
         }
     }
 
-    /// Begins a run of its population search.
+    /// Begins a run of the population search.
     ///
     /// # Errors
-    /// `Usage` for settings that cannot be, and for Steiglitz–McBride, which has no population.
+    /// Returns `Usage` for invalid settings, and for Steiglitz–McBride, which has no population.
     pub fn optimizer(&self, setup: SearchSettings) -> Result<Box<dyn Optimizer>> {
         let none = || {
             let searches = SEARCHES.map(|search| search.name);
@@ -108,16 +108,16 @@ impl Method {
 }
 
 named! {
-    /// Refinements.
+    /// Refinements of the first optimum.
     pub enum Polish (default LevenbergMarquardt) {
-        /// Levenberg–Marquardt: maximum likelihood, with standard errors.
+        /// Levenberg–Marquardt, the maximum-likelihood estimate with standard errors.
         LevenbergMarquardt = "lm",
         /// No refinement.
         None = "none",
     }
 }
 
-/// Returns the error of a setting that a method has not; its hint lists those of all searches.
+/// Returns the error for a setting that the method does not have; the hint lists the settings of all searches.
 fn unknown_setting(name: &str, value: &str) -> Error {
     let with_settings = SEARCHES.into_iter().filter(|search| !search.settings.is_empty());
     let one = |(n, search): (usize, &Search)| {
@@ -126,6 +126,6 @@ fn unknown_setting(name: &str, value: &str) -> Error {
         format!("{} {}{}", search.name, if n == 0 { "has " } else { "" }, listed(&settings, "and"))
     };
     let all = with_settings.enumerate().map(one).collect::<Vec<_>>().join("; ");
-    let message = text!([Set](" \"{}={}\" is no setting of this method", excerpt(name), excerpt(value)));
+    let message = text!([Set](" \"{}={}\" is not a setting of this method", excerpt(name), excerpt(value)));
     Error::usage(message, format!("{all}."))
 }

@@ -1,8 +1,8 @@
-//! The main job: recordings in, R, L, K, B, J out, with their standard errors.
+//! Identification of R, L, K, B and J with their standard errors from recordings of one motor.
 //!
-//! A method finds a first optimum: Steiglitz–McBride, or a population search that minimizes the criterion over the
-//! space, every generation evaluated at once. The polish refines it to the maximum-likelihood estimate. Both are held
-//! against a search of the whole box. `pipeline.rs` reads from the first stage to the last.
+//! A method finds a first optimum: Steiglitz–McBride (1965), or a population search that minimizes the criterion over the
+//! search space, one batch per generation. Levenberg–Marquardt refines it to the maximum-likelihood estimate, which is then
+//! compared with a global search. `pipeline.rs` calls the stages in their order.
 
 mod automatic;
 mod batch_costs;

@@ -1,14 +1,14 @@
-//! Forward selection of the model: from the linear motor up, each step adds the extension that lowers Schwarz's criterion
-//! most, until none lowers it by enough; then each is exchanged for those that are hard to tell apart from it.
+//! Forward selection of the model by BIC: starting from the linear motor, each step adds the extension that decreases the BIC
+//! most, until none decreases it by enough. Then each extension is exchanged for those with similar effects.
 
-use super::bic::{Fit, gain, is_worth};
+use super::bic::{Fit, gain, is_preferred};
 use super::extension_bounds::extended_space;
 use super::models::{Alternative, Models, SelectionStep, alternative, shared, step};
 use super::normalized::is_measured;
 use super::prepare::Prepared;
 use super::spec::IdentifySpec;
 use super::start::{Start, start};
-use crate::estimate::{carried, explained, warmed};
+use crate::estimate::{delay_starts, transferred, warm_start};
 use crate::motor::{Extension, Needs, Parameter, Scope, Space};
 use crate::numeric;
 use crate::record::{Record, is_driven_by_current};
@@ -19,27 +19,28 @@ use rayon::prelude::*;
 /// The model of a fit.
 pub(super) struct Selection {
     pub space: Space,
-    /// The models that were tried, where the model was selected.
+    /// Models that were fitted, in their order; `None` if the spec names the extensions.
     pub steps: Option<Vec<SelectionStep>>,
-    /// Models that explain the recordings as well.
+    /// Models that fit the recordings equally well.
     pub alternatives: Vec<Alternative>,
-    /// The fit of the selected model, where the model was selected.
+    /// Fit of the selected model; `None` if the spec names the extensions.
     pub best: Option<Fit>,
 }
 
-/// Extensions at most.
-const HEIGHT: usize = 6;
-/// Models of a step that are refined thoroughly.
+/// Largest number of extensions of a model.
+const EXTENSIONS_MAX: usize = 6;
+/// Number of models of a step that are refined until convergence.
 const FINALISTS: usize = 3;
-/// Samples on which the models of a step are ranked, if fewer recordings have as many; the best are compared on all.
+/// Number of samples on which the models of a step are ranked if there are many recordings; the best are compared on all.
 const SAMPLES: usize = 60_000;
-/// Models whose criteria differ by less than this are not told apart: odds of e³ = 20 to 1.
-pub(super) const TOLD_APART: f64 = 6.0;
+/// Difference of BIC below which models are indistinguishable: odds of e³ = 20 to 1.
+pub(super) const INDISTINGUISHABLE: f64 = 6.0;
 
-/// Stage 3, select: the extensions that the spec names or, where it leaves them open, those that forward selection takes.
+/// Stage 3, select: returns the model with the extensions that the spec names, or with those of the forward selection.
 ///
 /// # Errors
-/// `Usage` for parameters of single recordings that the model lacks, and as a fit.
+/// Returns `Usage` if a parameter that is to have one value per recording is not free in the model; propagates the errors of
+/// the fits.
 pub(super) fn select(prepared: &Prepared<'_>, start: &Start) -> Result<Selection> {
     let named = |space| Selection { space, steps: None, alternatives: Vec::new(), best: None };
     if prepared.is_linear() {
@@ -51,18 +52,20 @@ pub(super) fn select(prepared: &Prepared<'_>, start: &Start) -> Result<Selection
     Ok(named(space))
 }
 
+/// Selects the extensions by forward selection and exchange.
 fn selected(prepared: &Prepared<'_>, start: &Start) -> Result<Selection> {
     let some = representative(prepared.records, &start.space);
     let few = if some.is_empty() { None } else { Some(prepared.of(&some)?) };
     let all = Models { prepared, start };
-    let climb = Climb { all, few: few.as_ref().map(|prepared| Models { prepared, start }) };
+    let search = ForwardSelection { all, few: few.as_ref().map(|prepared| Models { prepared, start }) };
     let mut steps = Vec::new();
-    let best = climb.up(&mut steps)?;
-    let (best, alternatives) = climb.exchanged(best, &mut steps);
+    let best = search.run(&mut steps)?;
+    let (best, alternatives) = search.exchanged(best, &mut steps);
     Ok(Selection { space: best.space.clone(), steps: Some(steps), alternatives, best: Some(best) })
 }
 
-/// Returns some of many recordings, from all over them; none where all are few enough, or have parameters of their own.
+/// Returns every Nth recording, with about [`SAMPLES`] samples together; empty if all recordings have no more than that, or if
+/// a parameter has one value per recording.
 fn representative(records: &[Record], space: &Space) -> Vec<Record> {
     let shared = |scope: &Scope| *scope == Scope::Shared;
     let is_shared =
@@ -75,28 +78,29 @@ fn representative(records: &[Record], space: &Space) -> Vec<Record> {
     records.iter().step_by(every).cloned().collect()
 }
 
-/// A forward selection on all recordings, its steps ranked on few of them.
-struct Climb<'a> {
+/// A forward selection on all recordings, whose candidates may be ranked on a subset.
+struct ForwardSelection<'a> {
     all: Models<'a>,
+    /// Subset of the recordings on which candidates are ranked; `None` if they are ranked on all.
     few: Option<Models<'a>>,
 }
 
-impl Climb<'_> {
-    /// Adds extensions to the linear motor.
-    fn up(&self, steps: &mut Vec<SelectionStep>) -> Result<Fit> {
+impl ForwardSelection<'_> {
+    /// Adds extensions to the linear motor until none improves the model.
+    fn run(&self, steps: &mut Vec<SelectionStep>) -> Result<Fit> {
         let Models { prepared, start } = self.all;
         let by = (&start.space, prepared.deviations());
-        let mut best = self.all.thorough(by, &[], |problem| explained(problem, &start.motors))?;
+        let mut best = self.all.thorough(by, &[], |problem| delay_starts(problem, &start.motors))?;
         best = self.all.lower(&best)?.unwrap_or(best);
         let records = self.all.prepared.records;
         steps.push(step(records, &best, None, true));
-        while best.with.len() < HEIGHT {
+        while best.with.len() < EXTENSIONS_MAX {
             let mut tried = self.ranked(&best)?;
             let mut others = tried.split_off(tried.len().min(FINALISTS));
             tried.extend(likeliest(&mut others));
             let mut fits: Vec<Fit> = tried.into_par_iter().map(|fit| self.finished(&best, fit)).collect();
-            fits.sort_by(|a, b| badness(&best, a).total_cmp(&badness(&best, b)));
-            let taken = fits.iter().position(|fit| is_worth(&best, fit));
+            fits.sort_by(|a, b| ranking_cost(&best, a).total_cmp(&ranking_cost(&best, b)));
+            let taken = fits.iter().position(|fit| is_preferred(&best, fit));
             for (n, fit) in fits.iter().enumerate() {
                 steps.push(step(records, fit, Some(gain(&best, fit)), taken == Some(n)));
             }
@@ -105,7 +109,7 @@ impl Climb<'_> {
             }
             match taken {
                 Some(n) => best = self.pruned(fits.swap_remove(n))?,
-                // From a lower optimum the way may lead on.
+                // A lower optimum of the same model may allow further steps.
                 None => match self.all.lower(&best)?.filter(|lower| gain(&best, lower) < -EXCHANGE) {
                     Some(lower) => best = lower,
                     None => break,
@@ -115,7 +119,7 @@ impl Climb<'_> {
         Ok(best)
     }
 
-    /// Returns the models with one extension more, roughly refined, the best first.
+    /// Returns the models with one more extension after a few iterations of the refinement, the best first.
     fn ranked(&self, best: &Fit) -> Result<Vec<Fit>> {
         let candidates = candidates(self.all.prepared.records, &best.space);
         let larger = |extension: &Extension| best.with.iter().copied().chain([*extension]).collect::<Vec<_>>();
@@ -128,28 +132,28 @@ impl Climb<'_> {
             ),
             None => (&self.all, best.clone()),
         };
-        // One that cannot be fitted explains nothing.
+        // Models whose fit fails are left out.
         let rough = candidates.par_iter().filter_map(|extension| models.rough(&from, &larger(extension)).ok());
         let mut fits: Vec<Fit> = rough.collect();
-        fits.sort_by(|a, b| badness(&from, a).total_cmp(&badness(&from, b)));
+        fits.sort_by(|a, b| ranking_cost(&from, a).total_cmp(&ranking_cost(&from, b)));
         if self.few.is_none() {
             return Ok(fits);
         }
         let on_all = |fit: Fit| {
             self.all.thorough((&fit.space, &best.refined.weights), &fit.with, |problem| {
                 let own = shared(problem, &fit);
-                Ok(vec![warmed(problem, (&best.space, &best.refined.values))?, own])
+                Ok(vec![warm_start(problem, (&best.space, &best.refined.values))?, own])
             })
         };
         Ok(fits.into_par_iter().take(FINALISTS).filter_map(|fit| on_all(fit).ok()).collect())
     }
 
-    /// Refines a rough fit thoroughly where it may be as good as the best.
+    /// Refines a rough fit until convergence if it may become as good as the best.
     fn finished(&self, best: &Fit, rough: Fit) -> Fit {
         if gain(best, &rough) > FAR_WORSE { rough } else { self.all.finished(rough) }
     }
 
-    /// Removes extensions that another has made idle.
+    /// Removes extensions that the last one has made superfluous.
     fn pruned(&self, fit: Fit) -> Result<Fit> {
         let mut best = fit;
         for extension in best.with.clone() {
@@ -158,22 +162,22 @@ impl Climb<'_> {
             }
             let with: Vec<Extension> = best.with.iter().copied().filter(|e| *e != extension).collect();
             let from = (&best.space, &best.refined.values[..]);
-            let less = self
-                .all
-                .thorough((&best.space, &best.refined.weights), &with, |problem| Ok(vec![carried(problem, from)]))?;
-            if !is_worth(&less, &best) {
+            let less = self.all.thorough((&best.space, &best.refined.weights), &with, |problem| {
+                Ok(vec![transferred(problem, from)])
+            })?;
+            if !is_preferred(&less, &best) {
                 best = less;
             }
         }
         Ok(best)
     }
 
-    /// Exchanges each extension for those that are hard to tell apart from it, where these fit better. Returns the best model
-    /// and those that are as good.
+    /// Exchanges each extension for those with similar effects while this decreases the BIC. Returns the best model and the
+    /// indistinguishable alternatives.
     fn exchanged(&self, best: Fit, steps: &mut Vec<SelectionStep>) -> (Fit, Vec<Alternative>) {
         let records = self.all.prepared.records;
         let mut best = best;
-        for _ in 0..HEIGHT {
+        for _ in 0..EXTENSIONS_MAX {
             let possible = candidates(records, &best.space);
             let pairs = best.with.iter().flat_map(|old| possible.iter().map(move |new| (*old, *new)));
             let models: Vec<Vec<Extension>> = pairs
@@ -189,7 +193,7 @@ impl Climb<'_> {
                 steps.push(step(records, fit, Some(gains[n]), taken == Some(n)));
             }
             let Some(n) = taken else {
-                let alike = tried.iter().zip(&gains).filter(|(_, gain)| **gain < TOLD_APART);
+                let alike = tried.iter().zip(&gains).filter(|(_, gain)| **gain < INDISTINGUISHABLE);
                 let alternatives = alike.map(|(fit, gain)| alternative(records, fit, *gain)).collect();
                 return (best, alternatives);
             };
@@ -199,26 +203,26 @@ impl Climb<'_> {
     }
 }
 
-/// Takes the model whose residuals move least out of some.
+/// Removes and returns the model with the lowest deviance of the innovations.
 fn likeliest(fits: &mut Vec<Fit>) -> Option<Fit> {
     let lowest = (0..fits.len()).min_by(|a, b| fits[*a].deviance.total_cmp(&fits[*b].deviance))?;
     Some(fits.remove(lowest))
 }
 
-/// A model whose rough fit is worse by this much will not be as good: its end is within some hundredths.
-const FAR_WORSE: f64 = 3.0 * TOLD_APART;
-/// A model is exchanged for another of the same size where the criterion falls by more than rounding.
+/// Difference of BIC above which a rough fit is not refined further; convergence would change it by some hundredths only.
+const FAR_WORSE: f64 = 3.0 * INDISTINGUISHABLE;
+/// Decrease of BIC, above rounding, from which a model is exchanged for another of the same size.
 const EXCHANGE: f64 = 0.1;
 
-/// Returns what ranks models that were made from the same one: the sum of squares under the weights of that one, raised by
-/// the criterion's part for each parameter.
-fn badness(from: &Fit, to: &Fit) -> f64 {
+/// Returns the cost that ranks models with the same predecessor: the sum of squares under the weights of the predecessor, times
+/// the penalty of BIC for the additional parameters.
+fn ranking_cost(from: &Fit, to: &Fit) -> f64 {
     let samples = (from.effective * from.count).max(std::f64::consts::E);
     let more = numeric::count(to.space.free().len()) - numeric::count(from.space.free().len());
     to.refined.weighted(&from.refined.weights) * (1.0 + more * samples.ln() / samples)
 }
 
-/// Extensions that could be next: not what the model has, nor what the recordings cannot show.
+/// Returns the extensions that a model lacks and that the recordings can show.
 pub(super) fn candidates(records: &[Record], model: &Space) -> Vec<Extension> {
     let any = |of: &dyn Fn(f64) -> bool| records.iter().any(|record| record.input().iter().any(|v| of(*v)));
     let both_ways = any(&|v| v > 0.0) && any(&|v| v < 0.0);
@@ -233,15 +237,15 @@ pub(super) fn candidates(records: &[Record], model: &Space) -> Vec<Extension> {
     Extension::ALL.into_iter().filter(|e| !features.has_any(e.parameters())).filter(can).collect()
 }
 
-/// Checks that parameters of single recordings are free in the model.
+/// Checks that all parameters with one value per recording are free in the model.
 pub(super) fn check_per_recording(spec: &IdentifySpec, space: &Space) -> Result<()> {
     let free = |p: &Parameter| space.free().iter().any(|axis| axis.parameter == *p);
     let Some(parameter) = spec.per_recording.iter().find(|p| !free(p)) else { return Ok(()) };
     let symbol = parameter.symbol();
     let extension = Extension::of(*parameter);
-    let is_held = space.fixed().iter().any(|(of, ..)| of == parameter);
+    let is_fixed = space.fixed().iter().any(|(of, ..)| of == parameter);
     let (what, remedy) = match extension {
-        _ if is_held => ("is held", text!("Leave {symbol} out of " [PerRecording] ", or do not hold it.")),
+        _ if is_fixed => ("is fixed", text!("Leave {symbol} out of " [PerRecording] ", or do not fix it.")),
         Some(extension) => {
             ("is not in the model", text!("Add " [With = "{}", extension.name()] ", or leave {symbol} out."))
         }
@@ -250,14 +254,14 @@ pub(super) fn check_per_recording(spec: &IdentifySpec, space: &Space) -> Result<
     Err(Error::usage(text!([PerRecording] ": {symbol} {what}"), remedy))
 }
 
-/// Returns the space of a search with the extensions that a spec names.
+/// Returns the search space with the extensions that a spec names.
 ///
 /// # Errors
-/// `Usage` where the spec leaves them open: nothing is fitted here.
+/// Returns `Usage` if the extensions are to be selected, which needs fits.
 pub(super) fn named_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
     let prepared = Prepared::as_given(records, spec)?;
     let Some(list) = prepared.named() else {
-        let message = text!([With = "auto"] " chooses by fits, and there are none here");
+        let message = text!([With = "auto"] " selects extensions by fits, and nothing is fitted here");
         let hint = text!("Name the extensions, as in " [With = "coulomb,dead-time"] ".");
         return Err(Error::usage(message, hint));
     };

@@ -1,4 +1,4 @@
-//! Models that a selection tries, and their fits.
+//! Fits of the models that the model selection compares.
 
 use super::bic::{Fit, is_far};
 use super::extension_bounds::extended_space;
@@ -7,43 +7,43 @@ use super::refine::refine_widening;
 use super::start::Start;
 use crate::analysis::fit_percent;
 use crate::channels;
-use crate::estimate::{best_start, carried, explained, global_reference, retimed, warmed};
+use crate::estimate::{best_start, delay_starts, global_reference, transferred, warm_start, warm_start_with_delays};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Extension, Parameter, Scope, Space};
 use crate::record::Record;
 use crate::{Error, ErrorKind, Result};
 use std::sync::Arc;
 
-/// A model that was tried.
+/// A model that the selection fitted.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct SelectionStep {
-    /// Its extensions.
+    /// Extensions of the model.
     pub with: Vec<Extension>,
-    /// Its free parameters.
+    /// Number of free parameters.
     pub free: usize,
-    /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of current and speed; `None` for a channel not measured.
+    /// Fit `100 (1 − ‖y − ŷ‖/‖y − mean y‖)` of current and speed \[%\]; `None` for a channel that was not measured.
     #[serde(serialize_with = "channels::by_name")]
     pub fit_percent: [Option<f64>; 2],
-    /// Schwarz's criterion less that of the model that it was made from; below zero it is better. `None` for the linear
-    /// motor.
+    /// BIC (Schwarz, 1978) minus the BIC of its predecessor in the selection: negative if this model is better. `None` for the
+    /// linear motor.
     #[serde(rename = "criterion_gain")]
     pub gain: Option<f64>,
-    /// True for a model that was taken.
+    /// True if the selection continued with this model.
     pub taken: bool,
 }
 
-/// Another model that explains the recordings as well as the one that was taken.
+/// Another model whose BIC cannot be distinguished from that of the selected model.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Alternative {
-    /// Its extensions.
+    /// Extensions of the model.
     pub with: Vec<Extension>,
-    /// As of [`SelectionStep`].
+    /// Fit of current and speed \[%\], as in [`SelectionStep::fit_percent`].
     #[serde(serialize_with = "channels::by_name")]
     pub fit_percent: [Option<f64>; 2],
-    /// Schwarz's criterion less that of the model that was taken.
+    /// BIC minus the BIC of the selected model.
     #[serde(rename = "criterion_gain")]
     pub gain: f64,
-    /// Its free parameters with their values.
+    /// Free parameters with their estimates.
     #[serde(serialize_with = "by_name")]
     pub parameters: Vec<(Parameter, Scope, f64)>,
 }
@@ -55,9 +55,10 @@ fn by_name<S: serde::Serializer>(
     serializer.collect_map(parameters.iter().map(|(parameter, scope, value)| (scope.name(*parameter), value)))
 }
 
-/// An optimum is lower when its sum of squares is by this part.
+/// Relative decrease of the sum of squares from which another optimum counts as lower.
 const LOWER: f64 = 1e-6;
-/// Fits of models to recordings.
+
+/// Fits models to prepared recordings.
 #[derive(Clone, Copy)]
 pub(super) struct Models<'a> {
     pub prepared: &'a Prepared<'a>,
@@ -65,8 +66,8 @@ pub(super) struct Models<'a> {
 }
 
 impl Models<'_> {
-    /// Refines a model thoroughly from the best of some starts under the weights `sigma`. `base` is a space that has the bounds
-    /// of the motor.
+    /// Refines a model until convergence, from the start with the lowest sum of squares weighted by `sigma`. `base` is a space
+    /// with the bounds of the motor's parameters.
     pub(super) fn thorough(
         &self,
         (base, sigma): (&Space, &[[f64; 2]]),
@@ -80,43 +81,45 @@ impl Models<'_> {
         self.refined(with, &plain, &values)
     }
 
-    /// Refines a model thoroughly, its bounds widened where nobody gave them.
+    /// Refines a model until convergence and widens automatic bounds at which it ends.
     fn refined(&self, with: &[Extension], plain: &Problem, values: &[f64]) -> Result<Fit> {
         let (refined, space) = refine_widening(plain, &self.prepared.spec, plain.space(), values)?;
         Ok(Fit::new(with, &plain.with_space(space), refined))
     }
 
-    /// Refines a rough fit thoroughly.
+    /// Refines a rough fit until convergence.
     pub(super) fn finished(&self, rough: Fit) -> Fit {
         self.refined(&rough.with, &self.prepared.fitted(&rough.space), &rough.refined.values).unwrap_or(rough)
     }
 
-    /// Refines a model roughly under the weights of a smaller one: from where that is, and, with a new
-    /// delay, from each way to explain one.
+    /// Refines a model in a few iterations under the weights of the smaller model `from`, starting from its optimum. If `with`
+    /// adds a delay, the starts for delays are tried as well.
     pub(super) fn rough(&self, from: &Fit, with: &[Extension]) -> Result<Fit> {
         self.ended(from, with, true)
     }
 
-    /// Refines a model roughly from where another is alone.
+    /// Refines a model in a few iterations, starting from the optimum of `from` only.
     pub(super) fn near(&self, from: &Fit, with: &[Extension]) -> Result<Fit> {
         self.ended(from, with, false)
     }
 
-    fn ended(&self, from: &Fit, with: &[Extension], anew: bool) -> Result<Fit> {
+    /// Refines a model in a few iterations from the best of its starts.
+    fn ended(&self, from: &Fit, with: &[Extension], with_delay_starts: bool) -> Result<Fit> {
         let (problem, plain) = self.problems(&from.space, with)?;
         let sigma = &from.refined.weights;
         let there = (&from.space, &from.refined.values[..]);
-        let mut starts = vec![warmed(&problem, there)?];
-        starts.extend(retimed(&problem, there).transpose()?);
-        if anew && with.iter().any(|e| e.is_late() && !from.with.contains(e)) {
-            starts.extend(explained(&problem, &[from.refined.parameters.to_array()])?.into_iter().take(ANEW));
+        let mut starts = vec![warm_start(&problem, there)?];
+        starts.extend(warm_start_with_delays(&problem, there).transpose()?);
+        if with_delay_starts && with.iter().any(|e| e.is_delay_like() && !from.with.contains(e)) {
+            starts
+                .extend(delay_starts(&problem, &[from.refined.parameters.to_array()])?.into_iter().take(DELAY_STARTS));
         }
-        let refined = best_start(&plain, &starts, sigma).ok_or_else(nowhere)?;
+        let refined = best_start(&plain, &starts, sigma).ok_or_else(no_start)?;
         Ok(Fit::new(with, &plain, refined))
     }
 
-    /// Returns a lower optimum than that of a fit which leaves residuals far above the noise, where starts from all over the box
-    /// lead to one.
+    /// Searches the complete box for a lower optimum if the residuals of a fit are far above the noise; `None` if there is
+    /// none.
     pub(super) fn lower(&self, own: &Fit) -> Result<Option<Fit>> {
         let plain = self.prepared.fitted(&own.space);
         if !is_far(&plain, &own.refined) {
@@ -130,7 +133,7 @@ impl Models<'_> {
         self.refined(&own.with, &plain, &found.values).map(Some)
     }
 
-    /// Returns the problem of a search and that of a fit.
+    /// Returns the problem of the search and the problem of the fit.
     fn problems(&self, base: &Space, with: &[Extension]) -> Result<(Arc<Problem>, Problem)> {
         let Self { prepared, start } = *self;
         let motor = start.motors.first().copied().unwrap_or([1.0; 5]);
@@ -153,23 +156,27 @@ pub(super) fn alternative(records: &[Record], fit: &Fit, gain: f64) -> Alternati
     }
 }
 
-/// Returns what a fit to other recordings says of a problem: the parameters that all recordings share.
+/// Transfers the shared parameters of a fit to other recordings into the space of `problem`.
 pub(super) fn shared(problem: &Arc<Problem>, from: &Fit) -> Vec<f64> {
     let shared = |(axis, value): (&Axis, &f64)| (axis.scope == Scope::Shared).then_some((*axis, *value));
     let (free, values): (Vec<Axis>, Vec<f64>) =
         from.space.free().iter().zip(&from.refined.values).filter_map(shared).unzip();
     match Space::new(free, Vec::new()) {
-        Ok(space) => carried(problem, (&space, &values)),
-        Err(_) => carried(problem, (&from.space, &from.refined.values)),
+        Ok(space) => transferred(problem, (&space, &values)),
+        Err(_) => transferred(problem, (&from.space, &from.refined.values)),
     }
 }
 
-fn nowhere() -> Error {
-    Error::new(ErrorKind::NotIdentified, "no start of this model can be refined", "Name other extensions.")
+fn no_start() -> Error {
+    Error::new(
+        ErrorKind::NotIdentified,
+        "the refinement of this model fails from every start",
+        "Name other extensions.",
+    )
 }
 
-/// Explanations that are tried anew for an extension.
-const ANEW: usize = 2;
+/// Number of starts for delays that are tried when an extension is added.
+const DELAY_STARTS: usize = 2;
 
 pub(super) fn step(records: &[Record], fit: &Fit, gain: Option<f64>, taken: bool) -> SelectionStep {
     let fit_percent = fit_percent(records, &fit.refined);

@@ -1,4 +1,4 @@
-//! The normalized model: one motor that represents all that are consistent with recordings which lack a channel.
+//! The normalized model: a representative of all motors that are consistent with recordings that lack a channel.
 
 use super::spec::IdentifySpec;
 use crate::Result;
@@ -7,26 +7,28 @@ use crate::numeric::peak;
 use crate::record::Record;
 use crate::warning::Warning;
 
-/// The factor between a guessed motor and its bounds, to each side.
+/// Ratio of the bounds to the initial estimate, on each side.
 const SPREAD: f64 = 1e3;
 
-/// A normalized representative of all motors consistent with recordings.
+/// A normalized representative of all motors consistent with the recordings.
 pub(super) struct NormalizedModel {
-    /// Its free and fixed parameters.
+    /// Space of the model: some parameters are fixed at assumed values.
     pub space: Space,
-    /// R, L, K, B and J of one that is near.
+    /// Initial estimates of R, L, K, B and J.
     pub motor: [f64; 5],
-    /// The parameters that the recordings do not identify.
+    /// Parameters that the recordings do not identify.
     pub unknown: Vec<Parameter>,
+    /// Warning about the missing channel.
     pub warning: Warning,
 }
 
 impl NormalizedModel {
-    /// Returns the model of a motor: free parameters that are `assumed` are fixed at its values, the others are free around
-    /// them, or within bounds of their own. Of `unknown` those count that the spec does not fix.
+    /// Makes the normalized model around an initial estimate. Free parameters in `assumed` are fixed at the values of `motor`;
+    /// the others are free, with automatic bounds around these values. Parameters in `unknown` that the spec fixes are left
+    /// out.
     ///
     /// # Errors
-    /// As for a space.
+    /// Propagates the errors of [`Space::new`].
     pub(super) fn new(
         spec: &IdentifySpec,
         motor: [f64; 5],
@@ -44,22 +46,22 @@ impl NormalizedModel {
                 _ => free.push(*axis),
             }
         }
-        // All of the motor may be held where its extensions are asked for.
+        // All parameters of the motor may be fixed if only extensions are to be identified.
         let space = if free.is_empty() { Space::unchecked(free, fix) } else { Space::new(free, fix)? };
         let unknown = unknown.iter().copied().filter(|parameter| spec.fixed(*parameter).is_none()).collect();
         Ok(Self { space, motor, unknown, warning })
     }
 }
 
-/// Returns whether any recording has measured a channel.
+/// Returns true if a channel was measured in any recording.
 pub(super) fn is_measured(records: &[Record], channel: usize) -> bool {
     records.iter().any(|record| record.measured()[channel].is_some())
 }
 
-/// Peaks below this, in SI units, are none.
-const NOTHING: f64 = 1e-12;
+/// Smallest peak of a signal that is not zero, in SI units.
+const PEAK_MIN: f64 = 1e-12;
 
-/// Returns whether a guessed value can be one of a motor; a stretch that shows next to nothing gives any.
+/// Returns true if an initial estimate has a plausible magnitude; a recording with hardly any information can give any value.
 pub(super) fn is_usual(value: &f64) -> bool {
     (1e-18..1e18).contains(value)
 }
@@ -67,14 +69,14 @@ pub(super) fn is_usual(value: &f64) -> bool {
 /// Returns the recordings whose input and output of a channel are not zero throughout, the longest first.
 pub(super) fn informative(records: &[Record], channel: usize) -> Vec<&Record> {
     let is_alive = |record: &&Record| {
-        peak(record.input()) > NOTHING && record.measured()[channel].is_some_and(|signal| peak(signal) > NOTHING)
+        peak(record.input()) > PEAK_MIN && record.measured()[channel].is_some_and(|signal| peak(signal) > PEAK_MIN)
     };
     let mut list: Vec<&Record> = records.iter().filter(is_alive).collect();
     list.sort_by_key(|record| std::cmp::Reverse(record.len()));
     list
 }
 
-/// Returns the peaks of the input and of the output of a channel in the longest informative recording; 1 where there is none.
+/// Returns the peaks of the input and of an output in the longest informative recording; 1 if there is none.
 pub(super) fn peaks(records: &[Record], channel: usize) -> [f64; 2] {
     let record = informative(records, channel).into_iter().next();
     let of = |signal: Option<&[f64]>| signal.map_or(1.0, peak);

@@ -21,7 +21,7 @@ use crate::analysis::{
     intersample_of_voltage, noise_floor, regressions, residual_tests, residuals_follow_input,
 };
 use crate::device::with_threads;
-use crate::estimate::widened;
+use crate::estimate::robust_uncertainty;
 use crate::evaluate::Scalar;
 use crate::motor::{Input, Parameter, Scope, Space, With};
 use crate::optimize::Progress;
@@ -34,17 +34,18 @@ use std::time::Instant;
 /// Identifies one motor from one or more recordings (several: one joint fit).
 ///
 /// # Errors
-/// As [`identify_with`].
+/// Returns the same errors as [`identify_with`].
 pub fn identify(records: &[Record], spec: &IdentifySpec) -> Result<Identification> {
     identify_with(records, spec, &mut |_| ControlFlow::Continue(()))
 }
 
-/// Like [`identify`], watched: `observe` sees every generation and may end the search, whose best is then refined.
+/// Identifies one motor like [`identify`] and calls `observe` after each generation. If `observe` breaks, the search ends and
+/// its best candidate is refined.
 ///
 /// # Errors
-/// `Usage` for a spec that cannot be; `NotIdentified` when a signal is constant, nothing drives the motor, nothing
-/// counts in the criterion, there are fewer measured values than parameters, every candidate diverges, or the
-/// recordings do not identify a parameter that is asked for.
+/// Returns `Usage` for an invalid spec; `Data` for a recording that is given twice; `Device` if the requested device is not
+/// available or fails; `NotIdentified` if nothing drives the motor, no sample has weight, there are no more measured values
+/// than free parameters, every candidate diverges, or the recordings do not identify a free parameter.
 pub fn identify_with(
     records: &[Record],
     spec: &IdentifySpec,
@@ -56,8 +57,8 @@ pub fn identify_with(
 fn run(records: &[Record], spec: &IdentifySpec, observe: &mut Observer<'_>) -> Result<Identification> {
     let of_recordings = || warnings::of_recordings(records, spec);
     let (of_recordings, result) = rayon::join(of_recordings, || estimated(records, spec, observe));
-    let explained = |error| of_the_only_file(records, warnings::explained(error, &of_recordings));
-    let (mut result, normalized, evidence) = result.map_err(explained)?;
+    let hinted = |error| of_the_only_file(records, warnings::with_findings(error, &of_recordings));
+    let (mut result, normalized, evidence) = result.map_err(hinted)?;
     let mut warnings = warnings::with_normalized(of_recordings, normalized.as_ref());
     warnings.append(&mut result.warnings);
     result.warnings = warnings;
@@ -65,7 +66,7 @@ fn run(records: &[Record], spec: &IdentifySpec, observe: &mut Observer<'_>) -> R
     Ok(result)
 }
 
-/// Returns an error about recordings with the file that it is about, where there is one only.
+/// Adds the file to an error other than `Usage` if there is only one recording.
 fn of_the_only_file(records: &[Record], error: Error) -> Error {
     let path = match records {
         [record] if error.kind() != ErrorKind::Usage => record.source().path.as_deref(),
@@ -74,8 +75,7 @@ fn of_the_only_file(records: &[Record], error: Error) -> Error {
     path.into_iter().fold(error, Error::in_file)
 }
 
-/// Runs the stages; beside the result, the model that represents all motors where a channel is missing, and evidence against
-/// the result.
+/// Runs the stages. Returns the result, the normalized model if a channel is missing, and the evidence for the level of trust.
 fn estimated(
     records: &[Record],
     spec: &IdentifySpec,
@@ -89,7 +89,7 @@ fn estimated(
     let Selection { space, steps: selection, alternatives, best } = selection;
     let mut fit = fit(&prepared, &start, &space, best.map(|best| best.refined), observe)?;
     let mut dropped = fix_unidentified(&prepared, &mut fit, Unidentified::default())?;
-    // The residuals are tested beside the verification, which nearly always leaves the fit as it is.
+    // The residual tests run in parallel with the verification, which rarely replaces the fit.
     let estimate = start.estimate.as_ref().ok().filter(|estimate| !estimate.is_resampled);
     let verified = || verify(&prepared, &fit, estimate);
     let (verified, tests) = rayon::join(verified, || tested(&prepared, &fit));
@@ -110,22 +110,21 @@ fn estimated(
     Ok((result, prepared.normalized, evidence))
 }
 
-/// The findings about a finished fit beside its parameters.
+/// The findings about a finished fit.
 pub(super) struct Conclusion {
     pub warnings: Vec<Warning>,
     pub unidentified: Vec<(Parameter, Scope)>,
     pub evidence: Evidence,
 }
 
-/// Widens the standard errors of a finished fit and tells what its refinement shows: the same for one result and for those of
-/// a batch.
+/// Widens the standard errors of a finished fit for correlated residuals and collects the findings about it.
 ///
 /// # Errors
-/// `NotIdentified` where the recordings leave unknown what was asked for.
+/// Returns `NotIdentified` if the recordings do not identify a free parameter.
 pub(super) fn conclude(prepared: &Prepared<'_>, fit: &mut Fit, dropped: &Unidentified) -> Result<Conclusion> {
     let (records, spec) = (prepared.records, prepared.spec.as_ref());
     if spec.is_polished() {
-        fit.refined.uncertainty = widened(&prepared.fitted(&fit.space), &fit.refined);
+        fit.refined.uncertainty = robust_uncertainty(&prepared.fitted(&fit.space), &fit.refined);
     }
     let mut warnings = std::mem::take(&mut fit.found.warnings);
     warnings.extend(checks::after(records, spec, &fit.space, &fit.refined)?);
@@ -143,7 +142,7 @@ pub(super) fn conclude(prepared: &Prepared<'_>, fit: &mut Fit, dropped: &Unident
     Ok(Conclusion { warnings, unidentified, evidence })
 }
 
-/// Returns the channels of recordings whose residuals are far above their noise.
+/// Returns the channels of recordings whose residuals are far above the noise.
 pub(super) fn missed(fit: &Fit) -> Vec<Missed> {
     let signals = fit.problem.signals();
     let of = |recording: usize, channel: usize| {
@@ -157,7 +156,7 @@ pub(super) fn missed(fit: &Fit) -> Vec<Missed> {
     (0..signals.len()).flat_map(|recording| [0, 1].map(|channel| of(recording, channel))).flatten().collect()
 }
 
-/// Returns the tests of the residuals of a refined fit.
+/// Returns the residual tests of a refined fit, one entry per recording; empty without a refinement.
 pub(super) fn tested(prepared: &Prepared<'_>, fit: &Fit) -> Vec<ResidualTests> {
     if !prepared.spec.is_polished() {
         return Vec::new();
@@ -166,7 +165,7 @@ pub(super) fn tested(prepared: &Prepared<'_>, fit: &Fit) -> Vec<ResidualTests> {
     residual_tests(prepared.records, &problem, &fit.refined.values, &[])
 }
 
-/// Returns what no fit of these recordings identifies, and what this one does not.
+/// Returns the parameters that are not identifiable because a channel is missing, and those that this fit does not identify.
 fn unidentified(prepared: &Prepared<'_>, space: &Space, dropped: &Unidentified) -> Vec<(Parameter, Scope)> {
     let free = space.free().iter().map(|axis| (axis.parameter, axis.scope));
     let fixed = space.fixed().iter().map(|(parameter, scope, _)| (*parameter, *scope));
@@ -177,7 +176,7 @@ fn unidentified(prepared: &Prepared<'_>, space: &Space, dropped: &Unidentified) 
     all
 }
 
-/// Stage 6, analyse: warnings about the finished fit, regressions beside it, and how far recordings repeat.
+/// Stage 6, analyse: adds warnings about the finished fit, the regressions and the noise floor.
 fn analyse(prepared: &Prepared<'_>, result: &mut Identification) -> Result<()> {
     let (records, spec) = (prepared.records, prepared.spec.as_ref());
     result.warnings.extend(findings(prepared, result));
@@ -187,7 +186,7 @@ fn analyse(prepared: &Prepared<'_>, result: &mut Identification) -> Result<()> {
     Ok(())
 }
 
-/// Returns the warnings about a finished fit with its residual tests.
+/// Returns the warnings about a finished fit that need its residual tests.
 pub(super) fn findings(prepared: &Prepared<'_>, result: &Identification) -> Vec<Warning> {
     let (records, spec) = (prepared.records, prepared.spec.as_ref());
     let motor = result.into();
@@ -206,7 +205,7 @@ pub(super) fn findings(prepared: &Prepared<'_>, result: &Identification) -> Vec<
     found.into_iter().flatten().collect()
 }
 
-/// Stage 7, result: what was found, with its fit.
+/// Stage 7, result: assembles the result with its fit per channel and recording.
 fn assembled(prepared: &Prepared<'_>, fit: Fit) -> Identification {
     let Fit { found, problem, refined, space } = fit;
     let refined = Some(refined).filter(|_| prepared.spec.is_polished());

@@ -1,4 +1,4 @@
-//! Stage 1, prepare: recordings, their signals and the two problems of an identification, made once.
+//! Stage 1, prepare: makes the two problems of an identification, that of the search and that of the fit, once for all stages.
 
 use super::current_driven::current_driven;
 use super::missing_channel::single_channel;
@@ -13,25 +13,27 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::OnceLock;
 
-/// Recordings and spec, ready for every later stage.
+/// Recordings and spec as all later stages use them.
 pub(super) struct Prepared<'a> {
     pub records: &'a [Record],
-    /// The spec; where a channel is missing, its space is that of the normalized model.
+    /// The spec; if a channel is missing, with the space of the normalized model.
     pub spec: Cow<'a, IdentifySpec>,
-    /// The representative of all motors consistent with recordings that lack a channel.
+    /// Representative of all motors consistent with recordings that lack a channel; `None` if no channel is missing.
     pub normalized: Option<NormalizedModel>,
-    /// The problem of a search, in the criterion of the spec.
+    /// Problem of the search, with the criterion of the spec.
     searched: Problem,
-    /// The problem of a fit: errors have unit weights until they are divided by σ.
+    /// Problem of the fit, with unit weights until the errors are divided by σ.
     fitted: Problem,
+    /// Standard deviations of the signals, computed on first use.
     deviations: OnceLock<Vec<[f64; 2]>>,
 }
 
 impl<'a> Prepared<'a> {
-    /// Prepares recordings for a spec.
+    /// Prepares recordings for a spec. If a channel is missing, a normalized model replaces the space of the spec.
     ///
     /// # Errors
-    /// As for a problem, and `Usage` for a spec that asks recordings without a voltage for what acts on one.
+    /// Propagates the errors of [`Problem::new`], and returns `Usage` if recordings without a voltage are to be fitted with a
+    /// method or an extension that needs one.
     pub(super) fn new(records: &'a [Record], spec: Cow<'a, IdentifySpec>) -> Result<Self> {
         let normalized = match current_driven(records, &spec)? {
             Some(model) => Some(model),
@@ -44,19 +46,19 @@ impl<'a> Prepared<'a> {
         Self::with(records, spec, normalized)
     }
 
-    /// Prepares recordings for a spec as it is, whatever channels they lack.
+    /// Prepares recordings for a spec without a normalized model, also if a channel is missing.
     pub(super) fn as_given(records: &'a [Record], spec: &'a IdentifySpec) -> Result<Self> {
         Self::with(records, Cow::Borrowed(spec), None)
     }
 
-    /// Takes the problem of a search and that of a fit as they were made of the recordings before.
+    /// Reuses the problems `searched` and `fitted` that were made of these recordings before.
     pub(super) fn given(records: &'a [Record], spec: &'a IdentifySpec, searched: &Problem, fitted: &Problem) -> Self {
         let (searched, fitted) = (searched.clone(), fitted.clone());
         let spec = Cow::Borrowed(spec);
         Self { records, spec, normalized: None, searched, fitted, deviations: OnceLock::new() }
     }
 
-    /// Prepares some of the recordings alike.
+    /// Prepares other recordings under the same spec.
     pub(super) fn of<'b>(&'b self, records: &'b [Record]) -> Result<Prepared<'b>> {
         Prepared::with(records, Cow::Borrowed(self.spec.as_ref()), None)
     }
@@ -67,37 +69,37 @@ impl<'a> Prepared<'a> {
         Ok(Self { records, spec, normalized, searched, fitted, deviations: OnceLock::new() })
     }
 
-    /// Returns the problem of a search in a space.
+    /// Returns the problem of the search in `space`.
     pub(super) fn searched(&self, space: Space) -> Arc<Problem> {
         Arc::new(self.searched.with_space(space))
     }
 
-    /// Returns the problem of a fit in a space.
+    /// Returns the problem of the fit in `space`.
     pub(super) fn fitted(&self, space: &Space) -> Problem {
         self.fitted.with_space(space.clone())
     }
 
-    /// Returns the problem of a fit in the space of the spec.
+    /// Returns the problem of the fit in the space of the spec.
     pub(super) fn plain(&self) -> &Problem {
         &self.fitted
     }
 
-    /// Returns the standard deviation of each signal, by recording and channel.
+    /// Returns the standard deviations of current \[A\] and speed \[rad/s\] of each recording.
     pub(super) fn deviations(&self) -> &[[f64; 2]] {
         self.deviations.get_or_init(|| signal_deviations(self.records))
     }
 
-    /// Returns whether the linear motor with both channels is asked for: one estimate starts it.
+    /// Returns true if the model is the linear motor and no channel is missing, so that one estimate suffices as a start.
     pub(super) fn is_linear(&self) -> bool {
         self.normalized.is_none() && !self.spec.is_extended()
     }
 
-    /// Returns the extensions that the spec names, and `None` where they are to be selected.
+    /// Returns the extensions that the spec names; `None` if they are to be selected.
     pub(super) fn named(&self) -> Option<&[Extension]> {
         if let With::These(list) = &self.spec.with { Some(list) } else { None }
     }
 
-    /// Returns the parameters that recordings without a channel leave open.
+    /// Returns the parameters that are not identifiable because a channel is missing.
     pub(super) fn open(&self) -> &[Parameter] {
         self.normalized.as_ref().map_or(&[], |model| &model.unknown)
     }

@@ -1,5 +1,6 @@
-//! Profiles of parameters that recordings do not identify: the others refined while one is held elsewhere, as far as the
-//! fit stays within the 95 % limit of χ². Their intervals become the hull over these points.
+//! Profile likelihood of parameters that recordings do not identify: one parameter is fixed at successive values and all others
+//! are refined, as long as the weighted sum of squares stays within the 95 % limit of χ². The intervals of the other parameters
+//! become the hull over these points.
 
 use super::prepare::Prepared;
 use super::refine::Fit;
@@ -8,105 +9,110 @@ use crate::analysis::variance_inflation;
 use crate::estimate::{Refined, refine_on};
 use crate::motor::{Axis, Parameter, Scope, Space};
 
-/// The 97.5 % quantile of the normal distribution.
+/// 97.5 % quantile of the normal distribution.
 pub(super) const QUANTILE: f64 = 1.96;
-/// The 95 % quantile of χ² with one degree of freedom.
+/// 95 % quantile of χ² with one degree of freedom.
 pub(super) const LIMIT: f64 = 3.84;
-/// The first step from where the parameter is held, and the growth of the steps, in its coordinate.
+/// First step along the profile, in the coordinate of the axis.
 const FIRST: f64 = 0.05;
+/// Ratio of successive steps along the profile.
 const GROWTH: f64 = 3.0;
-/// The reach of a profile where nobody gave bounds, in the logarithm.
+/// Largest distance along the profile of a parameter with automatic bounds, in its logarithm.
 const REACH: f64 = 30.0;
-/// The factor by which bounds of others that nobody gave are moved out.
+/// Factor by which automatic bounds of the other parameters are widened.
 const WIDER: f64 = 100.0;
-/// Points between the last one within the limit and the first one beyond.
+/// Largest number of bisections between the last point within the limit and the first one beyond it.
 const BISECTIONS: usize = 8;
-/// A point that rises by this part of the limit is at the limit.
+/// Ratio of the increase to the limit from which a point counts as being at the limit.
 const CLOSE: f64 = 0.8;
-/// A parameter is identified by a profile that is narrower than this part of its range, or this step of its logarithm.
+/// Largest width of a profile that identifies the parameter of an extension, relative to its range.
 const NARROW_PART: f64 = 0.1;
+/// Largest width of a profile that identifies a parameter of the motor, in its logarithm.
 const NARROW_LOGARITHM: f64 = 1.0;
 
-/// A parameter that is held since the recordings do not identify it.
+/// A parameter that is fixed because the recordings do not identify it.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Held {
+pub(super) struct FixedParameter {
     pub axis: Axis,
     pub value: f64,
-    /// The others that take part in its direction.
+    /// Other parameters with a component in the same unidentifiable direction.
     pub others: Vec<(Parameter, Scope)>,
 }
 
-impl Held {
-    /// Returns which parameter of which recordings it is.
+impl FixedParameter {
+    /// Returns the parameter with its scope.
     pub(super) fn name(&self) -> (Parameter, Scope) {
         (self.axis.parameter, self.axis.scope)
     }
 }
 
-/// The other parameters of a fit along the profile of one that is held.
+/// The profile of one parameter.
 struct Profile<'a> {
     prepared: &'a Prepared<'a>,
-    held: &'a Held,
-    /// The others that are held in the fit: they follow it.
-    loose: Vec<&'a Held>,
-    /// The rest, bounds that nobody gave moved out.
+    /// Parameter whose values are fixed along the profile.
+    profiled: &'a FixedParameter,
+    /// Other unidentified parameters: fixed in the fit, free along the profile.
+    released: Vec<&'a FixedParameter>,
+    /// Axes of the free parameters of the fit, automatic bounds widened.
     others: Vec<Axis>,
     fixed: Vec<(Parameter, Scope, f64)>,
     sigma: &'a [[f64; 2]],
-    /// The weighted sum of squares where it is held, and how far it may rise.
+    /// Weighted sum of squares at the start of the profile.
     lowest: f64,
+    /// Largest increase of the weighted sum of squares.
     limit: f64,
 }
 
 /// A point of a profile.
 #[derive(Clone)]
 pub(super) struct Point {
-    /// The value of the parameter that is held, and those of others that are held in the fit and free here.
+    /// Value of the profiled parameter.
     pub value: f64,
-    pub loose: Vec<f64>,
-    /// The rest.
+    /// Values of the other unidentified parameters.
+    pub released: Vec<f64>,
+    /// Refinement of the free parameters of the fit.
     pub refined: Refined,
 }
 
-/// The points of a profile that are within the limit.
+/// The points of a profile within the limit.
 pub(super) struct Points {
     pub fits: Vec<Point>,
-    /// The lowest and the highest value of the parameter that is held.
+    /// Lowest and highest value of the profiled parameter.
     pub range: [f64; 2],
-    /// The point that fits better than the one where the profile began by more than the limit.
+    /// Best point, if its weighted sum of squares is lower than that of the start by more than the limit.
     pub better: Option<Point>,
 }
 
 impl Points {
-    /// Returns whether the profile alone identifies the parameter, whatever the derivatives at one point say: at a delay of
-    /// zero, for example, they are zero.
+    /// Returns true if the profile identifies the parameter even though the information matrix at one point does not, as at a
+    /// delay of zero, where the derivative by the delay is zero.
     pub(super) fn is_narrow(&self, axis: &Axis) -> bool {
         let width = axis.coordinate(self.range[1]) - axis.coordinate(self.range[0]);
         width < if axis.parameter.is_extension() { NARROW_PART } else { NARROW_LOGARITHM }
     }
 }
 
-/// Refines all others at points of the profile of the parameter that is `held` in this place: from where it is to each side, up
-/// to the limit.
+/// Computes the profile of `all[index]` from its value to each side, up to the limit or the end of its range.
 ///
 /// # Errors
-/// As a refinement.
-pub(super) fn profile(prepared: &Prepared<'_>, fit: &Fit, all: &[Held], place: usize) -> Result<Points> {
-    let is_held = |of: (Parameter, Scope)| all.iter().any(|held| held.name() == of);
-    let fixed = fit.space.fixed().iter().filter(|(parameter, scope, _)| !is_held((*parameter, *scope)));
-    let held = &all[place];
+/// Propagates the errors of [`refine_on`] at the start of the profile.
+pub(super) fn profile(prepared: &Prepared<'_>, fit: &Fit, all: &[FixedParameter], index: usize) -> Result<Points> {
+    let is_unidentified = |of: (Parameter, Scope)| all.iter().any(|fixed| fixed.name() == of);
+    let fixed = fit.space.fixed().iter().filter(|(parameter, scope, _)| !is_unidentified((*parameter, *scope)));
+    let profiled = &all[index];
     let mut profile = Profile {
         prepared,
-        held,
-        loose: all.iter().filter(|other| other.name() != held.name()).collect(),
+        profiled,
+        released: all.iter().filter(|other| other.name() != profiled.name()).collect(),
         others: fit.space.free().iter().map(|axis| wider(prepared, axis)).collect(),
         fixed: fixed.copied().collect(),
         sigma: &fit.refined.sigmas,
         lowest: 0.0,
         limit: LIMIT * variance_inflation(&fit.refined.uncertainty),
     };
-    let loose: Vec<f64> = profile.loose.iter().map(|held| held.value).collect();
-    let start = Point { value: held.value, refined: profile.rest(held.value, &loose, &fit.refined.values)?, loose };
+    let released: Vec<f64> = profile.released.iter().map(|other| other.value).collect();
+    let refined = profile.rest(profiled.value, &released, &fit.refined.values)?;
+    let start = Point { value: profiled.value, refined, released };
     profile.lowest = start.refined.weighted(profile.sigma);
     let ((mut fits, low), (above, high)) = rayon::join(|| profile.side(-1.0, &start), || profile.side(1.0, &start));
     fits.extend(above);
@@ -117,7 +123,7 @@ pub(super) fn profile(prepared: &Prepared<'_>, fit: &Fit, all: &[Held], place: u
     Ok(Points { fits, range: [low, high], better })
 }
 
-/// Returns an axis with bounds that nobody gave moved out.
+/// Returns an axis with automatic bounds widened.
 fn wider(prepared: &Prepared<'_>, axis: &Axis) -> Axis {
     match prepared.spec.auto_bounds.contains(&axis.parameter) && !axis.parameter.is_extension() {
         true => Axis { min: axis.min / WIDER, max: axis.max * WIDER, ..*axis },
@@ -126,35 +132,36 @@ fn wider(prepared: &Prepared<'_>, axis: &Axis) -> Axis {
 }
 
 impl Profile<'_> {
-    /// Refines all others with the parameter held at a value, and then the rest alone, whose intervals are those of the point.
+    /// Refines all other parameters with the profiled one fixed at `value`, and then those that are free in the fit, with the
+    /// intervals of the point.
     fn at(&self, value: f64, start: &Point) -> Result<Point> {
-        let mut loose = start.loose.clone();
+        let mut released = start.released.clone();
         let mut rest = start.refined.values.clone();
-        if !loose.is_empty() {
-            let (parameter, scope) = self.held.name();
-            let free =
-                self.others.iter().copied().chain(self.loose.iter().map(|held| wider(self.prepared, &held.axis)));
+        if !released.is_empty() {
+            let (parameter, scope) = self.profiled.name();
+            let wide = self.released.iter().map(|other| wider(self.prepared, &other.axis));
+            let free = self.others.iter().copied().chain(wide);
             let fixed = self.fixed.iter().copied().chain([(parameter, scope, value)]).collect();
             let space = Space::new(free.collect(), fixed)?;
-            let from: Vec<f64> = rest.iter().chain(&loose).copied().collect();
+            let from: Vec<f64> = rest.iter().chain(&released).copied().collect();
             rest = refine_on(&self.prepared.fitted(&space), &from, Some(self.sigma))?.values;
-            loose = rest.split_off(self.others.len());
+            released = rest.split_off(self.others.len());
         }
-        Ok(Point { value, refined: self.rest(value, &loose, &rest)?, loose })
+        Ok(Point { value, refined: self.rest(value, &released, &rest)?, released })
     }
 
-    /// Refines the rest with all that are held at values.
-    fn rest(&self, value: f64, loose: &[f64], start: &[f64]) -> Result<Refined> {
-        let held = [self.held].into_iter().chain(self.loose.iter().copied()).map(Held::name);
-        let held = held.zip([value].into_iter().chain(loose.iter().copied()));
-        let held = held.map(|((parameter, scope), value)| (parameter, scope, value));
-        let space = Space::new(self.others.clone(), self.fixed.iter().copied().chain(held).collect())?;
+    /// Refines the free parameters of the fit with all unidentified ones fixed at `value` and `released`.
+    fn rest(&self, value: f64, released: &[f64], start: &[f64]) -> Result<Refined> {
+        let parameters = [self.profiled].into_iter().chain(self.released.iter().copied()).map(FixedParameter::name);
+        let named = parameters.zip([value].into_iter().chain(released.iter().copied()));
+        let fixed = named.map(|((parameter, scope), value)| (parameter, scope, value));
+        let space = Space::new(self.others.clone(), self.fixed.iter().copied().chain(fixed).collect())?;
         refine_on(&self.prepared.fitted(&space), start, Some(self.sigma))
     }
 
-    /// Returns the farthest coordinate to a side.
+    /// Returns the farthest coordinate of the profile to a side.
     fn end(&self, side: f64) -> f64 {
-        let Held { axis, value, .. } = self.held;
+        let FixedParameter { axis, value, .. } = self.profiled;
         let is_wide = !axis.parameter.is_extension() && self.prepared.spec.auto_bounds.contains(&axis.parameter);
         match (is_wide, side < 0.0) {
             (true, _) => axis.coordinate(*value) + side * REACH,
@@ -163,15 +170,15 @@ impl Profile<'_> {
         }
     }
 
-    /// Returns the value at a coordinate; bounds that nobody gave do not limit it.
+    /// Returns the value at a coordinate, which may be outside automatic bounds.
     fn value(&self, coordinate: f64) -> f64 {
-        let Axis { parameter, .. } = self.held.axis;
-        if parameter.is_extension() { self.held.axis.value(coordinate) } else { coordinate.exp() }
+        let Axis { parameter, .. } = self.profiled.axis;
+        if parameter.is_extension() { self.profiled.axis.value(coordinate) } else { coordinate.exp() }
     }
 
-    /// Returns the points to one side that are within the limit, and the farthest value among them.
+    /// Returns the points to one side within the limit, and the farthest value among them.
     fn side(&self, side: f64, start: &Point) -> (Vec<Point>, f64) {
-        let Held { axis, value, .. } = self.held;
+        let FixedParameter { axis, value, .. } = self.profiled;
         let (from, end) = (axis.coordinate(*value), self.end(side));
         let reach = side * (end - from);
         let mut points: Vec<Point> = Vec::new();

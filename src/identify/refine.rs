@@ -1,5 +1,5 @@
-//! Stage 4, refine: the best of the starts, refined to the maximum-likelihood estimate; a population search where that is
-//! asked for, or where no start fits.
+//! Stage 4, refine: refines the best start to the maximum-likelihood estimate. A population search runs if it is requested, or
+//! if no start leads to a fit.
 
 use super::bic::is_far;
 use super::method::{Method, Polish};
@@ -9,47 +9,47 @@ use super::spec::IdentifySpec;
 use super::start::Start;
 use crate::Result;
 use crate::analysis::fit_percent;
-use crate::estimate::{Estimate, Refined, SmFailure, best_start, explained, led, refine_on};
+use crate::estimate::{Estimate, Refined, SmFailure, best_start, coordinate_searched, delay_starts, refine_on};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Space};
 use crate::optimize::Progress;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-/// The observer of a search: it sees every generation and may end the search.
+/// An observer that is called after each generation and may end the search.
 pub(super) type Observer<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + Send + 'a;
 
 /// A first optimum with its refinement.
 pub(super) struct Fit {
     pub found: SearchResult,
-    /// The problem that was searched.
+    /// Problem of the search.
     pub problem: Arc<Problem>,
     pub refined: Refined,
-    /// The space that it was refined in.
+    /// Space of the refinement, with widened bounds.
     pub space: Space,
 }
 
 impl Fit {
-    /// Returns whether it stands at a bound, or its simulation explains less than half of what some channel does.
+    /// Returns true if a parameter of the motor is at a bound, or the fit of some channel is below 50 %.
     fn is_poor(&self, prepared: &Prepared<'_>) -> bool {
         let fit = fit_percent(prepared.records, &self.refined);
-        // An extension that does nothing is no sign of a wrong optimum.
+        // A parameter of an extension at a bound without effect does not indicate a wrong optimum.
         let sides = self.space.free().iter().zip(&self.refined.at_bound);
         let stuck = sides.filter(|(axis, _)| !axis.parameter.is_extension()).any(|(_, side)| side.is_some());
         stuck || fit.iter().flatten().any(|percent| *percent < 50.0)
     }
 
-    /// Returns the one of two fits with the lower sum of squares in units of `sigma`. A population was searched for the other.
+    /// Returns the fit with the lower sum of squares in units of `sigma`; `other` comes from a population search.
     fn or_lower(mut self, other: Self, sigma: &[[f64; 2]]) -> Self {
         self.found.has_population = true;
         if other.refined.weighted(sigma) < self.refined.weighted(sigma) { other } else { self }
     }
 }
 
-/// Fits a model from where it starts, or takes its `optimum` where the selection of the model has found it.
+/// Fits a model from its starts, or uses the `optimum` of the model selection if there is one.
 ///
 /// # Errors
-/// As a refinement and a search.
+/// Propagates the errors of the search and the refinement.
 pub(super) fn fit(
     prepared: &Prepared<'_>,
     start: &Start,
@@ -71,13 +71,14 @@ pub(super) fn fit(
     if prepared.spec.method != Method::Auto || start.estimate.is_err() || !fit.is_poor(prepared) {
         return Ok(fit);
     }
-    // An estimate that fits nothing is none: a search may find better.
+    // If the estimate leads to a poor fit, a population search may find a better optimum.
     let other = from_estimate(prepared, &Err(SmFailure::PoorFit), &prepared.spec.space, observe)?;
     let sigma = fit.refined.weights.clone();
     Ok(fit.or_lower(other, &sigma))
 }
 
-/// Fits the linear motor from its Steiglitz–McBride estimate, or from a search where that is asked for or cannot serve.
+/// Fits the linear motor from its Steiglitz–McBride estimate, or from a population search if that is requested or there is no
+/// estimate.
 fn from_estimate(
     prepared: &Prepared<'_>,
     estimate: &std::result::Result<Estimate, SmFailure>,
@@ -94,11 +95,11 @@ fn from_estimate(
     from_search(prepared, &problem, found, Vec::new())
 }
 
-/// Candidate-steps that a search may take where it is not asked for: about a second.
+/// Largest number of candidate-steps of a population search that was not requested, about one second.
 const AFFORDABLE: usize = 1_000_000_000;
 
-/// Fits a model from motors near the right one: its extensions from grids along their axes, then the best of these starts
-/// refined.
+/// Fits a model from initial estimates of the motor: the parameters of extensions start from grids along their axes, and the
+/// best start is refined. A population search follows if it is requested, or if the fit is poor and the search affordable.
 fn from_motors(prepared: &Prepared<'_>, motors: &[[f64; 5]], space: &Space, observe: &mut Observer<'_>) -> Result<Fit> {
     let spec = prepared.spec.as_ref();
     let problem = prepared.searched(space.clone());
@@ -108,7 +109,7 @@ fn from_motors(prepared: &Prepared<'_>, motors: &[[f64; 5]], space: &Space, obse
     if spec.method.is_search() || spec.polish == Polish::None {
         return searched(Vec::new());
     }
-    let starts = explained(&problem, motors)?;
+    let starts = delay_starts(&problem, motors)?;
     let found = evaluated(&problem, spec, starts.first().cloned().unwrap_or_default())?;
     let fit = from_starts(prepared, &problem, found, &starts)?;
     if spec.method == Method::SteiglitzMcBride {
@@ -122,8 +123,8 @@ fn from_motors(prepared: &Prepared<'_>, motors: &[[f64; 5]], space: &Space, obse
     Ok(fit.or_lower(searched(starts)?, prepared.deviations()))
 }
 
-/// Returns what a search found with the refinement of the best of its optimum, of where that leads along each way to explain
-/// a delay, and of other starts. The linear motor is refined from the optimum alone.
+/// Refines the best of the optimum of a search, of the starts for delays that follow from it, and of `others`. The linear motor
+/// is refined from the optimum only.
 pub(super) fn from_search(
     prepared: &Prepared<'_>,
     problem: &Arc<Problem>,
@@ -134,11 +135,12 @@ pub(super) fn from_search(
         let (refined, space) = refine_widening(prepared.plain(), &prepared.spec, problem.space(), &found.values)?;
         return Ok(Fit { found, problem: problem.clone(), refined, space });
     }
-    let own = std::iter::once(found.values.clone()).chain(led(problem, &found.values)?);
+    let own = std::iter::once(found.values.clone()).chain(coordinate_searched(problem, &found.values)?);
     let starts: Vec<Vec<f64>> = own.chain(others).collect();
     from_starts(prepared, problem, found, &starts)
 }
 
+/// Refines the best of several starts.
 fn from_starts(
     prepared: &Prepared<'_>,
     problem: &Arc<Problem>,
@@ -152,10 +154,11 @@ fn from_starts(
     Ok(Fit { found, problem: problem.clone(), refined, space })
 }
 
-/// Times that the bounds that nobody gave are widened where the refinement ends at them.
+/// Largest number of times that automatic bounds are widened because the refinement ends at them.
 const WIDENINGS: usize = 4;
 
-/// Refines `values` and returns the space that the refinement ended in. `plain` is the problem of a fit.
+/// Refines `values`, widens automatic bounds at which the refinement ends, and returns the refinement with its space. `plain`
+/// is the problem of a fit.
 pub(super) fn refine_widening(
     plain: &Problem,
     spec: &IdentifySpec,

@@ -1,4 +1,4 @@
-//! Recordings that are given twice: each would count as two, and standard errors would be too small.
+//! Detection of recordings that are given twice. They would count as two, and the standard errors would be too small by √2.
 
 use crate::record::Record;
 use crate::setting::text;
@@ -7,10 +7,10 @@ use crate::{Error, Result};
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
-/// Checks that no recording is given twice, under whichever name.
+/// Checks that no recording is given twice, also under different names.
 ///
 /// # Errors
-/// `Data` that names both.
+/// Returns `Data` with the names of both recordings.
 pub(super) fn check_repeated(records: &[Record]) -> Result<()> {
     let mut known = Known::default();
     let repeated = records.iter().enumerate().find_map(|(n, record)| {
@@ -29,22 +29,25 @@ pub(super) fn check_repeated(records: &[Record]) -> Result<()> {
         format!("{one} and {other} are the same recording")
     };
     let message = format!("{what}: it would count as two, and the standard errors would be too small by √2");
-    Err(Error::data(message, text!("Give it once; to test a fit, hold a part of a recording out with " [Split] ".")))
+    Err(Error::data(
+        message,
+        text!("Give it once; to validate a fit, hold out a part of a recording with " [Split] "."),
+    ))
 }
 
-/// Returns the warning for recordings that are fitted and held out.
+/// Returns the warning about recordings that are both fitted and held out.
 pub(super) fn validation_repeats(records: &[Record], held_out: &[Record]) -> Option<Warning> {
     let mut known = Known::default();
     records.iter().enumerate().for_each(|(n, record)| known.insert(n, record));
     let repeated: Vec<String> = held_out.iter().filter(|held| known.first_same(held).is_some()).map(name_of).collect();
     let message = format!(
-        "{} is fitted and held out: the fit of what was fitted shows nothing about other recordings",
+        "{} is both fitted and held out: the fit of a fitted recording does not validate the model",
         repeated.join(", ")
     );
     (!repeated.is_empty()).then(|| Warning::new("validation_repeats", message))
 }
 
-/// Recordings by the digests of their inputs and of each output that moves: only those of equal digests are compared.
+/// Recordings by digests of the input and each output that varies; only recordings with equal digests are compared.
 #[derive(Default)]
 struct Known<'a> {
     buckets: BTreeMap<(usize, u64), Vec<(usize, &'a Record)>>,
@@ -57,17 +60,17 @@ impl<'a> Known<'a> {
         }
     }
 
-    /// Returns the number of the first recording that is the same as this one.
+    /// Returns the index of the first recording that is the same as `record`.
     fn first_same(&self, record: &Record) -> Option<usize> {
         let alike = digests(record).filter_map(|key| self.buckets.get(&key)).flatten();
         alike.filter(|(_, other)| is_same(other, record)).map(|(n, _)| *n).min()
     }
 }
 
-/// Samples of a signal that its digest is made of.
+/// Number of samples in the digest of a signal.
 const DIGEST_SAMPLES: usize = 64;
 
-/// Returns the digest of each output that moves, with its channel.
+/// Returns the digest of each output that varies, with its channel.
 fn digests(record: &Record) -> impl Iterator<Item = (usize, u64)> {
     let outputs = record.measured().into_iter().enumerate();
     outputs.filter_map(|(channel, signal)| signal.filter(|signal| moves(signal)).map(|signal| (channel, signal))).map(
@@ -76,7 +79,7 @@ fn digests(record: &Record) -> impl Iterator<Item = (usize, u64)> {
             signal.len().hash(&mut digest);
             for part in 0..DIGEST_SAMPLES {
                 let at = signal.len() * part / DIGEST_SAMPLES;
-                // Zeros of both signs are equal.
+                // Adding zero gives −0 and +0 the same bits.
                 [record.input()[at], signal[at]].iter().for_each(|value| (value + 0.0).to_bits().hash(&mut digest));
             }
             (channel, digest.finish())
@@ -84,12 +87,12 @@ fn digests(record: &Record) -> impl Iterator<Item = (usize, u64)> {
     )
 }
 
-/// Returns whether a signal moves: one that stands still is the same in all recordings at rest.
+/// Returns true if a signal varies; a constant one is the same in all recordings at rest.
 fn moves(signal: &[f64]) -> bool {
     signal.windows(2).any(|w| w[0].to_bits() != w[1].to_bits())
 }
 
-/// Returns whether two recordings have the same input, and an output with the same noise.
+/// Returns true if two recordings have the same input and the same common outputs, of which the first varies.
 fn is_same(one: &Record, other: &Record) -> bool {
     if one.len() != other.len() {
         return false;
@@ -104,7 +107,7 @@ mod tests {
     use super::*;
     use crate::record::Samples;
 
-    /// A recording of a few samples; a channel of zeros does not move.
+    /// Makes a recording of 70 samples; a channel with factor 0 does not vary.
     fn record(current: Option<f64>, speed: Option<f64>, volts: f64) -> Record {
         let signal = |size: f64| (0..70).map(|n| size * f64::from(n % 7)).collect::<Vec<_>>();
         let time_s = (0..70).map(|n| 0.001 * f64::from(n)).collect();
@@ -118,7 +121,7 @@ mod tests {
         Record::new(samples).unwrap()
     }
 
-    /// By digests as by comparing each with each.
+    /// Compares the search by digests with a comparison of all pairs.
     #[test]
     fn the_first_pair_is_that_of_all_pairs() {
         let kinds = [

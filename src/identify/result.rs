@@ -1,4 +1,4 @@
-//! The result of an identification.
+//! The result of an identification, and its validation on held-out recordings.
 
 use super::models::{Alternative, SelectionStep};
 use super::repeated::validation_repeats;
@@ -16,38 +16,38 @@ use crate::warning::Warning;
 use crate::{Error, Result};
 use serde::Serialize;
 
-/// The result of a method, before the refinement.
+/// The first optimum that a method found, before the refinement.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SearchOutcome {
-    /// The method that found it: the one asked for, or what `auto` took.
+    /// Name of the method: the requested one, or the one that [`Method::Auto`](super::Method::Auto) selected.
     pub method: &'static str,
-    /// True if it took over where Steiglitz–McBride cannot serve.
+    /// True if a population search replaced Steiglitz–McBride because that is not applicable.
     #[serde(skip)]
     pub is_fallback: bool,
-    /// True where a population was searched, also where what it found was not taken.
+    /// True if a population search was run, also if its result was not used.
     #[serde(skip)]
     pub has_population: bool,
-    /// The parameters, those held included.
+    /// Parameters of the first optimum, fixed ones included.
     pub parameters: Parameters,
-    /// Their cost in the chosen criterion, by the scalar oracle.
+    /// Cost of these parameters in the criterion of the spec, by the scalar evaluator.
     pub cost: f64,
 }
 
-/// Samples that were left out of a fit.
+/// A run of samples that were excluded from a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LeftOut {
-    /// The number of the recording, from 0 on.
+    /// Index of the recording, from 0.
     #[serde(rename = "record")]
     pub recording: usize,
-    /// The time of the first of them \[s\].
+    /// Time of the first excluded sample \[s\].
     pub from_s: f64,
-    /// The time of the last of them \[s\].
+    /// Time of the last excluded sample \[s\].
     pub to_s: f64,
-    /// Their number.
+    /// Number of excluded samples.
     pub samples: usize,
 }
 
-/// Returns the samples of `records` that do not count in `used`, which are the same recordings.
+/// Returns the samples that are excluded in `used` and not in `records`, which are the same recordings.
 pub(super) fn left_out(records: &[Record], used: &[Record]) -> Vec<LeftOut> {
     let of = |(recording, (record, used)): (usize, (&Record, &Record))| {
         let more = used.excluded().iter().filter(|excluded| !record.excluded().contains(excluded));
@@ -66,75 +66,77 @@ pub(super) fn left_out(records: &[Record], used: &[Record]) -> Vec<LeftOut> {
 /// The result of an identification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identification {
-    /// The level of trust in the result, with its reasons.
+    /// Level of trust in the result with its reasons.
     pub trust: Trust,
-    /// The input of the recordings.
+    /// Input of the recordings: voltage or current.
     pub input: Input,
-    /// The method of the simulation: the spec's or, where `auto` chose, with another course of the voltage between samples.
+    /// Simulation model: that of the spec, possibly with another intersample behaviour if that was selected automatically.
     pub model: Model,
-    /// Samples that `auto` left out.
+    /// Samples that were excluded automatically.
     pub left_out: Vec<LeftOut>,
-    /// The parameters after the polish, those held included.
+    /// Parameters after the polish, fixed ones included.
     pub parameters: Parameters,
-    /// Values of what is free, in the order of the space; extensions and what belongs to one recording are among them.
+    /// Values of all free parameters in the order of the space, with those of extensions and of single recordings.
     pub values: Vec<f64>,
-    /// Parameters that the recordings do not tell: what stands for them in `parameters` does the same and says nothing.
+    /// Parameters that the recordings do not identify. Their values in `parameters` are arbitrary: others fit equally well.
     pub unidentified: Vec<(Parameter, Scope)>,
-    /// The models that were tried, in their order, where extensions were to be chosen.
+    /// Models of the model selection in their order; `None` if the extensions were given.
     pub selection: Option<Vec<SelectionStep>>,
-    /// Other models that explain the recordings as well, where extensions were to be chosen.
+    /// Other models that fit the recordings equally well; empty if the extensions were given.
     pub alternatives: Vec<Alternative>,
-    /// Their cost in the chosen criterion, by the scalar oracle.
+    /// Cost of the parameters in the criterion of the spec, by the scalar evaluator.
     pub cost: f64,
-    /// The result of the method.
+    /// First optimum, before the refinement.
     pub searched: SearchOutcome,
-    /// The space, its bounds as they were used.
+    /// Search space with the bounds as they were used.
     pub space: Space,
-    /// The state `[i, ω]` at the start of each recording.
+    /// Initial state `[i, ω]` of each recording \[A, rad/s\].
     pub initial: Vec<[f64; 2]>,
-    /// The uncertainty of the parameters; `None` without a refinement.
+    /// Uncertainty of the parameters; `None` without a refinement.
     pub uncertainty: Option<Uncertainty>,
-    /// σ of the residuals of current and speed; `None` for a channel not measured.
+    /// Standard deviation of the residuals of current \[A\] and speed \[rad/s\]; `None` for a channel that was not measured.
     pub residual_sigma: [Option<f64>; 2],
-    /// True if the polish came to its end.
+    /// True if the polish converged.
     pub converged: bool,
-    /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of current and speed over all recordings; `None` for a channel not measured.
+    /// Fit `100 (1 − ‖y − ŷ‖/‖y − mean y‖)` of current and speed over all recordings \[%\]; `None` for a channel that was not
+    /// measured.
     pub fit_percent: [Option<f64>; 2],
-    /// The same of each recording.
+    /// Fit of current and speed of each recording \[%\].
     pub fit_percent_by_recording: Vec<[Option<f64>; 2]>,
-    /// The result against the references.
+    /// Comparison of the result with references.
     pub verification: Verification,
-    /// Warnings for the reader.
+    /// Warnings about the recordings, the spec and the result.
     pub warnings: Vec<Warning>,
-    /// Why the search ended.
+    /// Reason for which the search ended.
     pub stop: Stop,
-    /// Candidates evaluated.
+    /// Number of evaluated candidates.
     pub evaluations: u64,
-    /// Lowest cost after each generation; empty without a population.
+    /// Lowest cost after each generation; empty without a population search.
     pub history: Vec<f64>,
-    /// The device that evaluated: cpu or gpu.
+    /// Kind of the device that evaluated: `cpu` or `gpu`.
     pub device_kind: &'static str,
-    /// Its name.
+    /// Name of the device.
     pub device: String,
-    /// The numbers of the evaluation.
+    /// Precision of the evaluation: `f32` or `f64`.
     pub precision: &'static str,
-    /// The winner's cost by the device less that by the oracle; `None` where the CPU evaluated.
+    /// Cost of the best candidate on the device minus that of the scalar evaluator; `None` on the CPU.
     pub cost_difference: Option<f64>,
-    /// The fit on held-out recordings, where there are any.
+    /// Fit of held-out recordings, if there are any.
     pub validation: Option<Validation>,
-    /// The residuals of each recording, tested; empty without a polish.
+    /// Residual tests of each recording; empty without a polish.
     pub residual_tests: Vec<ResidualTests>,
-    /// Feedforward characteristics by regression, to hold against [`Characteristics::of`](crate::analysis::Characteristics::of).
+    /// Feedforward characteristics by regression, for comparison with
+    /// [`Characteristics::of`](crate::analysis::Characteristics::of).
     pub regressions: Vec<Regression>,
-    /// The noise floor, where recordings have the same input.
+    /// Noise floor, if recordings have the same input.
     pub noise_floor: Option<NoiseFloor>,
-    /// Seconds of the estimation alone.
+    /// Duration of the estimation \[s\].
     pub seconds: f64,
 }
 
 impl Identification {
-    /// Makes the result of a search and, where there was one, of the refinement of its optimum. The problem is in the space of
-    /// the refinement and starts from its initial states. Fit and warnings are left empty.
+    /// Makes the result of a search and of its refinement, if there was one. The problem has the space and the initial states
+    /// of the refinement. The fit and the warnings are left empty.
     pub(super) fn new(problem: &Problem, found: SearchResult, refined: Option<Refined>) -> Self {
         let searched = SearchOutcome {
             method: found.method,
@@ -184,15 +186,15 @@ impl Identification {
         }
     }
 
-    /// Correlations of R, L, K, B and J, `None` for those held or unknown.
+    /// Returns the correlation matrix of R, L, K, B and J; `None` for fixed and unidentified parameters.
     pub(super) fn correlation(&self, uncertainty: &Uncertainty) -> [[Option<f64>; 5]; 5] {
-        let place = |p: Parameter| self.space.free().iter().position(|axis| axis.parameter == p);
-        let entry = |a: Parameter, b: Parameter| *uncertainty.correlation.get(place(a)?)?.get(place(b)?)?;
+        let index = |p: Parameter| self.space.free().iter().position(|axis| axis.parameter == p);
+        let entry = |a: Parameter, b: Parameter| *uncertainty.correlation.get(index(a)?)?.get(index(b)?)?;
         Parameter::ALL.map(|a| Parameter::ALL.map(|b| entry(a, b)))
     }
 
-    /// The bound, `min` or `max`, that a free parameter ended at: nearer to it than 1e-4 of the range and 1 % of
-    /// itself.
+    /// Returns the bound, `min` or `max`, at which a shared free parameter ended: within 1e-4 of the range and 1 % of the
+    /// bound.
     #[must_use]
     pub fn at_bound(&self, parameter: Parameter) -> Option<&'static str> {
         let shared = |(axis, _): &(&Axis, &f64)| axis.parameter == parameter && axis.scope == Scope::Shared;
@@ -201,10 +203,10 @@ impl Identification {
     }
 }
 
-/// The bound that a value stands at, as [`Identification::at_bound`] has it.
+/// Returns the bound at which a value is, by the tolerances of [`Identification::at_bound`].
 pub(super) fn side(axis: &Axis, value: f64) -> Option<&'static str> {
     let near = 1e-4 * (axis.max - axis.min);
-    // A bound of zero has no size of its own.
+    // A bound of zero has no relative tolerance.
     let by_size = |bound: f64| if bound == 0.0 { near } else { near.min(0.01 * bound.abs()) };
     if value - axis.min <= by_size(axis.min) {
         Some("min")
@@ -229,12 +231,12 @@ impl<'a> From<&'a Identification> for FittedMotor<'a> {
     }
 }
 
-/// Simulates held-out recordings with the parameters that were found, without another fit: what belongs to a recording
-/// alone is estimated from it, its state at the start where it begins in motion and the parameters that each has for
-/// itself.
+/// Validates a result on held-out recordings by simulation with the identified parameters. Only the initial state of a
+/// recording that begins in motion, and parameters with one value per recording, are estimated from the recording itself.
 ///
 /// # Errors
-/// `Usage` when there is no recording; as for a problem of these recordings.
+/// Returns `Usage` if there is no recording and `Data` for a recording with another input than those of the fit; propagates the
+/// errors of [`Problem::new`].
 pub fn validate(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Result<Validation> {
     if records.is_empty() {
         return Err(Error::usage("no held-out recording was given", "Give at least one."));
@@ -247,11 +249,11 @@ pub fn validate(records: &[Record], spec: &IdentifySpec, found: &Identification)
     validated(&records.iter().map(own).collect::<Vec<_>>())
 }
 
-/// Adds to a result of `records` what held-out recordings say of it, where there are any: how well it explains them, and how
-/// well any model could.
+/// Adds the validation on held-out recordings and the noise floor of all recordings to the result of `records`. Without
+/// held-out recordings the result remains unchanged.
 ///
 /// # Errors
-/// As [`validate`].
+/// Returns the same errors as [`validate`].
 pub fn hold_out(
     found: &mut Identification,
     records: &[Record],

@@ -1,4 +1,4 @@
-//! A first optimum: an estimate as it is, or what a population search finds.
+//! The first optimum of a method: the Steiglitz–McBride estimate, a start from a grid, or the result of a population search.
 
 use super::spec::IdentifySpec;
 use crate::device::BatchSearchEvaluator;
@@ -12,9 +12,10 @@ use crate::{Error, Result};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
+/// A first optimum with the course of the search.
 pub(super) struct SearchResult {
     pub method: &'static str,
-    /// One value per free axis.
+    /// Values of the optimum, one per free axis.
     pub values: Vec<f64>,
     pub stop: Stop,
     pub evaluations: u64,
@@ -24,12 +25,12 @@ pub(super) struct SearchResult {
     pub precision: &'static str,
     pub cost_difference: Option<f64>,
     pub warnings: Vec<Warning>,
-    /// True where a population was searched beside it.
+    /// True if a population search was run, also if its result was not used.
     pub has_population: bool,
 }
 
 impl SearchResult {
-    /// A first optimum that nothing evaluated.
+    /// Makes a first optimum that was not evaluated on a device.
     pub(super) fn new(method: &'static str, values: Vec<f64>, stop: Stop, evaluations: u64) -> Self {
         Self {
             method,
@@ -46,14 +47,14 @@ impl SearchResult {
         }
     }
 
-    /// An estimate within the bounds of a problem, as a first optimum that nothing evaluated.
+    /// Makes a first optimum from an estimate, clamped to the bounds of a problem and not evaluated on a device.
     pub(super) fn of_estimate(estimate: &Estimate, problem: &Problem) -> Self {
         let value = |axis: &Axis| estimate.parameters.get(axis.parameter).clamp(axis.min, axis.max);
         let values = problem.space().free().iter().map(value).collect();
         Self::new("sm", values, Stop::Converged, estimate.iterations as u64)
     }
 
-    /// The same on a device: what it is, and how its cost differs from the oracle's.
+    /// Adds the description of the device, and the difference of its cost to that of the scalar oracle.
     fn on(self, mut evaluation: BatchSearchEvaluator) -> Self {
         let cost_difference = evaluation.cost_difference(0, &self.values);
         let (device_kind, device, precision) = evaluation.device();
@@ -61,18 +62,22 @@ impl SearchResult {
     }
 }
 
-/// An estimate as a first optimum of a problem. A device that is asked for evaluates it too.
+/// Returns an estimate as a first optimum of a problem, evaluated on the requested device as well.
 pub(super) fn taken(estimate: &Estimate, spec: &IdentifySpec, problem: &Arc<Problem>) -> Result<SearchResult> {
     let evaluation = BatchSearchEvaluator::for_check(spec, problem.clone())?;
     Ok(SearchResult::of_estimate(estimate, problem).on(evaluation))
 }
 
-/// Values as a first optimum of a problem, by nothing but its costs. A device that is asked for evaluates them too.
+/// Returns given values as a first optimum of a problem, evaluated on the requested device as well.
 pub(super) fn evaluated(problem: &Arc<Problem>, spec: &IdentifySpec, values: Vec<f64>) -> Result<SearchResult> {
     let evaluation = BatchSearchEvaluator::for_check(spec, problem.clone())?;
     Ok(SearchResult::new("grid", values, Stop::Converged, 0).on(evaluation))
 }
 
+/// Runs the population search of the spec.
+///
+/// # Errors
+/// Propagates the errors of the method and the device, and returns `NotIdentified` if no candidate has a finite cost.
 pub(super) fn population(
     problem: &Arc<Problem>,
     spec: &IdentifySpec,
@@ -87,7 +92,7 @@ pub(super) fn population(
     let best = optimizer.best().filter(|best| Scalar::cost(problem, best.values).is_finite());
     let Some(best) = best else {
         let message = format!("all {evaluations} candidates diverge");
-        let zoh = text!([Discretization = "zoh"] " cannot diverge by itself.");
+        let zoh = text!([Discretization = "zoh"] " cannot diverge numerically.");
         return Err(Error::not_identified(message, text!("Check the units of the recording and " [Bounds] "; " {zoh})));
     };
     let method = spec.method.search().map_or("", |tuned| tuned.search.name);

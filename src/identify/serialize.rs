@@ -1,4 +1,4 @@
-//! The result of an identification as one record: what documents, lines of studies and bindings show of it.
+//! Serialization of the result of an identification, shared by documents, results of studies and the Python bindings.
 
 use super::estimates;
 use super::result::Identification;
@@ -10,10 +10,10 @@ use serde::{Serialize, Serializer};
 use serde_json::{Map, Value, json};
 
 impl Serialize for Identification {
-    /// Serializes all keys of a result but those of what was asked for, in their order.
+    /// Serializes all keys of a result in their order, except those of the spec.
     fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
         let uncertainty = self.uncertainty.as_ref();
-        // A current that is the input has no state.
+        // A current that is the input is not a state.
         let state = |[current, speed]: [f64; 2]| json!({"current": (self.input == Input::Voltage).then_some(current), "speed": speed});
         let warnings = |severity| self.warnings.iter().filter(move |w| w.severity == severity).collect::<Vec<_>>();
         let mut verification = json!(self.verification);
@@ -56,7 +56,7 @@ impl Serialize for Identification {
     }
 }
 
-/// The bounds of what is free, by symbol.
+/// Returns the bounds of the free parameters by symbol.
 pub(crate) fn bounds(space: &Space) -> Map<String, Value> {
     space.free().iter().map(|axis| (axis.parameter.symbol().to_owned(), json!([axis.min, axis.max]))).collect()
 }

@@ -1,30 +1,30 @@
-//! One search of the whole box for all runs on the same recordings.
+//! One global search that all runs on the same recordings share.
 //!
-//! The reference is made under the weights of a fit of its own, from the Steiglitz–McBride estimate or from where the
-//! extensions start, so that it depends on the recordings and the model and on no run.
+//! The reference is computed under the weights of a separate fit, which starts from the Steiglitz–McBride estimate or from the
+//! starts of the extensions. It therefore depends on the recordings and the model, but not on the runs.
 
 use super::prepare::Prepared;
 use super::refine::Fit;
 use super::start::Start;
-use super::verify::{Claim, EQUAL, References, Verification, held_against, references, sigmas, verify};
-use crate::estimate::{Estimate, Refined, best_start, explained, global_reference, refine_on};
+use super::verify::{Claim, EQUAL, References, Verification, compared, references, sigmas, verify};
+use crate::estimate::{Estimate, Refined, best_start, delay_starts, global_reference, refine_on};
 use crate::evaluate::Problem;
 use crate::motor::Axis;
 use std::sync::Arc;
 
-/// Weights that differ by less than this part belong to the same optimum.
+/// Largest relative difference of the weights of two fits of the same optimum.
 const SAME_WEIGHTS: f64 = 1e-3;
 
-/// A search of the whole box of one problem, against which many fits are held.
+/// A global search of one problem, with which many fits are compared.
 pub(super) struct SharedReference {
     problem: Arc<Problem>,
     estimate: Option<Estimate>,
-    /// The weights of the reference, and what was found under them; `None` where nothing can be fitted.
+    /// Weights of the reference, and the reference under these weights; `None` if no fit succeeds.
     found: Option<(Vec<[f64; 2]>, References)>,
 }
 
 impl SharedReference {
-    /// Searches the box of a problem. `optimum` is a fit of its model, where the selection of the model left one.
+    /// Searches the box of a problem. `optimum` is the optimum from the model selection, if there was one.
     pub(super) fn new(prepared: &Prepared<'_>, problem: &Arc<Problem>, start: &Start, optimum: Option<&[f64]>) -> Self {
         let estimate = start.estimate.as_ref().ok().filter(|estimate| !estimate.is_resampled).cloned();
         let plain = prepared.fitted(problem.space());
@@ -38,14 +38,13 @@ impl SharedReference {
         Self { problem: problem.clone(), estimate, found }
     }
 
-    /// Returns the verdict on a fit. A fit in another space, or one that the reference does not cover, has a search of the box
-    /// of its own.
+    /// Verifies a fit. A fit in another space, or one whose optimum is lower than the reference, gets a separate search.
     pub(super) fn verify(&self, prepared: &Prepared<'_>, fit: &Fit) -> Verification {
         let estimate = self.estimate.as_ref();
         self.verdict(prepared, fit).unwrap_or_else(|| verify(prepared, fit, estimate).verification)
     }
 
-    /// Returns the verdict on a fit in this box that ended in the optimum of the reference, or higher.
+    /// Verifies a fit in this box that ended in the optimum of the reference or in a higher one; `None` for others.
     fn verdict(&self, prepared: &Prepared<'_>, fit: &Fit) -> Option<Verification> {
         let (weights, references) = self.found.as_ref().filter(|_| fit.space == *self.problem.space())?;
         let (plain, sigma) = (prepared.fitted(&fit.space), sigmas(prepared.records, &fit.refined));
@@ -54,12 +53,13 @@ impl SharedReference {
         let pairs = weights.iter().flatten().zip(sigma.iter().flatten());
         let is_same = pairs.into_iter().all(|(a, b)| (a - b).abs() <= SAME_WEIGHTS * a.abs());
         let claim = Claim::of(prepared, fit, self.estimate.as_ref());
-        let verdict = || held_against(prepared, (&plain, &sigma), &claim, Some(references)).verification;
+        let verdict = || compared(prepared, (&plain, &sigma), &claim, Some(references)).verification;
         (gap > EQUAL || (gap >= -EQUAL && is_same)).then(verdict)
     }
 }
 
-/// Fits a problem from where the recordings say that its motor is, or from anywhere in its box.
+/// Fits a problem from `optimum`, from the Steiglitz–McBride estimate or from the starts of the extensions; if there are none,
+/// from a global search.
 fn fitted(prepared: &Prepared<'_>, problem: &Arc<Problem>, start: &Start, optimum: Option<&[f64]>) -> Option<Refined> {
     let (plain, deviations) = (prepared.fitted(problem.space()), prepared.deviations());
     let inside = |estimate: &Estimate| {
@@ -69,7 +69,7 @@ fn fitted(prepared: &Prepared<'_>, problem: &Arc<Problem>, start: &Start, optimu
     let starts = match (optimum, &start.estimate) {
         (Some(optimum), _) => vec![optimum.to_vec()],
         (None, Ok(estimate)) => vec![inside(estimate)],
-        (None, Err(_)) => explained(problem, &start.motors).unwrap_or_default(),
+        (None, Err(_)) => delay_starts(problem, &start.motors).unwrap_or_default(),
     };
     let from = match &starts[..] {
         [one] => Some(one.clone()),

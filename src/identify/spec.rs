@@ -1,4 +1,4 @@
-//! The spec of an identification: what is asked for.
+//! The specification of an identification: method, criterion, model, search space and device.
 
 use super::method::{Method, Polish};
 use crate::criterion::Criterion;
@@ -10,38 +10,38 @@ use crate::optimize::SearchSettings;
 /// Settings of an identification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdentifySpec {
-    /// The method that finds the optimum.
+    /// Method that finds the first optimum.
     pub method: Method,
-    /// The refinement.
+    /// Refinement of the first optimum.
     pub polish: Polish,
-    /// Agents.
+    /// Number of candidates in the population.
     pub population: usize,
-    /// Generations, the first population included.
+    /// Number of generations, the initial population included.
     pub generations: usize,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// The criterion of a population search.
+    /// Criterion that a population search minimizes.
     pub criterion: Criterion,
-    /// The simulation model.
+    /// Simulation model.
     pub model: Model,
-    /// True where `auto` extensions may take another course of the voltage between samples than the model's: a line, or a
-    /// value that is held.
+    /// True if [`With::Auto`] may replace the intersample behaviour of the model: a zero-order hold by a first-order hold,
+    /// or the reverse.
     pub auto_discretization: bool,
     /// Free parameters with their bounds, and fixed ones.
     pub space: Space,
-    /// Parameters whose bounds become a decade to each side of the Steiglitz–McBride estimate, where there is one.
+    /// Parameters whose bounds are set to one decade on each side of the Steiglitz–McBride estimate if there is one.
     pub auto_bounds: Vec<Parameter>,
-    /// Extensions of the motor whose parameters the space may lack: they get bounds from the recordings.
+    /// Extensions of the motor model. Parameters of theirs that the space lacks get bounds from the recordings.
     pub with: With,
-    /// Parameters that each recording of a joint fit has for itself; a start latency always is one.
+    /// Parameters with one value per recording in a joint fit. The start latency always has one value per recording.
     pub per_recording: Vec<Parameter>,
-    /// The device that evaluates a population.
+    /// Device that evaluates a population.
     pub device: DeviceSpec,
-    /// With which numbers.
+    /// Floating-point precision of the evaluation.
     pub precision: PrecisionSpec,
-    /// Throughput measured on this machine, for `auto`; `None` takes conservative limits.
-    pub paces: Option<ThroughputProfile>,
-    /// Threads; `None` takes the rayon pool of the caller.
+    /// Throughput measured on this machine, used to select a device automatically; `None` uses conservative limits.
+    pub throughput_profile: Option<ThroughputProfile>,
+    /// Number of threads; `None` uses the rayon pool of the caller.
     pub threads: Option<usize>,
 }
 
@@ -62,32 +62,32 @@ impl Default for IdentifySpec {
             per_recording: Vec::new(),
             device: DeviceSpec::default(),
             precision: PrecisionSpec::default(),
-            paces: None,
+            throughput_profile: None,
             threads: None,
         }
     }
 }
 
 impl IdentifySpec {
-    /// Returns whether more than the linear motor is asked for: extensions, or parameters of single recordings.
+    /// Returns true if the spec goes beyond the linear motor: with extensions, or with parameters of single recordings.
     #[must_use]
     pub fn is_extended(&self) -> bool {
         self.with != With::default() || !self.space.features().is_linear() || !self.per_recording.is_empty()
     }
 
-    /// Returns whether the result is refined.
+    /// Returns true if the result is refined.
     #[must_use]
     pub fn is_polished(&self) -> bool {
         self.polish == Polish::LevenbergMarquardt
     }
 
-    /// Returns the settings of a population search in a space.
+    /// Returns the settings of a population search over `space`.
     pub(super) fn search(&self, space: &Space) -> SearchSettings {
         let &Self { population, generations, seed, .. } = self;
         SearchSettings { bounds: space.bounds(), population, generations, seed, run: 0 }
     }
 
-    /// Returns the value that a parameter is fixed at.
+    /// Returns the value at which a parameter is fixed; `None` if it is free.
     pub(super) fn fixed(&self, parameter: Parameter) -> Option<f64> {
         self.space.fixed().iter().find(|(p, _, _)| *p == parameter).map(|(_, _, value)| *value)
     }
@@ -98,7 +98,7 @@ impl From<&IdentifySpec> for DeviceSettings {
         Self {
             device: spec.device.clone(),
             precision: spec.precision,
-            paces: spec.paces.clone(),
+            throughput_profile: spec.throughput_profile.clone(),
             threads: spec.threads,
             population: spec.population,
             generations: spec.generations,

@@ -1,7 +1,8 @@
-//! Stage 2, start: motors near the right one, and the bounds around them.
+//! Stage 2, start: initial estimates of the motor, and automatic bounds around them.
 //!
-//! Steiglitz–McBride starts the linear motor, on copies at even steps where a clock is irregular. For others the voltage is delayed by several lags, or gain and time constant
-//! are read off the one channel that was measured, or the whole box is searched.
+//! The linear motor starts from the Steiglitz–McBride estimate, on an irregular clock of copies that are resampled at even
+//! steps. Other models start from Steiglitz–McBride estimates with the voltage delayed by several lags, from the gain and time
+//! constant of the only measured channel, or from a global search.
 
 use super::extension_bounds::extended_space;
 use super::method::Method;
@@ -9,7 +10,7 @@ use super::missing_channel::guess;
 use super::prepare::Prepared;
 use super::spec::IdentifySpec;
 use crate::estimate::{
-    Estimate, SmFailure, global_reference, lagged, steiglitz_mcbride as estimated, steiglitz_mcbride_on,
+    Estimate, SmFailure, delayed_estimates, global_reference, steiglitz_mcbride as estimated, steiglitz_mcbride_on,
     steiglitz_mcbride_resampled,
 };
 use crate::evaluate::{Problem, Scalar};
@@ -18,19 +19,21 @@ use crate::record::Record;
 use crate::setting::text;
 use crate::{Error, Result};
 
+/// The start of an identification.
 pub(super) struct Start {
-    /// The Steiglitz–McBride estimate of the linear motor, unless asked for by name also on an irregular clock.
+    /// Steiglitz–McBride estimate of the linear motor. It may come from a resampled copy unless the method is requested by
+    /// name.
     pub estimate: std::result::Result<Estimate, SmFailure>,
-    /// R, L, K, B and J of motors near the right one, the likeliest first; empty for the linear motor.
+    /// Initial estimates of R, L, K, B and J, the most likely first; empty for the linear motor.
     pub motors: Vec<[f64; 5]>,
-    /// The space of the linear motor around them.
+    /// Search space of the linear motor around the initial estimates.
     pub space: Space,
 }
 
-/// Finds where an identification starts.
+/// Computes the initial estimates and the search space of the linear motor.
 ///
 /// # Errors
-/// As the refinement of a motor.
+/// Propagates the errors of the Steiglitz–McBride estimates, of the global search and of the space.
 pub(super) fn start(prepared: &Prepared<'_>) -> Result<Start> {
     if !prepared.is_linear() {
         let (motors, space) = near(prepared)?;
@@ -44,8 +47,8 @@ pub(super) fn start(prepared: &Prepared<'_>) -> Result<Start> {
     Ok(Start { estimate, motors: Vec::new(), space })
 }
 
-/// Returns the Steiglitz–McBride estimate, that of copies at even steps where clocks are irregular unless the method is asked for
-/// by name. `plain` is the problem of a fit to the recordings.
+/// Returns the Steiglitz–McBride estimate. If it fails on an irregular clock, copies resampled at even steps are used, unless
+/// the method is requested by name. `plain` is the problem of a fit to the recordings.
 pub(super) fn on_any_clock(
     records: &[Record],
     spec: &IdentifySpec,
@@ -59,14 +62,14 @@ pub(super) fn on_any_clock(
     Ok(best_of(records, spec, |(_, record)| steiglitz_mcbride_resampled(record, spec.model))?.or(estimate))
 }
 
-/// Returns the Steiglitz–McBride estimate of each recording, and of these the one that costs least on all. `plain` is the
-/// problem of a fit to the recordings.
+/// Computes the Steiglitz–McBride estimate of each recording and returns the one with the lowest cost on all of them. `plain`
+/// is the problem of a fit to the recordings.
 pub(super) fn steiglitz_mcbride(
     records: &[Record],
     spec: &IdentifySpec,
     plain: &Problem,
 ) -> Result<std::result::Result<Estimate, SmFailure>> {
-    // Where the voltage is a line over each step the fit has another method than this one.
+    // The problem of the fit has another discretization if the recordings contain slopes of the voltage.
     let is_same = *plain.model() == spec.model;
     let one = |(n, record): (usize, &Record)| match is_same {
         true => steiglitz_mcbride_on(plain, n),
@@ -75,7 +78,7 @@ pub(super) fn steiglitz_mcbride(
     best_of(records, spec, one)
 }
 
-/// Returns the estimate that costs least on all recordings, of those that `one` makes of each.
+/// Applies `one` to each recording and returns the estimate with the lowest cost on all of them.
 fn best_of(
     records: &[Record],
     spec: &IdentifySpec,
@@ -86,7 +89,7 @@ fn best_of(
     }
     let mut best: std::result::Result<Estimate, SmFailure> = Err(SmFailure::ChannelMissing);
     let mut lowest = f64::INFINITY;
-    // Estimates are compared: times may be rounded.
+    // Rounded sampling times are accurate enough to compare estimates.
     let problem = Problem::new(records, spec.model, Space::table2(), spec.criterion)?.at_coarse_steps();
     for found in records.iter().enumerate().map(one) {
         match (found?, &best) {
@@ -103,7 +106,7 @@ fn best_of(
     Ok(best)
 }
 
-/// The space with a decade to each side of motors for the axes of the motor that have no bounds of their own.
+/// Returns the space of the spec with automatic bounds of the motor's parameters set to one decade on each side of `motors`.
 pub(super) fn around(spec: &IdentifySpec, motors: &[[f64; 5]]) -> Result<Space> {
     let decade = |axis: &Axis| {
         if axis.parameter.is_extension() || !spec.auto_bounds.contains(&axis.parameter) {
@@ -116,16 +119,16 @@ pub(super) fn around(spec: &IdentifySpec, motors: &[[f64; 5]]) -> Result<Space> 
     Space::new(spec.space.free().iter().map(decade).collect(), spec.space.fixed().to_vec())
 }
 
-/// Motors near the right one, the likeliest first, and the space of the linear motor around them.
+/// Returns initial estimates of the motor, the most likely first, and the space of the linear motor around them.
 fn near(prepared: &Prepared<'_>) -> Result<(Vec<[f64; 5]>, Space)> {
     let (records, spec) = (prepared.records, prepared.spec.as_ref());
     if let Some(model) = &prepared.normalized {
         return Ok((vec![model.motor], model.space.clone()));
     }
-    if let Some(motor) = held_motor(spec) {
+    if let Some(motor) = fixed_motor(spec) {
         return Ok((vec![motor], spec.space.clone()));
     }
-    let mut motors = lagged(records, spec.model);
+    let mut motors = delayed_estimates(records, spec.model);
     motors.extend(guess(records, spec));
     if motors.is_empty() {
         let linear = linear(&spec.space)?;
@@ -136,19 +139,24 @@ fn near(prepared: &Prepared<'_>) -> Result<(Vec<[f64; 5]>, Space)> {
     Ok((motors, space))
 }
 
+/// Returns a space without the parameters of extensions.
 fn linear(space: &Space) -> Result<Space> {
     let free = space.free().iter().filter(|axis| !axis.parameter.is_extension()).copied().collect();
     let fixed = space.fixed().iter().filter(|(parameter, _, _)| !parameter.is_extension()).copied().collect();
     Space::new(free, fixed)
 }
 
-/// Returns what is certainly free: of a motor that is fixed as a whole, its extensions.
-pub(super) fn asked_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
-    match (&spec.with, held_motor(spec)) {
+/// Returns the space whose identifiability is checked before the fit: that of the spec, with the named extensions if all
+/// parameters of the motor are fixed.
+///
+/// # Errors
+/// Returns `Usage` if the extensions are to be selected for a motor with all parameters fixed.
+pub(super) fn requested_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
+    match (&spec.with, fixed_motor(spec)) {
         (With::These(list), Some(motor)) => extended_space(records, spec, &spec.space, (list, &motor)),
         (With::Auto, Some(_)) => {
             let what = "compares fits of the linear motor with others";
-            let message = text!("every parameter is held, and " [With = "auto"] " {what}");
+            let message = text!("every parameter is fixed, and " [With = "auto"] " {what}");
             let hint = text!("Name the extensions, as in " [With = "load"] ", or leave a parameter free.");
             Err(Error::usage(message, hint))
         }
@@ -156,8 +164,8 @@ pub(super) fn asked_space(records: &[Record], spec: &IdentifySpec) -> Result<Spa
     }
 }
 
-/// R, L, K, B and J, where all are held.
-fn held_motor(spec: &IdentifySpec) -> Option<[f64; 5]> {
+/// Returns R, L, K, B and J if all are fixed.
+fn fixed_motor(spec: &IdentifySpec) -> Option<[f64; 5]> {
     let [r, l, k, b, j] = Parameter::ALL.map(|parameter| spec.fixed(parameter));
     Some([r?, l?, k?, b?, j?])
 }

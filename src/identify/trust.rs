@@ -1,7 +1,7 @@
-//! The line on trust: whether the standard errors of a result can be believed, and what to do next where they cannot.
+//! The level of trust in a result: a statement on whether its standard errors can be trusted, with reasons and the next step.
 //!
-//! A result is `good` where the residuals are noise, the search is conclusive and nothing about the recordings or the motor
-//! contradicts it. It is to be checked where something does, and poor where the model misses much of what was measured.
+//! A result is `good` if the residuals are noise, the search is conclusive and no finding about the recordings or the motor
+//! contradicts it. Each reason lowers the level to `check` or `poor`.
 
 use super::result::Identification;
 use super::spec::IdentifySpec;
@@ -16,37 +16,37 @@ use crate::warning::{Warning, name_of};
 
 use TrustLevel::{Check, Poor};
 
-/// Warnings that are reasons, with the level that each leaves and what it says in short.
+/// Warnings that are reasons, each with the level to which it lowers trust and a short description.
 const WARNINGS: [(&str, TrustLevel, &str); 21] = [
     ("sign_reversed", Poor, "a channel has the opposite sign"),
-    ("units", Poor, "magnitudes fit no motor in these units"),
+    ("units", Poor, "magnitudes are implausible in these units"),
     ("recordings_differ", Poor, "the recordings are not of one motor under one condition"),
-    ("not_converged", Poor, "the refinement has not come to its end"),
+    ("not_converged", Poor, "the refinement has not converged"),
     ("friction_differs", Check, "friction differs between the recordings"),
     ("model_incomplete", Check, "the residuals show an effect that the model lacks"),
-    ("not_separated", Check, "another model explains the recordings as well"),
+    ("not_separated", Check, "another model fits the recordings equally well"),
     ("at_bound", Check, "a parameter ended at a bound"),
-    ("late_voltage", Check, "the voltage is logged late"),
-    ("between_samples", Check, "the voltage goes on otherwise between samples"),
+    ("late_voltage", Check, "the voltage is recorded late"),
+    ("between_samples", Check, "the intersample behaviour of the voltage is not that of the discretization"),
     ("not_identifiable", Check, "not every parameter is identifiable"),
     ("few_samples", Check, "there are few samples"),
-    ("averaged_sensor", Check, "a sensor averages"),
-    ("current_clipped", Check, "the current is cut off"),
+    ("averaged_sensor", Check, "a sensor averages over samples"),
+    ("current_clipped", Check, "the current is clipped"),
     ("voltage_without_current", Check, "the voltage does not reach the motor"),
     ("motion_without_input", Check, "the motor moves without voltage"),
     ("speed_falls", Check, "the speed falls where the voltage rises"),
-    ("outliers", Check, "single samples are far off those around them"),
+    ("outliers", Check, "single samples are far from their neighbours"),
     ("input_noise", Check, "noise of the input biases the parameters"),
     ("initial_state", Check, "a recording does not start as assumed"),
-    ("dead_time_long", Check, "the dead time is longer than a motor explains"),
+    ("dead_time_long", Check, "the dead time is longer than is plausible for a motor"),
 ];
 
-/// Judges a result, its warnings included, with what else speaks against it.
+/// Determines the level of trust in a result from its fit, verification, residual tests and warnings, and from `evidence`.
 pub(super) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identification, evidence: &Evidence) -> Trust {
     let mut all: Vec<(TrustLevel, TrustReason)> = Vec::new();
     let mut add = |level, code, message: Text| all.push((level, TrustReason { code, message }));
     fits(records, found, &evidence.missed).into_iter().for_each(|(level, code, message)| add(level, code, message));
-    let coloured = residuals(&found.residual_tests);
+    let not_noise = residuals(&found.residual_tests);
     let is_noise = is_noise(&found.residual_tests, &evidence.missed);
     if let Some((level, code, message)) = search(found).filter(|(level, ..)| !is_noise || *level == Poor) {
         add(level, code, message.into());
@@ -54,7 +54,7 @@ pub(super) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identificat
     if found.uncertainty.is_none() {
         add(Check, "not_polished", "without a polish there are no standard errors".into());
     }
-    if let Some(message) = coloured {
+    if let Some(message) = not_noise {
         add(Check, "residuals", message);
     }
     if let Some(message) = implausible(records, found) {
@@ -73,21 +73,21 @@ pub(super) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identificat
     Trust { level, reasons, next }
 }
 
-/// Returns whether tested residuals are noise, which leaves nothing for another optimum to explain.
+/// Returns true if the residuals were tested and are noise, so that no other optimum can fit better.
 pub(super) fn is_noise(tests: &[ResidualTests], missed: &[Missed]) -> bool {
     residuals(tests).is_none() && missed.is_empty() && !tests.is_empty()
 }
 
-/// Returns whether the model has what a finding is about.
+/// Returns true if the model includes the effect that a warning is about.
 fn is_modelled(found: &Identification, code: &str) -> bool {
     code == "averaged_sensor" && found.extensions().contains(&Extension::SensorAverage)
 }
 
-/// The evidence against a result beside its warnings.
+/// The evidence against a result besides its warnings.
 pub(super) struct Evidence {
-    /// Recordings and channels that the model misses by far.
+    /// Channels of recordings with residuals far above the noise.
     pub missed: Vec<Missed>,
-    /// An effect that the residuals show and the model lacks.
+    /// Extension that the residuals show and the model lacks.
     pub lacking: Option<Extension>,
 }
 
@@ -96,18 +96,18 @@ pub(super) struct Evidence {
 pub(super) struct Missed {
     pub recording: usize,
     pub channel: usize,
-    /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖).
+    /// Fit `100 (1 − ‖y − ŷ‖/‖y − mean y‖)` of the channel \[%\].
     pub fit_percent: f64,
 }
 
-/// Residuals far above the noise leave less than this of a channel unexplained, or its fit is poor \[%\].
+/// Smallest acceptable fit of a channel whose residuals are far above the noise \[%\].
 const FIT_MIN: f64 = 80.0;
-/// Of a fit that explains less than this of each channel the parameters are those of any model that explains nothing, however
-/// white its residuals are \[%\].
+/// Smallest acceptable fit of the best channel, also if the residuals are white \[%\].
 const FIT_OF_BEST_MIN: f64 = 30.0;
-/// The same of a channel of one recording.
+/// Smallest acceptable fit of a channel of one recording whose residuals are far above the noise \[%\].
 const FIT_OF_RECORDING_MIN: f64 = 50.0;
 
+/// Returns the reasons from poor fits.
 fn fits(records: &[Record], found: &Identification, missed: &[Missed]) -> Vec<(TrustLevel, &'static str, Text)> {
     let mut reasons = Vec::new();
     let far = |channel: usize| missed.iter().any(|of| of.channel == channel);
@@ -119,36 +119,39 @@ fn fits(records: &[Record], found: &Identification, missed: &[Missed]) -> Vec<(T
         .filter_map(|channel| Some(format!("{:.0} % of the {}", poor(channel)?.max(0.0), names[channel])))
         .collect();
     if !list.is_empty() {
-        reasons.push((Poor, "poor_fit", text!(("the model explains {}", list.join(", ")))));
+        reasons.push((Poor, "poor_fit", text!(("the model fits only {}", list.join(", ")))));
     }
     let worst = missed.iter().filter(|of| of.fit_percent < FIT_OF_RECORDING_MIN && records.len() > 1);
     if let Some(worst) = worst.min_by(|a, b| a.fit_percent.total_cmp(&b.fit_percent)) {
         let (name, record) = (names[worst.channel], name_of(&records[worst.recording]));
-        reasons.push((Poor, "recording_missed", text!(("the model misses the {name} of {record}"))));
+        reasons.push((Poor, "recording_missed", text!(("the model does not fit the {name} of {record}"))));
     }
     reasons
 }
 
+/// Returns the reason from the verification of the search.
 fn search(found: &Identification) -> Option<(TrustLevel, &'static str, &'static str)> {
     let check = &found.verification;
     match check.status {
         Status::Agrees => None,
         Status::SearchStuck if check.refined_agrees && found.uncertainty.is_some() => None,
         Status::SearchStuck => Some((Poor, "search_stuck", "a better optimum is known")),
-        Status::ReferenceFailed => Some((Check, "search_inconclusive", "the search of the whole box is inconclusive")),
-        Status::NotApplicable => Some((Check, "not_verified", "no search of the whole box confirms it")),
+        Status::ReferenceFailed => {
+            Some((Check, "search_inconclusive", "the global search is inconclusive"))
+        }
+        Status::NotApplicable => Some((Check, "not_verified", "no global search confirms the optimum")),
     }
 }
 
-/// Correlations from sample to sample below this do not matter.
+/// Smallest correlation of residuals at lag 1 that matters.
 const CORRELATION_MIN: f64 = 0.02;
-/// Parts of residuals below this that the input explains do not matter \[%\].
+/// Smallest percentage of the variance of residuals explained by the input that matters \[%\].
 const EXPLAINED_MIN: f64 = 1.0;
-/// Degrees of freedom of the test of whiteness.
+/// Degrees of freedom of the whiteness test.
 const LAGS: usize = 20;
 
-/// Returns which residuals are not noise. White ones are taken for others once in ten thousand times, so that joint fits of
-/// many recordings raise few false alarms.
+/// Describes the residuals that are not noise; `None` if all are. The significance level is 1e-4, so that joint fits of many
+/// recordings raise few false alarms.
 fn residuals(tests: &[ResidualTests]) -> Option<Text> {
     let coloured = |test: &ResidualTest| {
         test.whiteness.statistic > chi_square_limit(LAGS) && test.whiteness.lag1.abs() > CORRELATION_MIN
@@ -162,20 +165,23 @@ fn residuals(tests: &[ResidualTests]) -> Option<Text> {
         (!list.is_empty()).then(|| list.join(" and "))
     };
     let parts = [
-        of(&coloured).map(|list| format!("the residuals of {list} are correlated")),
-        of(&follows).map(|list| format!("the input explains part of the residuals of {list}")),
+        of(&coloured).map(|list| format!("the residuals of {list} are autocorrelated")),
+        of(&follows).map(|list| format!("the residuals of {list} are correlated with the input")),
     ];
     let parts: Vec<String> = parts.into_iter().flatten().collect();
     (!parts.is_empty()).then(|| parts.join("; ").into())
 }
 
-/// Largest current \[A\] and speed \[rad/s\] of motors that are identified from recordings, and time constants \[s\].
+/// Largest plausible current \[A\].
 const CURRENT_MAX: f64 = 200.0;
+/// Largest plausible speed \[rad/s\].
 const SPEED_MAX: f64 = 20_000.0;
+/// Range of plausible electrical time constants \[s\].
 const ELECTRICAL_S: [f64; 2] = [1e-7, 0.5];
+/// Range of plausible mechanical time constants \[s\].
 const MECHANICAL_S: [f64; 2] = [1e-5, 60.0];
 
-/// Returns the largest magnitude of the samples of a channel that count.
+/// Returns the largest magnitude of a signal without excluded samples.
 fn counting_peak(record: &Record, channel: usize, signal: &[f64]) -> f64 {
     let counting = record.counting();
     if counting.is_empty() {
@@ -185,10 +191,10 @@ fn counting_peak(record: &Record, channel: usize, signal: &[f64]) -> f64 {
     counts.fold(0.0, |largest: f64, (value, _)| largest.max(value.abs()))
 }
 
-/// Returns what no usual motor shows: a unit may be wrong by a power of ten.
+/// Describes a magnitude that is implausible for a motor, which suggests a wrong unit; `None` if there is none.
 fn implausible(records: &[Record], found: &Identification) -> Option<String> {
     let motor = &found.parameters;
-    let told = |p: &[Parameter]| p.iter().all(|p| !found.unidentified.iter().any(|(of, _)| of == p));
+    let is_identified = |p: &[Parameter]| p.iter().all(|p| !found.unidentified.iter().any(|(of, _)| of == p));
     let largest = |channel: usize| {
         let signals = records.iter().filter_map(|record| Some((record, record.measured()[channel]?)));
         signals.map(|(record, signal)| counting_peak(record, channel, signal)).fold(0.0, f64::max)
@@ -201,17 +207,17 @@ fn implausible(records: &[Record], found: &Identification) -> Option<String> {
         return Some(format!("a speed of {:.0} rad/s is implausible", largest(1)));
     }
     let electrical = motor.l / motor.r;
-    if told(&[Parameter::L, Parameter::R]) && outside(ELECTRICAL_S, electrical) {
+    if is_identified(&[Parameter::L, Parameter::R]) && outside(ELECTRICAL_S, electrical) {
         return Some(format!("an electrical time constant of {electrical:.2e} s is implausible"));
     }
     let mechanical = motor.r * motor.j / (motor.k * motor.k + motor.r * motor.b);
-    if told(&[Parameter::R, Parameter::K, Parameter::J]) && outside(MECHANICAL_S, mechanical) {
+    if is_identified(&[Parameter::R, Parameter::K, Parameter::J]) && outside(MECHANICAL_S, mechanical) {
         return Some(format!("a mechanical time constant of {mechanical:.2e} s is implausible"));
     }
     None
 }
 
-/// Returns the next step for the gravest reasons.
+/// Returns the next step for the most severe reasons.
 fn next(spec: &IdentifySpec, found: &Identification, (reasons, evidence): (&[TrustReason], &Evidence)) -> Text {
     let has = |codes: &[&str]| reasons.iter().any(|reason| codes.contains(&reason.code));
     if has(&["between_samples"]) && found.input == crate::motor::Input::Voltage {
@@ -240,4 +246,17 @@ fn next(spec: &IdentifySpec, found: &Identification, (reasons, evidence): (&[Tru
         return text!([Polish = "lm"]);
     }
     text!([Command::Inspect])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::WARNINGS;
+    use crate::identify::REASONS;
+
+    #[test]
+    fn every_warning_that_is_a_reason_is_described() {
+        for (code, ..) in WARNINGS {
+            assert!(REASONS.iter().any(|(known, _)| *known == code), "{code} is not in the table of reasons");
+        }
+    }
 }

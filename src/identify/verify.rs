@@ -1,4 +1,4 @@
-//! The verdict: what was found, against Steiglitz–McBride, the refinement and a search of the whole box.
+//! Verification of a fit: comparison with the refined Steiglitz–McBride estimate and with a global search.
 
 use super::method::Method;
 use super::prepare::Prepared;
@@ -6,7 +6,7 @@ use super::refine::{Fit, refine_widening};
 use super::spec::IdentifySpec;
 use super::start::steiglitz_mcbride;
 use crate::Result;
-use crate::estimate::{Estimate, Reference, ReferenceKind, Refined, global_reference, refine_on, squares_on};
+use crate::estimate::{Estimate, Reference, ReferenceKind, Refined, global_reference, refine_on, residual_squares};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Parameters, Space};
 use crate::numeric::{count, rms};
@@ -17,18 +17,18 @@ use std::cell::LazyCell;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// No reference is better, and the best of them is as good.
+    /// No reference is better than the fit, and the best one is equally good.
     Agrees,
     /// The search ended in another optimum than the best reference.
     SearchStuck,
-    /// No reference came as far as what was found, or too few did.
+    /// No reference is as good as the fit, or the search of the box is inconclusive.
     ReferenceFailed,
-    /// There is no reference for this.
+    /// No reference exists.
     NotApplicable,
 }
 
 impl Status {
-    /// Its name in results.
+    /// Returns the name of the verdict in results.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -40,31 +40,31 @@ impl Status {
     }
 }
 
-/// The comparison of a result with references. Costs are sums of squares weighted by the noise.
+/// The comparison of a result with references. Costs are sums of squares in units of the noise variances.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Verification {
-    /// The verdict.
+    /// Verdict of the comparison.
     pub status: Status,
-    /// The kind of search of the whole box.
+    /// Kind of the global search.
     pub reference: Option<ReferenceKind>,
-    /// Starts that were refined for it.
+    /// Number of starts that this search refined.
     pub starts: usize,
-    /// The number of them that ended in the lowest optimum.
+    /// Number of these starts that ended in the lowest optimum.
     pub arrivals: usize,
-    /// The Steiglitz–McBride estimate, where there is one.
+    /// Steiglitz–McBride estimate, if there is one.
     pub steiglitz_mcbride: Option<Parameters>,
-    /// The best refinement of any start.
+    /// Best parameters after refinement.
     pub levenberg_marquardt: Option<Parameters>,
-    /// The cost above the best reference's, relative to it: of the result, or where the search is stuck of what it
-    /// found.
+    /// Difference of the cost to that of the best reference, relative to the latter. The cost is that of the result; without a
+    /// refinement, and if the search is stuck, that of the search.
     pub cost_gap: Option<f64>,
-    /// True if the refinement of what was found is as good as the best reference.
+    /// True if the refined fit is as good as the best reference.
     #[serde(skip)]
     pub refined_agrees: bool,
 }
 
 impl Verification {
-    /// None yet.
+    /// Returns a verification without a reference.
     pub(super) fn none() -> Self {
         Self {
             status: Status::NotApplicable,
@@ -79,23 +79,23 @@ impl Verification {
     }
 }
 
-/// The verification with what it found on the way.
+/// A verification with the reference that is better than the fit.
 pub(super) struct Verified {
     pub verification: Verification,
-    /// The best of the references, where it is better than what was found.
+    /// Best reference; `None` if it is not better than the fit.
     better: Option<Refined>,
 }
 
-/// Stage 5, verify: holds a fit against a search of the whole box and the refinement of the Steiglitz–McBride estimate.
+/// Stage 5, verify: compares a fit with a global search and with the refined Steiglitz–McBride estimate.
 pub(super) fn verify(prepared: &Prepared<'_>, fit: &Fit, estimate: Option<&Estimate>) -> Verified {
-    judged(prepared, &Claim::of(prepared, fit, estimate))
+    verified(prepared, &Claim::of(prepared, fit, estimate))
 }
 
-/// Takes a better reference in place of a fit under `auto`: the best there is was asked for, wherever it was found.
-/// Returns the verdict, and whether the fit was replaced.
+/// Replaces a fit by a better reference if the method is [`Method::Auto`], and verifies it again. Returns the verification, and
+/// true if the fit was replaced.
 ///
 /// # Errors
-/// As a refinement.
+/// Propagates the errors of the refinement.
 pub(super) fn settle(
     prepared: &Prepared<'_>,
     fit: &mut Fit,
@@ -107,16 +107,15 @@ pub(super) fn settle(
         return Ok((verification, false));
     };
     (fit.refined, fit.space) = refine_widening(&prepared.fitted(&fit.space), spec, &fit.space, &better.values)?;
-    // Its own weights may lead elsewhere again.
+    // Under the weights of the new fit another optimum may be lowest.
     let again = verify(prepared, fit, estimate);
     Ok((again.verification, true))
 }
 
-/// Returns the verdict on parameters from elsewhere (one value per free axis of the spec's space), as if a search had
-/// found them.
+/// Verifies given parameters, one value per free axis of the spec's space, as if a search had found them.
 ///
 /// # Errors
-/// As [`super::identify_with`].
+/// Propagates the errors of [`Problem::new`], [`refine_on`] and the Steiglitz–McBride estimate.
 pub fn verify_at(records: &[Record], spec: &IdentifySpec, values: &[f64]) -> Result<Verification> {
     let prepared = Prepared::as_given(records, spec)?;
     let refined = refine_on(prepared.plain(), values, None)?;
@@ -128,28 +127,29 @@ pub fn verify_at(records: &[Record], spec: &IdentifySpec, values: &[f64]) -> Res
         is_judged: true,
         estimate: estimate.as_ref().ok(),
     };
-    Ok(judged(&prepared, &claim).verification)
+    Ok(verified(&prepared, &claim).verification)
 }
 
-/// Relative differences of the cost below this are rounding and the end of an iteration.
+/// Largest relative difference of two costs that count as equal, above rounding and the tolerance of the refinement.
 pub(super) const EQUAL: f64 = 1e-6;
-/// A searched optimum is the reference's when its misfit, relative to the variation of the signals, is at most this many
-/// times as large, and this much more.
+/// Largest ratio of the misfit of a searched optimum to that of the reference at which both are the same optimum.
 const MISFIT_TIMES: f64 = 2.0;
+/// Additional misfit of a searched optimum that is allowed, relative to the variation of the signals.
 const MISFIT_MORE: f64 = 0.02;
-/// Residuals below this part of a signal are rounding: there is no noise to be weighted by.
+/// Smallest standard deviation of residuals, relative to the root mean square of the signal; smaller residuals are rounding.
 const ROUNDING: f64 = 1e-7;
 
-/// A fit that is verified.
+/// A fit that is to be verified.
 pub(super) struct Claim<'a> {
     pub space: &'a Space,
-    /// The refinement of what was searched.
+    /// Refinement of the first optimum.
     pub refined: &'a Refined,
-    /// The values that were searched.
+    /// Values of the first optimum.
     pub searched: &'a [f64],
-    /// True where they are more than a start for the refinement: a population's optimum, or the result itself.
+    /// True if the first optimum is verified itself, as the optimum of a population search or the result without a refinement,
+    /// rather than being only the start of the refinement.
     pub is_judged: bool,
-    /// The Steiglitz–McBride estimate, where there is one.
+    /// Steiglitz–McBride estimate, if there is one.
     pub estimate: Option<&'a Estimate>,
 }
 
@@ -162,28 +162,29 @@ impl<'a> Claim<'a> {
     }
 }
 
-fn judged(prepared: &Prepared<'_>, claim: &Claim<'_>) -> Verified {
+fn verified(prepared: &Prepared<'_>, claim: &Claim<'_>) -> Verified {
     let (plain, sigma) = (prepared.fitted(claim.space), sigmas(prepared.records, claim.refined));
     let references = references(&plain, &sigma, claim);
-    held_against(prepared, (&plain, &sigma), claim, references.as_ref())
+    compared(prepared, (&plain, &sigma), claim, references.as_ref())
 }
 
-/// The best fit that is known beside a claim, and how the whole box was searched for it.
+/// The best reference fit, and the global search that produced it.
 pub(super) struct References {
-    /// The fit with the lowest weighted sum of squares.
+    /// Fit with the lowest weighted sum of squares.
     pub best: Refined,
+    /// Kind of the search of the box, with its numbers of starts and of arrivals.
     searched_box: Option<(ReferenceKind, usize, usize)>,
     is_conclusive: bool,
 }
 
-/// Searches the whole box of a problem for the lowest sum of squares weighted by `sigma`, and refines the Steiglitz–McBride
-/// estimate of a claim; `None` where neither leads to a fit.
+/// Searches the complete box of a problem for the lowest sum of squares weighted by `sigma`, and refines the Steiglitz–McBride
+/// estimate of a claim; `None` if both fail.
 pub(super) fn references(plain: &Problem, sigma: &[[f64; 2]], claim: &Claim<'_>) -> Option<References> {
     let Claim { space, refined, searched, estimate, .. } = *claim;
     let inside = |axis: &Axis| Some(estimate?.parameters.get(axis.parameter).clamp(axis.min, axis.max));
     let start: Option<Vec<f64>> = space.free().iter().map(inside).collect();
     let from_sm = || match &start {
-        // What was found is the refinement of this estimate.
+        // The fit is the refinement of this estimate already.
         Some(start) if start == searched => Some(refined.clone()),
         Some(start) => refine_on(plain, start, Some(sigma)).ok(),
         None => None,
@@ -197,8 +198,8 @@ pub(super) fn references(plain: &Problem, sigma: &[[f64; 2]], claim: &Claim<'_>)
     Some(References { best, searched_box, is_conclusive })
 }
 
-/// Returns the verdict on a claim, held against references under the weights `sigma` of the claim's refinement.
-pub(super) fn held_against(
+/// Compares a claim with references under the weights `sigma` of the claim's refinement.
+pub(super) fn compared(
     prepared: &Prepared<'_>,
     (plain, sigma): (&Problem, &[[f64; 2]]),
     claim: &Claim<'_>,
@@ -212,12 +213,12 @@ pub(super) fn held_against(
     let (own, lowest) = (refined.weighted(sigma), best.weighted(sigma));
     let relative = |cost: f64| (cost - lowest) / lowest.max(1.0);
     let start = LazyCell::new(|| {
-        // What cannot be simulated is as far off as can be.
-        squares_on(plain, searched).unwrap_or_else(|_| vec![[f64::INFINITY; 2]; plain.signals().len()])
+        // Values that cannot be simulated have an infinite misfit.
+        residual_squares(plain, searched).unwrap_or_else(|_| vec![[f64::INFINITY; 2]; plain.signals().len()])
     });
     let deviations = prepared.deviations();
     let misfit = |squares: &[[f64; 2]]| weighted(squares, deviations).sqrt();
-    let count = misfit_of_nothing(prepared.records);
+    let count = misfit_of_mean(prepared.records);
     let is_far = || misfit(&start) > MISFIT_TIMES * misfit(&best.squares) + MISFIT_MORE * count;
     let status = match relative(own) {
         gap if gap > EQUAL || (is_judged && is_far()) => Status::SearchStuck,
@@ -238,12 +239,12 @@ pub(super) fn held_against(
     Verified { verification, better: (relative(own) > EQUAL).then(|| best.clone()) }
 }
 
-/// Sums of squares in units of `sigma`.
+/// Returns the total of the sums of squares in units of `sigma²`.
 fn weighted(squares: &[[f64; 2]], sigma: &[[f64; 2]]) -> f64 {
     squares.iter().flatten().zip(sigma.iter().flatten()).map(|(square, sigma)| square / (sigma * sigma)).sum()
 }
 
-/// The weights of the refinement of each recording, no less than rounding.
+/// Returns the standard deviations by which the refinement weighted each recording, limited from below by rounding.
 pub(super) fn sigmas(records: &[Record], refined: &Refined) -> Vec<[f64; 2]> {
     let of = |(record, sigma): (&Record, &[f64; 2])| {
         [0, 1].map(|channel| {
@@ -254,8 +255,8 @@ pub(super) fn sigmas(records: &[Record], refined: &Refined) -> Vec<[f64; 2]> {
     records.iter().zip(&refined.weights).map(of).collect()
 }
 
-/// The misfit whose residuals are as large as the signals vary.
-fn misfit_of_nothing(records: &[Record]) -> f64 {
+/// Returns the misfit of residuals that are as large as the variation of the signals.
+fn misfit_of_mean(records: &[Record]) -> f64 {
     let values: usize = records.iter().map(|r| r.len() * r.measured().iter().flatten().count()).sum();
     count(values).sqrt()
 }

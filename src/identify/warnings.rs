@@ -1,4 +1,4 @@
-//! Warnings about a fit: before it about recordings and spec, after it about its result.
+//! Warnings about the recordings and the spec, and about the result of a fit.
 
 use super::estimates::ParameterEstimate;
 use super::missing_channel::missing_channel;
@@ -17,20 +17,21 @@ use crate::text::{engineering, significant};
 use crate::warning::Warning;
 use crate::{Error, ErrorKind};
 
-/// Below so many samples 95 % intervals cover 81 to 90 % (measured).
+/// Number of samples below which 95 % intervals covered only 81 to 90 % in simulations.
 const SAMPLES_FEW: usize = 12;
 
-/// Returns the warnings about recordings, as a spec takes them.
+/// Returns the warnings about recordings under a spec.
 pub(super) fn of_recordings(records: &[Record], spec: &IdentifySpec) -> Vec<Warning> {
     as_taken(&warnings_of_records(records), records, spec)
 }
 
-/// Returns the warnings about recordings, as a spec takes them, of which the `diagnosis` is known.
+/// Returns the warnings about recordings under a spec, with their `diagnosis` computed before.
 pub(super) fn as_taken(diagnosis: &[Warning], records: &[Record], spec: &IdentifySpec) -> Vec<Warning> {
     let mut warnings = diagnosis.to_vec();
     let samples: usize = records.iter().map(Record::len).sum();
     if samples < SAMPLES_FEW {
-        let message = format!("{samples} samples: from fewer than {SAMPLES_FEW} the intervals come out too narrow");
+        let message =
+            format!("{samples} samples: with fewer than {SAMPLES_FEW} the confidence intervals are too narrow");
         warnings.push(Warning::new("few_samples", message));
     }
     warnings.extend(
@@ -39,14 +40,14 @@ pub(super) fn as_taken(diagnosis: &[Warning], records: &[Record], spec: &Identif
     );
     let moves_at_start = |signal: &[f64]| signal[0].abs() > 0.05 * peak(signal);
     if spec.model.initial == Initial::Zero && records.iter().flat_map(Record::measured).flatten().any(moves_at_start) {
-        let say = "a recording does not start at rest, but ";
-        let message = text!("{say}" [Initial = "zero"] " says so; use " [Initial = "free"]);
+        let what = "a recording does not start at rest, as ";
+        let message = text!("{what}" [Initial = "zero"] " assumes; use " [Initial = "free"]);
         warnings.push(Warning::new("initial_state", message));
     }
     warnings
 }
 
-/// Returns the warnings about recordings with that of the normalized model first, in place of a weaker one.
+/// Puts the warning of the normalized model first, in place of others with the same code.
 pub(super) fn with_normalized(mut warnings: Vec<Warning>, model: Option<&NormalizedModel>) -> Vec<Warning> {
     if let Some(model) = model {
         warnings.retain(|warning| warning.code != model.warning.code);
@@ -55,22 +56,22 @@ pub(super) fn with_normalized(mut warnings: Vec<Warning>, model: Option<&Normali
     warnings
 }
 
-/// Findings that are named before the hint of an error.
-const EXPLAINED_BY: usize = 2;
+/// Largest number of findings that are named before the hint of an error.
+const FINDINGS_MAX: usize = 2;
 
-/// Returns the error of recordings that do not identify the motor with what was found in them before its hint.
-pub(super) fn explained(error: Error, of_recordings: &[Warning]) -> Error {
-    let said = error.message().to_string();
-    let is_new = |warning: &&Warning| warning.explains_failure() && warning.message.to_string() != said;
-    let found: Vec<&Warning> = of_recordings.iter().filter(is_new).take(EXPLAINED_BY).collect();
+/// Adds findings about the recordings before the hint of a `NotIdentified` error.
+pub(super) fn with_findings(error: Error, of_recordings: &[Warning]) -> Error {
+    let message = error.message().to_string();
+    let is_new = |warning: &&Warning| warning.can_cause_poor_fit() && warning.message.to_string() != message;
+    let found: Vec<&Warning> = of_recordings.iter().filter(is_new).take(FINDINGS_MAX).collect();
     if found.is_empty() || error.kind() != ErrorKind::NotIdentified {
         return error;
     }
-    let mut first = Text::from("Look first at what was found in the recording: ");
+    let mut first = Text::from("First check the findings in the recording: ");
     for warning in found {
         first = first.and(&warning.message).and(". ").and(warning.remedy.clone().unwrap_or_default()).and(" ");
     }
-    error.hinted_first(&first.and("Otherwise:"))
+    error.with_hint_prefix(&first.and("Otherwise:"))
 }
 
 /// Returns the warnings about a result.
@@ -78,29 +79,29 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
     let mut warnings = Vec::new();
     if found.searched.is_fallback && found.input == Input::Voltage {
         let why = failure.unwrap_or(SmFailure::PoorFit).message();
-        let message = format!("Steiglitz–McBride cannot serve: {why}; a population search took over");
+        let message = format!("Steiglitz–McBride is not applicable: {why}; a population search was used instead");
         warnings.push(Warning::new("sm_failed", message));
     }
     for parameter in Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS) {
         let Some(side) = found.at_bound(parameter) else { continue };
         let (symbol, name) = (parameter.symbol(), parameter.name());
         warnings.push(if is_idle(found, parameter, side) {
-            let message = format!("the recordings show no {name}: {symbol} ended where it changes nothing");
+            let message = format!("the recordings show no {name}: {symbol} ended at a value without effect");
             Warning::new("extension_idle", message)
         } else {
-            let rest = ", or the others hold only if it is right";
+            let rest = "; otherwise the other estimates are valid only if it is right";
             Warning::new("at_bound", text!("{symbol} ended at its {side} bound; widen it with " [Bounds] {rest}))
         });
     }
     warnings.extend(not_separated(found));
     warnings.extend(poor_fit(found.fit_percent));
     if !found.converged {
-        let message = "the refinement has not come to its end: the result may be near the optimum only";
+        let message = "the refinement has not converged: the result may only be near the optimum";
         warnings.push(Warning::new("not_converged", message));
     }
     let white = found.uncertainty.as_ref().map_or([None; 2], |uncertainty| uncertainty.whiteness);
     let colored = |(name, white): (&str, Option<Whiteness>)| {
-        white.filter(|w| !w.is_white).map(|w| format!("{name} (from sample to sample {:.2})", w.lag1))
+        white.filter(|w| !w.is_white).map(|w| format!("{name} ({:.2} at lag 1)", w.lag1))
     };
     let list: Vec<String> = ["current", "speed"].into_iter().zip(white).filter_map(colored).collect();
     if !list.is_empty() {
@@ -110,18 +111,18 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
             true => {
                 format!("allow for that and are up to {} times those of white residuals", significant(widened_by, 2))
             }
-            false => "are no larger for it".to_owned(),
+            false => "need no widening for it".to_owned(),
         };
         let message = format!(
-            "the residuals are correlated, {list}: the model misses something, or the sensors filter; the standard errors \
-             {errors}"
+            "the residuals are correlated, {list}: the model lacks an effect, or the sensors filter; the standard \
+             errors {errors}"
         );
         warnings.push(Warning::new("residuals_not_white", message));
     }
     if found.verification.status == Status::SearchStuck {
         let times = significant(1.0 + found.verification.cost_gap.unwrap_or(f64::NAN), 3);
         let rescued = found.uncertainty.is_some() && found.verification.refined_agrees;
-        let what = if rescued { "the refinement left it for a better one" } else { "a reference fits better" };
+        let what = if rescued { "the refinement reached a better one" } else { "a reference fits better" };
         let message = text!(
             "the search ended in another optimum, whose weighted sum of squares is {times} times the best; {what}; use "
             [Method = "auto"] ", more " [Generations] " or another " [Seed]
@@ -131,7 +132,7 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
     warnings
 }
 
-/// Returns the warning for other models that explain the recordings as well as the one that was selected.
+/// Returns the warning about alternative models that fit as well as the selected one; `None` without alternatives.
 fn not_separated(found: &Identification) -> Option<Warning> {
     let named = |with: &[Extension]| with.iter().map(|e| e.name()).collect::<Vec<_>>().join(", ");
     let fits = |fit: [Option<f64>; 2]| {
@@ -143,7 +144,8 @@ fn not_separated(found: &Identification) -> Option<Warning> {
     (!others.is_empty()).then(|| {
         let taken = named(&found.extensions());
         let message = format!(
-            "the recordings do not separate the model {taken} ({}) from {}; its parameters hold only if it is the right one",
+            "the recordings do not distinguish the model {taken} ({}) from {}; its parameters are valid only if it is \
+             the right one",
             fits(found.fit_percent),
             others.join(" or ")
         );
@@ -151,16 +153,16 @@ fn not_separated(found: &Identification) -> Option<Warning> {
     })
 }
 
-/// Returns whether a parameter of an extension stands at the bound at which it changes nothing.
+/// Returns true if a parameter of an extension ended at the bound at which it has no effect.
 fn is_idle(found: &Identification, parameter: Parameter, side: &str) -> bool {
     let Some(axis) = found.space.free().iter().find(|axis| axis.parameter == parameter) else { return false };
     axis.is_idle(if side == "min" { axis.min } else { axis.max })
 }
 
-/// A dead time of more than so many time constants does not belong to a motor.
+/// Largest plausible ratio of the dead time to the time constant of the motor.
 const DEAD_TIME_MAX: f64 = 3.0;
 
-/// The warning for a dead time that is long against the motor.
+/// Returns the warning about a dead time that is implausibly long for the motor.
 pub(super) fn long_dead_time(found: &Identification) -> Option<Warning> {
     let constant = Characteristics::of(found)?.time_constant.value;
     let estimates = found.estimates();
@@ -171,8 +173,8 @@ pub(super) fn long_dead_time(found: &Identification) -> Option<Warning> {
     let times = significant(dead_time / constant, 2);
     let [dead_time, constant] = [dead_time, constant].map(|seconds| engineering(seconds, "s", 3));
     let message = format!(
-        "the dead time, {dead_time}, is {times} of the motor's time constants ({constant}): a clock that is off, or a \
-         recording that begins before the drive, looks like that"
+        "the dead time, {dead_time}, is {times} times the motor's time constant ({constant}): possible causes are \
+         clocks that are not aligned and a recording that begins before the drive acts"
     );
     Some(Warning::new("dead_time_long", message))
 }

@@ -1,30 +1,32 @@
-//! Step maps of many steps at once. On an irregular clock all steps are multiples of one unit: a step of `32 a + b` units is
-//! composed of one of `32 a` and one of `b`, so that few series are summed.
+//! One-step maps for many step lengths at once.
+//!
+//! On an irregular clock all step lengths are multiples of one unit. The map of `32 a + b` units is composed of that of
+//! `32 a` and that of `b` units, so that few series are summed.
 
 use super::discretize::{Method, StepMaps, step_maps};
 use super::dual::Number;
 use crate::numeric::{count, whole};
 
-/// Units of the coarse part of a step.
+/// Number of units of which the coarse part of a step is a multiple.
 const COARSE: usize = 32;
-/// Fewer steps are not worth a table.
+/// Smallest number of distinct step lengths for which splitting saves time.
 const STEPS_MIN: usize = 32;
 
-/// The steps of an irregular clock, each cut into a coarse part of whole multiples of [`COARSE`] units and a fine part of fewer
-/// units: parts are few where steps are many.
+/// The distinct steps of an irregular clock, each split into a coarse part (a multiple of [`COARSE`] units) and a fine part
+/// of fewer units. Distinct parts are few even if distinct steps are many.
 #[derive(Debug, Clone)]
 pub(crate) struct SplitSteps {
     unit_s: f64,
-    /// The distinct coarse parts, as multiples of [`COARSE`] units, and the distinct fine ones, of one unit.
+    /// Distinct coarse parts as multiples of [`COARSE`] units, and distinct fine parts as multiples of one unit.
     multiples: [Vec<usize>; 2],
-    /// For each step the places of its coarse part and of its fine one among them.
-    pub places: Vec<[usize; 2]>,
-    /// For each step the share of it that its coarse part takes.
-    pub coarse_share: Vec<f64>,
+    /// For each step the indices of its coarse and of its fine part in `multiples`.
+    pub part_indices: Vec<[usize; 2]>,
+    /// For each step the fraction of its length that the coarse part takes.
+    pub coarse_fraction: Vec<f64>,
 }
 
 impl SplitSteps {
-    /// Cuts steps that are whole multiples of `unit_s`, up to rounding; `None` where they are too few to gain anything.
+    /// Splits steps \[s\] that are multiples of `unit_s` \[s\] up to rounding; `None` if there are too few to save time.
     pub(crate) fn new(steps_s: &[f64], unit_s: f64) -> Option<Self> {
         if steps_s.len() < STEPS_MIN {
             return None;
@@ -37,14 +39,14 @@ impl SplitSteps {
             distinct.dedup();
             distinct
         });
-        let place = |part: usize, n: usize| multiples[part].partition_point(|known| *known < n);
-        let places = parts.iter().map(|&[coarse, fine]| [place(0, coarse), place(1, fine)]).collect();
+        let index = |part: usize, n: usize| multiples[part].partition_point(|known| *known < n);
+        let part_indices = parts.iter().map(|&[coarse, fine]| [index(0, coarse), index(1, fine)]).collect();
         let share = |&[coarse, fine]: &[usize; 2]| count(COARSE * coarse) / count(COARSE * coarse + fine);
-        let coarse_share = parts.iter().map(share).collect();
-        Some(Self { unit_s, multiples, places, coarse_share })
+        let coarse_fraction = parts.iter().map(share).collect();
+        Some(Self { unit_s, multiples, part_indices, coarse_fraction })
     }
 
-    /// Returns the maps of the coarse parts and those of the fine ones.
+    /// Returns the maps of the distinct coarse parts and those of the distinct fine parts.
     #[inline(always)]
     pub(crate) fn tables<T: Number>(&self, motor: &[[T; 1]; 5], method: Method) -> [Vec<StepMaps<1, T>>; 2] {
         let [coarse, fine] = &self.multiples;
@@ -53,7 +55,7 @@ impl SplitSteps {
             let base_s = if part == 0 { count(COARSE) * self.unit_s } else { self.unit_s };
             let base = step_maps(motor, base_s, method);
             let mut last = None;
-            // A loop, because adapters of iterators would not be compiled for the vectors of the caller.
+            // A loop, because iterator adapters would not be compiled for the target features of the caller.
             for &n in &self.multiples[part] {
                 let maps = match (last, table.last()) {
                     (Some(before), Some(maps)) if n == before + 1 && n > 1 => {
@@ -69,7 +71,7 @@ impl SplitSteps {
         tables
     }
 
-    /// Returns the map of a whole step, by its place, from the tables of its parts.
+    /// Returns the map of a complete step, given by its index, from the tables of its parts.
     #[inline(always)]
     pub(super) fn whole<T: Number>(
         &self,
@@ -77,16 +79,16 @@ impl SplitSteps {
         step: usize,
         method: Method,
     ) -> StepMaps<1, T> {
-        let [coarse, fine] = self.places[step];
-        let share = if method.uses_next_input() { Some(self.coarse_share[step]) } else { None };
+        let [coarse, fine] = self.part_indices[step];
+        let share = if method.uses_next_input() { Some(self.coarse_fraction[step]) } else { None };
         tables[0][coarse].then(&tables[1][fine], share)
     }
 }
 
 impl<const N: usize, T: Number> StepMaps<N, T> {
-    /// Returns the maps of a step and another one after it: `D = D₁ + D₂ + D₂ D₁`, and the gains of the first are carried through
-    /// the second. An input that goes on in a straight line is cut where the first ends, after the part `share` of both; it is `None`
-    /// for one that is held.
+    /// Returns the map of a step followed by another: `D = D₁ + D₂ + D₂ D₁`; the gains of the first are propagated through
+    /// the second. For a first-order hold over both, `share` is the fraction of the total length at which the first ends;
+    /// it is `None` for a zero-order hold.
     #[inline(always)]
     pub(crate) fn then(&self, second: &Self, share: Option<f64>) -> Self {
         let mut made = *second;
@@ -97,15 +99,15 @@ impl<const N: usize, T: Number> StepMaps<N, T> {
             let start = [self.taps[0][0][lane], self.taps[0][1][lane]];
             let end = [self.taps[1][0][lane], self.taps[1][1][lane]];
             for axis in 0..2 {
-                made.torque[axis][lane] = second.torque[axis][lane] + carried(&two, axis, torque);
+                made.torque[axis][lane] = second.torque[axis][lane] + propagated(&two, axis, torque);
                 match share {
-                    None => made.taps[0][axis][lane] = second.taps[0][axis][lane] + carried(&two, axis, start),
+                    None => made.taps[0][axis][lane] = second.taps[0][axis][lane] + propagated(&two, axis, start),
                     Some(share) => {
                         let at_start = [start[0] + end[0] * (1.0 - share), start[1] + end[1] * (1.0 - share)];
                         let at_end = [end[0] * share, end[1] * share];
                         let [from_start, from_end] = [second.taps[0][axis][lane], second.taps[1][axis][lane]];
-                        made.taps[0][axis][lane] = carried(&two, axis, at_start) + from_start * (1.0 - share);
-                        made.taps[1][axis][lane] = carried(&two, axis, at_end) + (from_start * share + from_end);
+                        made.taps[0][axis][lane] = propagated(&two, axis, at_start) + from_start * (1.0 - share);
+                        made.taps[1][axis][lane] = propagated(&two, axis, at_end) + (from_start * share + from_end);
                     }
                 }
             }
@@ -118,9 +120,9 @@ impl<const N: usize, T: Number> StepMaps<N, T> {
     }
 }
 
-/// Returns one state of `Φ x`, with `d = Φ − I`.
+/// Returns one entry of `Φ x`, with `d = Φ − I`.
 #[inline(always)]
-fn carried<T: Number>(d: &[T; 4], axis: usize, x: [T; 2]) -> T {
+fn propagated<T: Number>(d: &[T; 4], axis: usize, x: [T; 2]) -> T {
     x[axis] + (d[2 * axis] * x[0] + d[2 * axis + 1] * x[1])
 }
 

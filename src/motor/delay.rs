@@ -1,8 +1,9 @@
-//! Dead time and start latency: a delayed voltage over each step, on any clock.
+//! Dead time and start latency: the delayed voltage over each step, on any clock.
 //!
-//! With a dead time that is no whole number of samples the voltage changes within a step. The step then is that of the
-//! voltage at its beginning, and each later change adds what it does until the end of the step (`remainder.rs`): exact for
-//! zero-order and first-order hold. A negative dead time is that of a voltage that is recorded late.
+//! With a dead time that is not a multiple of the step length the voltage changes within a step. The response over such a
+//! step is that to the voltage at its start, plus the response to each later change until the end of the step
+//! ([`super::remainder`]); this is exact for a zero-order and a first-order hold. A negative dead time models a voltage
+//! that was recorded late.
 
 use super::drive::DriveNonlinearity;
 use super::dual::Number;
@@ -10,39 +11,40 @@ use super::extended::Extended;
 use super::parameter::Parameter;
 use super::remainder::Remainder;
 use super::settings::SimulationSettings;
-use super::simulate::Drive;
+use super::simulate::SimulationInput;
 use std::sync::Arc;
 
-/// A delayed voltage in pieces, one a sample, each a line between the outputs of the drive at its ends.
+/// A delayed voltage as a piecewise function with one piece for each sample: constant for a zero-order hold, linear between
+/// the outputs of the drive at its ends for a first-order hold.
 pub(crate) struct DelayedVoltage<'a, T> {
-    pub drive: Drive<'a>,
-    /// The drive's output for a commanded voltage.
+    pub drive: SimulationInput<'a>,
+    /// Static nonlinearity from the commanded voltage to the output of the drive.
     pub nonlinearity: DriveNonlinearity<T>,
-    /// True if pieces are lines to the next sample; else they are constant.
-    lines: bool,
-    /// The voltage commanded before the first piece.
+    /// True for a first-order hold, false for a zero-order hold.
+    first_order_hold: bool,
+    /// Voltage commanded before the first piece \[V\].
     before: f64,
-    /// The times at which pieces begin \[s\]; that of the first is 0.
+    /// Time at which each piece begins without delay \[s\]; zero for the first.
     time: Arc<[f64]>,
-    /// The delay of all pieces \[s\].
+    /// Delay of all pieces \[s\].
     dead_time: T,
-    /// The further delay of the piece of the first movement, the piece before it being held; `None` where the model has
-    /// no start latency.
+    /// Additional delay \[s\] of the first movement, during which the voltage of the piece before it is kept; `None` for a
+    /// model without start latency.
     latency: Option<T>,
     first_movement: usize,
     remainder: Remainder<T>,
 }
 
 /// The voltage over a step.
-pub(crate) struct Acting<T> {
-    /// At the beginning and, as its first piece goes on, at the end of the step.
+pub(crate) struct StepVoltage<T> {
+    /// Voltage at the start of the step, and at its end if the first piece continued to it \[V\].
     pub ends: [T; 2],
-    /// The change of both states by the pieces that begin within the step.
+    /// Change of both states due to the pieces that begin within the step; `None` if there are none.
     pub added: Option<[T; 2]>,
 }
 
-/// The times of the samples of a recording from the first on.
-pub(crate) fn sample_times(drive: &Drive<'_>) -> Arc<[f64]> {
+/// Returns the times of the samples of a recording relative to the first \[s\].
+pub(crate) fn sample_times(drive: &SimulationInput<'_>) -> Arc<[f64]> {
     let mut time = vec![0.0];
     let mut now = 0.0;
     for n in 1..drive.voltage.len() {
@@ -52,18 +54,23 @@ pub(crate) fn sample_times(drive: &Drive<'_>) -> Arc<[f64]> {
     time.into()
 }
 
-/// Changes nearer to the beginning of a step than this part of it are at its beginning.
+/// Fraction of a step within which a change is taken to be at its start or end.
 const ROUNDING: f64 = 1e-9;
 
 impl<'a, T: Number> DelayedVoltage<'a, T> {
-    /// `time` holds the times of the samples.
+    /// Makes a delayed voltage; `time` holds the times of the samples \[s\].
     #[inline(always)]
-    pub(crate) fn new(motor: &Extended<T>, drive: Drive<'a>, settings: SimulationSettings, time: Arc<[f64]>) -> Self {
+    pub(crate) fn new(
+        motor: &Extended<T>,
+        drive: SimulationInput<'a>,
+        settings: SimulationSettings,
+        time: Arc<[f64]>,
+    ) -> Self {
         let SimulationSettings { features, method, history } = settings;
         Self {
             drive,
             nonlinearity: DriveNonlinearity::of(motor),
-            lines: method.uses_next_input(),
+            first_order_hold: method.uses_next_input(),
             before: history.voltage,
             time,
             dead_time: motor.get(Parameter::DeadTime),
@@ -73,7 +80,7 @@ impl<'a, T: Number> DelayedVoltage<'a, T> {
         }
     }
 
-    /// Returns when a piece begins to act, relative to the time `from`; the piece after the last never does.
+    /// Returns the time at which a piece begins to act, relative to `from` \[s\]; `None` after the last piece.
     #[inline(always)]
     fn begins<N: Number>(&self, delay: (N, Option<N>), piece: usize, from: f64) -> Option<N> {
         let (dead_time, latency) = delay;
@@ -83,24 +90,24 @@ impl<'a, T: Number> DelayedVoltage<'a, T> {
         Some(if own.value() < earliest.value() { earliest } else { own })
     }
 
-    /// Returns the same without derivatives.
+    /// Returns the time at which a piece begins to act, relative to `from` \[s\], without derivatives.
     #[inline(always)]
     fn begins_at(&self, piece: usize, from: f64) -> Option<f64> {
         self.begins((self.dead_time.value(), self.latency.map(T::value)), piece, from)
     }
 
-    /// Moves `cursor` on to the piece that acts at the beginning of step `n`, counted from 1 (0: the voltage before the
-    /// first). It only ever grows with n.
+    /// Advances `cursor` to the piece that acts at the start of step `n`. Cursors count pieces from 1; 0 is the voltage
+    /// before the first. The cursor only grows with `n`.
     #[inline(always)]
     pub(crate) fn advance(&self, n: usize, cursor: &mut usize) {
-        // A change at the beginning belongs to this step: otherwise the derivative with respect to the delay is zero here.
+        // A change at the start belongs to this step: otherwise the derivative with respect to the delay is zero here.
         let early = -ROUNDING * self.drive.step(n);
         while self.begins_at(*cursor, self.time[n]).is_some_and(|begin| begin < early) {
             *cursor += 1;
         }
     }
 
-    /// Returns the commanded voltage of step `n` if it is constant over it.
+    /// Returns the commanded voltage of step `n` \[V\] if it is constant over the step.
     #[inline(always)]
     pub(crate) fn constant(&self, n: usize, cursor: usize) -> Option<f64> {
         let (from, latest) = (self.time[n], self.drive.step(n) * (1.0 - ROUNDING));
@@ -117,16 +124,16 @@ impl<'a, T: Number> DelayedVoltage<'a, T> {
 
     /// Returns the voltage of step `n`; `cursor` as in [`Self::advance`].
     #[inline(always)]
-    pub(crate) fn acting(&mut self, n: usize, cursor: &mut usize) -> Acting<T> {
+    pub(crate) fn step_voltage(&mut self, n: usize, cursor: &mut usize) -> StepVoltage<T> {
         self.advance(n, cursor);
         match self.constant(n, *cursor) {
-            Some(voltage) => Acting { ends: [self.nonlinearity.output(voltage); 2], added: None },
-            None => self.acting_from(n, *cursor),
+            Some(voltage) => StepVoltage { ends: [self.nonlinearity.output(voltage); 2], added: None },
+            None => self.step_voltage_from(n, *cursor),
         }
     }
 
-    /// Returns the voltage of step `n`, in which the piece `cursor` acts first.
-    pub(crate) fn acting_from(&mut self, n: usize, cursor: usize) -> Acting<T> {
+    /// Returns the voltage of step `n`, at whose start the piece `cursor` acts.
+    pub(crate) fn step_voltage_from(&mut self, n: usize, cursor: usize) -> StepVoltage<T> {
         let (from, h) = (self.time[n], self.drive.step(n));
         let mut added = None;
         let mut piece = cursor;
@@ -142,26 +149,26 @@ impl<'a, T: Number> DelayedVoltage<'a, T> {
             added = Some(added.map_or(more, |sum: [T; 2]| [sum[0] + more[0], sum[1] + more[1]]));
             before = after;
         }
-        Acting { ends: [start, start + rate * h], added }
+        StepVoltage { ends: [start, start + rate * h], added }
     }
 
-    /// Returns the voltage commanded at both ends of a piece, counted as in [`Self::advance`].
+    /// Returns the voltage commanded at both ends of a piece \[V\]; `counted` as in [`Self::advance`].
     #[inline(always)]
     fn commanded(&self, counted: usize) -> [f64; 2] {
         let Some(piece) = counted.checked_sub(1) else { return [self.before; 2] };
-        let is_held = self.latency.is_some() && piece + 1 == self.first_movement;
+        let precedes_latency = self.latency.is_some() && piece + 1 == self.first_movement;
         let is_last = piece + 1 == self.time.len();
         let start = self.drive.voltage[piece];
-        [start, if is_held || is_last { start } else { self.end(piece) }]
+        [start, if precedes_latency || is_last { start } else { self.end(piece) }]
     }
 
-    /// Returns the voltage commanded at the end of the piece that begins with sample `n`.
+    /// Returns the voltage commanded at the end of the piece that begins with sample `n` \[V\].
     #[inline(always)]
     pub(crate) fn end(&self, n: usize) -> f64 {
-        if self.lines { self.drive.end(n) } else { self.drive.voltage[n] }
+        if self.first_order_hold { self.drive.end(n) } else { self.drive.voltage[n] }
     }
 
-    /// Returns the voltage of a piece at the motor: its value at the time `from` and its rate.
+    /// Returns the voltage of a piece at the motor: its value at the time `from` \[V\] and its rate \[V/s\].
     #[inline(always)]
     fn acts(&self, counted: usize, from: f64) -> [T; 2] {
         let commanded = self.commanded(counted);

@@ -1,39 +1,39 @@
-//! One-step maps: from continuous parameters to `x⁺ = x + D x + taps·v + torque·T`.
+//! One-step maps: from continuous-time parameters to `x⁺ = x + D x + taps·v + torque·T`.
 //!
-//! With `A = [[−R/L, −K/L], [K/J, −B/J]]`, `M = hA`, `b = (1/L, 0)` and `φ₁(M) = Σ Mⁿ/(n+1)!`, every method is
-//! `D = M φ₁` and held input `h φ₁ b`: the full series is the exact zero-order hold, four terms are RK4 with held
-//! input, one term is Euler. The first-order hold splits `h φ₁ b` by `φ₂(M) = Σ Mⁿ/(n+2)!`. Powers of a 2×2 matrix
-//! are `Mⁿ = αₙ I + βₙ M` with `αₙ₊₁ = −d βₙ`, `βₙ₊₁ = αₙ + t βₙ` (trace t, determinant d), so there is no branch on
-//! the eigenvalues. Where the spectral radius of M exceeds 1 the step is halved until it does not, and the maps of
-//! the halves are composed (scaling and squaring).
+//! With `A = [[−R/L, −K/L], [K/J, −B/J]]`, `M = hA`, `b = (1/L, 0)` and `φ₁(M) = Σ Mⁿ/(n+1)!`, every method has `D = M φ₁`
+//! and the gain `h φ₁ b` of a constant input. The full series is the exact zero-order hold, four terms are RK4 with a
+//! zero-order hold, one term is Euler. The first-order hold splits `h φ₁ b` by `φ₂(M) = Σ Mⁿ/(n+2)!`. Powers of a 2×2
+//! matrix are `Mⁿ = αₙ I + βₙ M` with `αₙ₊₁ = −d βₙ`, `βₙ₊₁ = αₙ + t βₙ` (trace t, determinant d), so there is no branch on
+//! the eigenvalues. If the spectral radius of M exceeds 1, the step is halved until it does not, and the maps of the halves
+//! are composed (scaling and squaring).
 //!
-//! Where the current is the input, only `dω/dt = (K i − B ω − T)/J` is left: `A = [[0, 0], [0, −B/J]]`, `b = (0, K/J)`, so
-//! that the same series is exact; the state of the current falls to zero in one step and acts on nothing.
+//! With the current as input the model reduces to `dω/dt = (K i − B ω − T)/J`: `A = [[0, 0], [0, −B/J]]`, `b = (0, K/J)`,
+//! for which the same series is exact. The state of the current is set to zero in one step and has no effect.
 //!
-//! Inputs: R \[ohm\], L \[H\], K \[V·s/rad\], B \[N·m·s/rad\], J \[kg·m²\], h \[s\]. Reference: N. J. Higham,
-//! Functions of Matrices (2008), ch. 10.
+//! Inputs: R \[ohm\], L \[H\], K \[V·s/rad\], B \[N·m·s/rad\], J \[kg·m²\], h \[s\]. Reference: N. J. Higham, Functions of
+//! Matrices (2008), ch. 10.
 
 use super::dual::{Dual, Number};
 use super::linear::Parameters;
 use crate::named::named;
 
 named! {
-    /// Discretizations of the continuous motor.
+    /// Discretization of the continuous-time motor.
     #[non_exhaustive]
     pub enum Discretization (default Zoh) {
-        /// Exact for a voltage held between samples.
+        /// Exact for a voltage that is constant between samples (zero-order hold).
         Zoh = "zoh",
-        /// Exact for a voltage that is a straight line between samples.
+        /// Exact for a voltage that is linear between samples (first-order hold).
         Foh = "foh",
-        /// Classical Runge–Kutta of order 4, voltage held.
+        /// Classical Runge–Kutta method of order 4 with a zero-order hold.
         Rk4 = "rk4",
-        /// Forward Euler, voltage held.
+        /// Forward Euler method with a zero-order hold.
         Euler = "euler",
     }
 }
 
 impl Discretization {
-    /// Terms of φ₁ that are added up; 18 reach rounding error for a spectral radius up to 1.1.
+    /// Returns the number of terms of φ₁; 18 reach rounding error for a spectral radius up to 1.1.
     fn terms(self) -> u32 {
         match self {
             Self::Zoh | Self::Foh => 18,
@@ -42,11 +42,12 @@ impl Discretization {
         }
     }
 
+    /// Returns true if the method is exact for its hold.
     pub(crate) fn is_exact(self) -> bool {
         matches!(self, Self::Zoh | Self::Foh)
     }
 
-    /// Returns whether a step uses the voltage at its end too.
+    /// Returns true if a step also uses the voltage at its end (first-order hold).
     #[must_use]
     pub fn uses_next_input(self) -> bool {
         self == Self::Foh
@@ -54,59 +55,59 @@ impl Discretization {
 }
 
 named! {
-    /// The input of a motor.
+    /// Input of a motor.
     #[derive(Hash)]
     pub enum Input (default Voltage) {
-        /// Its voltage \[V\].
+        /// The voltage \[V\].
         Voltage = "voltage",
-        /// Its current \[A\]: of the motor the mechanical side is left, and R and L change nothing.
+        /// The current \[A\]: only the mechanical equation is left, in which R and L have no effect.
         Current = "current",
     }
 }
 
-/// A one-step method: the discretization and the input of a continuous motor.
+/// A one-step method: the discretization and the input of the continuous-time motor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Method {
-    /// The one-step method.
+    /// The discretization.
     pub discretization: Discretization,
-    /// The input of the motor: its voltage, or its current.
+    /// The input of the motor: voltage or current.
     pub input: Input,
 }
 
 impl Method {
-    /// Returns whether a step uses the input at its end too.
+    /// Returns true if a step also uses the input at its end (first-order hold).
     #[must_use]
     pub fn uses_next_input(self) -> bool {
         self.discretization.uses_next_input()
     }
 }
 
-/// A motor that is driven by its voltage.
+/// Makes the method of a motor with the voltage as input.
 impl From<Discretization> for Method {
     fn from(discretization: Discretization) -> Self {
         Self { discretization, input: Input::Voltage }
     }
 }
 
-/// `x⁺ = x + D x + taps[0] v[n] + taps[1] v[n+1] + torque T[n]` for one candidate, x = `[i, ω]`, D row-major.
+/// One-step map `x⁺ = x + D x + taps[0] v[n] + taps[1] v[n+1] + torque T[n]` of one candidate, x = `[i, ω]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepMap {
-    /// `Φ − I`, rows after each other.
+    /// Matrix `D = Φ − I`, row-major.
     pub d: [f64; 4],
-    /// Gains of the voltage at the start and at the end of the step.
+    /// Gains of the voltage at the start and at the end of the step, a value for each state.
     pub taps: [[f64; 2]; 2],
-    /// Gain of the load torque, held over the step.
+    /// Gain of the load torque, which is constant over the step, a value for each state.
     pub torque: [f64; 2],
 }
 
 impl StepMap {
-    /// The map of one motor for a step of `h` seconds.
+    /// Returns the map of a motor for a step of `h` seconds.
     #[must_use]
     pub fn new(parameters: &Parameters, h: f64, method: impl Into<Method>) -> Self {
         Self::part(&step_maps(&parameters.to_array().map(|p| [p]), h, method), |v| v)
     }
 
-    /// The map and its derivatives with respect to the logarithms of R, L, K, B and J.
+    /// Returns the map and its derivatives with respect to the logarithms of R, L, K, B and J.
     #[must_use]
     pub fn with_sensitivities(parameters: &Parameters, h: f64, method: impl Into<Method>) -> (Self, [Self; 5]) {
         split(&step_maps(&seeded(parameters), h, method))
@@ -118,7 +119,7 @@ impl StepMap {
     }
 }
 
-/// Returns R, L, K, B and J with their derivatives by their logarithms.
+/// Returns R, L, K, B and J with their derivatives with respect to their logarithms.
 pub(crate) fn seeded(parameters: &Parameters) -> [[Dual<5>; 1]; 5] {
     let values = parameters.to_array();
     std::array::from_fn(|p| {
@@ -128,24 +129,24 @@ pub(crate) fn seeded(parameters: &Parameters) -> [[Dual<5>; 1]; 5] {
     })
 }
 
-/// Returns a map and its derivatives apart.
+/// Separates a map of dual numbers into values and derivatives.
 pub(super) fn split(maps: &StepMaps<1, Dual<5>>) -> (StepMap, [StepMap; 5]) {
     let slope = |p: usize| StepMap::part(maps, |v| v.derivatives[p]);
     (StepMap::part(maps, |v| v.value), std::array::from_fn(slope))
 }
 
-/// [`StepMap`] of `N` candidates side by side.
+/// One-step maps of `N` candidates side by side, see [`StepMap`].
 #[derive(Debug, Clone, Copy)]
 pub struct StepMaps<const N: usize, T = f64> {
-    /// `Φ − I`.
+    /// Matrix `D = Φ − I`, row-major.
     pub d: [[T; N]; 4],
-    /// Gains of the voltage.
+    /// Gains of the voltage at the start and at the end of the step.
     pub taps: [[[T; N]; 2]; 2],
-    /// Gain of the torque.
+    /// Gain of the load torque.
     pub torque: [[T; N]; 2],
 }
 
-/// The one-step maps of `N` motors, `parameters[p][lane]` in the order R, L, K, B, J.
+/// Returns the one-step maps of `N` motors for a step of `h` seconds, `parameters[p][lane]` in the order R, L, K, B, J.
 #[inline(always)]
 #[must_use]
 pub fn step_maps<T: Number, const N: usize>(
@@ -200,8 +201,8 @@ pub fn step_maps<T: Number, const N: usize>(
     maps
 }
 
-/// Returns the number of halvings of a step after which the spectral radius of `M` is at most 1; a map without a finite radius is
-/// left alone and ends as NaN.
+/// Returns the number of halvings of a step after which the spectral radius of `M` is at most 1; zero if the radius is not
+/// finite, and the map then becomes NaN.
 #[inline(always)]
 fn halvings_needed(m: [f64; 4]) -> u32 {
     let half_trace = 0.5 * (m[0] + m[3]);
@@ -211,13 +212,12 @@ fn halvings_needed(m: [f64; 4]) -> u32 {
     if !radius.is_finite() || radius <= 1.0 {
         return 0;
     }
-    // The exponent of a float above 1 is the number of halvings that bring it to 1 or a little above (below 2):
-    // one more is always enough.
+    // The exponent of a float above 1 is the number of halvings that bring it into 1 to 2; one more brings it to 1 at most.
     ((radius.to_bits() >> 52) & 0x7ff) as u32 - 1022
 }
 
-/// `D` and the gains before they are scaled: `taps[0] = φ₁ e₁` (ZOH) or `(φ₁ − φ₂) e₁` with `taps[1] = φ₂ e₁` (FOH),
-/// `torque = φ₁ e₂`. With a current as input the taps are those of `e₂`.
+/// Returns `D` and the unscaled gains: `taps[0] = φ₁ e₁` (zero-order hold), or `(φ₁ − φ₂) e₁` with `taps[1] = φ₂ e₁`
+/// (first-order hold), and `torque = φ₁ e₂`. With the current as input the taps are those of `e₂`.
 #[inline(always)]
 fn series<T: Number, const N: usize>(m: &[[T; N]; 4], method: Discretization, input: Input) -> StepMaps<N, T> {
     let zero = T::constant(0.0);
@@ -263,8 +263,8 @@ fn series<T: Number, const N: usize>(m: &[[T; N]; 4], method: Discretization, in
     maps
 }
 
-/// Two equal steps become one of twice the length, in the lanes that still need it: `D ← 2D + D²`; held gains
-/// `g ← 2g + D g`; with a straight-line input, whose middle is the mean of its ends, `w = g₀ + Φ g₁`,
+/// Composes two equal steps into one of twice the length in the lanes that still need it: `D ← 2D + D²`, and gains of
+/// constant inputs `g ← 2g + D g`. For a first-order hold, whose middle is the mean of its ends, `w = g₀ + Φ g₁`,
 /// `g₀ ← Φ g₀ + w/2`, `g₁ ← g₁ + w/2`.
 #[inline(always)]
 fn double<T: Number, const N: usize>(maps: &mut StepMaps<N, T>, halvings: &[u32; N], done: u32, foh: bool) {

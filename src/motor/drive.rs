@@ -1,14 +1,14 @@
-//! The drive: deadband, saturation, a gain of its own for negative voltages, offset.
+//! Static nonlinearity of the drive: deadband, saturation, a separate gain for negative voltages, offset.
 //!
-//! `u = min(|v|, vs) − vd`, at least 0, negative and times gn where v < 0; then `+ v0`. Twin: `shaders/drive.wgsl`. Its
-//! meaning is held by `the_drive_acts_on_the_voltage` in `tests/extensions/meaning.rs`.
+//! `u = max(min(|v|, vs) − vd, 0)`, multiplied by −gn for v < 0; then `+ v0`, all in \[V\] except gn. Shader:
+//! `shaders/drive.wgsl`. The formula is tested by `the_drive_acts_on_the_voltage` in `tests/extensions/meaning.rs`.
 
 use super::dual::Number;
 use super::extended::Extended;
 use super::features::ModelFeatures;
 use super::parameter::Parameter;
 
-/// The parameters of a drive. With arrays as values it is the drives of several motors, a lane each.
+/// The parameters of a drive; arrays as values hold the drives of several motors, a lane each.
 #[derive(Clone, Copy)]
 pub(crate) struct DriveNonlinearity<T> {
     deadband: T,
@@ -28,21 +28,21 @@ impl<T: Copy> DriveNonlinearity<T> {
         }
     }
 
-    /// Returns whether a model's voltage at the motor is more than that of the recording plus an offset.
-    pub(crate) fn bends(features: ModelFeatures) -> bool {
+    /// Returns true if the drive of a model is nonlinear, that is, more than an offset.
+    pub(crate) fn is_nonlinear(features: ModelFeatures) -> bool {
         features.has_any(&[Parameter::Deadband, Parameter::Saturation, Parameter::NegativeGain])
     }
 }
 
 impl<T: Number> DriveNonlinearity<T> {
-    /// Returns the voltage at the motor for a commanded one.
+    /// Returns the voltage \[V\] at the motor for a commanded voltage \[V\].
     #[inline(always)]
     pub(crate) fn output(self, voltage: f64) -> T {
         let size = T::constant(voltage.abs());
-        let reached = if self.saturation.value() < size.value() { self.saturation } else { size };
-        let left = reached - self.deadband;
-        let given = if left.value() > 0.0 { left } else { T::constant(0.0) };
-        let signed = if voltage < 0.0 { -(self.negative_gain * given) } else { given };
+        let saturated = if self.saturation.value() < size.value() { self.saturation } else { size };
+        let above_deadband = saturated - self.deadband;
+        let reduced = if above_deadband.value() > 0.0 { above_deadband } else { T::constant(0.0) };
+        let signed = if voltage < 0.0 { -(self.negative_gain * reduced) } else { reduced };
         signed + self.offset
     }
 }
@@ -60,13 +60,13 @@ impl<const L: usize> DriveNonlinearity<[f64; L]> {
         }
     }
 
-    /// Returns the voltages at all motors for a commanded one.
+    /// Returns the voltages \[V\] at all motors for one commanded voltage \[V\].
     #[inline(always)]
     pub(crate) fn outputs(&self, voltage: f64) -> [f64; L] {
-        let mut given = [0.0; L];
-        for (lane, given) in given.iter_mut().enumerate() {
-            *given = self.lane(lane).output(voltage);
+        let mut outputs = [0.0; L];
+        for (lane, outputs) in outputs.iter_mut().enumerate() {
+            *outputs = self.lane(lane).output(voltage);
         }
-        given
+        outputs
     }
 }

@@ -1,10 +1,10 @@
-//! Numbers that carry their derivatives: what is computed with them is differentiated exactly (forward mode).
+//! Dual numbers: forward-mode automatic differentiation.
 //!
 //! Reference: A. Griewank, A. Walther, Evaluating Derivatives (2008), ch. 3.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Numbers of which step maps are made.
+/// Number type that one-step maps and simulations are generic in.
 pub trait Number:
     Copy
     + Add<Output = Self>
@@ -14,19 +14,20 @@ pub trait Number:
     + Neg<Output = Self>
     + Mul<f64, Output = Self>
 {
-    /// A constant.
+    /// Returns a number with zero derivatives.
     fn constant(value: f64) -> Self;
-    /// The number without its derivatives.
+    /// Returns the value without its derivatives.
     fn value(self) -> f64;
 
-    /// The size of the number: itself or its negative.
+    /// Returns the absolute value.
     #[must_use]
     #[inline(always)]
     fn abs(self) -> Self {
         if self.value() < 0.0 { -self } else { self }
     }
 
-    /// The number clipped to ±`limit`. At the limit itself the derivatives are those of the number: a motor at rest sticks.
+    /// Returns the number clipped to ±`limit`. At the limit itself the derivatives are those of the number, because a motor
+    /// at rest sticks.
     #[must_use]
     #[inline(always)]
     fn clip(self, limit: Self) -> Self {
@@ -39,7 +40,7 @@ pub trait Number:
         }
     }
 
-    /// `a b + c`; fused where `FMA` says that the feature level has it and the number is one that it is for.
+    /// Returns `a b + c`; fused if `FMA` is true and the type supports it.
     #[must_use]
     #[inline(always)]
     fn multiply_add<const FMA: bool>(a: Self, b: Self, c: Self) -> Self {
@@ -47,14 +48,14 @@ pub trait Number:
     }
 }
 
-/// `a b + c`, fused where the level has it.
+/// Returns `a b + c`, fused if `FMA` is true.
 #[inline(always)]
 pub(crate) fn multiply_add<const FMA: bool>(a: f64, b: f64, c: f64) -> f64 {
     if FMA { a.mul_add(b, c) } else { a * b + c }
 }
 
 impl Number for f64 {
-    /// Two choices, an instruction each: the limit is the second operand and may lie in memory.
+    /// Clips with two selections of one instruction each; the limit is the second operand and may be in memory.
     #[inline(always)]
     fn clip(self, limit: Self) -> Self {
         let low = if self > -limit { self } else { -limit };
@@ -82,7 +83,7 @@ impl Number for f64 {
 pub struct Dual<const P: usize> {
     /// The value.
     pub value: f64,
-    /// The derivatives.
+    /// The derivatives of the value.
     pub derivatives: [f64; P],
 }
 

@@ -1,18 +1,18 @@
-//! The values of a motor with its extensions, of one number type or of several motors side by side.
+//! Values of a motor with its extensions, for one motor of any number type or several motors side by side.
 
 use super::linear::Parameters;
 use super::parameter::Parameter;
 
-/// A motor with its extensions. With arrays as values it is several motors side by side, a lane each.
+/// A motor with its extensions; arrays as values hold several motors side by side, a lane each.
 #[derive(Debug, Clone, Copy)]
 pub struct Extended<T = f64> {
-    /// R, L, K, B, J.
+    /// Parameters of the motor in the order R, L, K, B, J.
     pub motor: [T; 5],
-    /// The extensions in the order of [`Parameter::EXTENSIONS`].
+    /// Parameters of the extensions in the order of [`Parameter::EXTENSIONS`].
     pub extensions: [T; Parameter::EXTENSIONS.len()],
 }
 
-/// A motor without extensions: their values change nothing.
+/// Makes a motor whose extensions are at their neutral values.
 impl From<&Parameters> for Extended {
     fn from(parameters: &Parameters) -> Self {
         Self { motor: parameters.to_array(), extensions: Parameter::EXTENSIONS.map(Parameter::neutral) }
@@ -42,7 +42,7 @@ impl<T: Copy> Extended<T> {
         if n < self.motor.len() { self.motor[n] } else { self.extensions[n - self.motor.len()] }
     }
 
-    /// Changes the value of one parameter.
+    /// Sets the value of one parameter.
     pub fn set(&mut self, parameter: Parameter, value: T) {
         let n = parameter as usize;
         if n < self.motor.len() {
@@ -60,7 +60,7 @@ impl<T: Copy> Extended<T> {
 }
 
 impl<const L: usize> Extended<[f64; L]> {
-    /// Puts motors side by side.
+    /// Makes a motor with a lane for each of `motors`.
     pub(crate) fn side_by_side(motors: &[Extended; L]) -> Self {
         Self {
             motor: std::array::from_fn(|p| std::array::from_fn(|lane| motors[lane].motor[p])),
@@ -68,7 +68,7 @@ impl<const L: usize> Extended<[f64; L]> {
         }
     }
 
-    /// Returns one of the motors.
+    /// Returns the motor of one lane.
     #[inline(always)]
     pub(crate) fn lane(&self, lane: usize) -> Extended {
         self.map(|values| values[lane])

@@ -1,4 +1,4 @@
-//! The table of extensions: what real motors, drives and sensors add to the linear motor.
+//! The table of extensions: effects of real motors, drives and sensors beyond the linear motor.
 
 use super::parameter::Parameter;
 use crate::named::named;
@@ -6,21 +6,21 @@ use crate::setting::text;
 use crate::text::{excerpt, nearest};
 use crate::{Error, Result};
 
-/// The place where an extension acts.
+/// Part of the system on which an extension acts.
 #[derive(PartialEq)]
 enum Kind {
-    /// On the shaft.
+    /// Torque on the shaft.
     Mechanical,
-    /// As a delay; delays are hard to tell apart.
+    /// Delay, or an effect that is hard to distinguish from one.
     Late,
-    /// On the voltage.
+    /// Voltage of the drive or the brushes.
     Electrical,
 }
 
-/// Signals that recordings need for an extension to be selected.
+/// Signals that recordings must contain for an extension to be selected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Needs {
-    /// Nothing more than an output.
+    /// An output only.
     Nothing,
     /// A measured current.
     Current,
@@ -32,69 +32,71 @@ use Kind::{Electrical, Late, Mechanical};
 use Needs::{BothSigns, Current, Nothing};
 
 named! {
-    /// Something that real motors, drives and sensors add to the linear motor.
+    /// An effect of real motors, drives and sensors beyond the linear motor.
     #[derive(Hash, serde::Serialize)]
     #[serde(rename_all = "kebab-case")]
     pub enum Extension: (&'static [Parameter], Kind, Needs) {
-        /// Coulomb friction, which sticks.
+        /// Coulomb friction with stick.
         Coulomb = "coulomb" => (&[Parameter::Coulomb], Mechanical, Nothing),
         /// A constant load torque.
         Load = "load" => (&[Parameter::Load], Mechanical, Nothing),
         /// A dead time of the input.
         DeadTime = "dead-time" => (&[Parameter::DeadTime], Late, Nothing),
-        /// A first movement that comes late, in each recording by its own time.
+        /// A start latency: a delay of the first movement of the input, estimated for each recording.
         Latency = "latency" => (&[Parameter::Latency], Late, Nothing),
         /// An offset of the voltage.
         Offset = "offset" => (&[Parameter::Offset], Electrical, Nothing),
-        /// The voltage drop of the brushes; without a current it is that of a deadband or of friction.
+        /// The voltage drop of the brushes; without a measured current it cannot be distinguished from a deadband or
+        /// friction.
         BrushDrop = "brush-drop" => (&[Parameter::BrushDrop], Electrical, Current),
         /// A deadband of the drive.
         Deadband = "deadband" => (&[Parameter::Deadband], Electrical, Nothing),
-        /// A drive that gives no more beyond some input.
+        /// A saturation of the drive.
         Saturation = "saturation" => (&[Parameter::Saturation], Electrical, Nothing),
-        /// A drive with another gain for negative inputs.
+        /// A drive with a different gain for negative inputs.
         DirectionGain = "direction-gain" => (&[Parameter::NegativeGain], Electrical, BothSigns),
-        /// Sensors that average over samples.
+        /// Sensors that output a moving average of samples.
         SensorAverage = "sensor-average" =>
             (&[Parameter::CurrentAverage, Parameter::SpeedAverage], Late, Nothing),
     }
 }
 
 impl Extension {
-    /// Returns its parameters.
+    /// Returns the parameters of the extension.
     #[must_use]
     pub fn parameters(self) -> &'static [Parameter] {
         self.row().0
     }
 
-    /// Returns the extension that a parameter belongs to; none for the five of the motor.
+    /// Returns the extension of a parameter; `None` for the five parameters of the motor.
     #[must_use]
     pub fn of(parameter: Parameter) -> Option<Self> {
         Self::ALL.into_iter().find(|extension| extension.parameters().contains(&parameter))
     }
 
-    /// Returns whether it acts as a delay, which others are hard to tell from.
+    /// Returns true if it acts like a delay.
     #[must_use]
-    pub fn is_late(self) -> bool {
+    pub fn is_delay_like(self) -> bool {
         self.row().1 == Late
     }
 
-    /// Returns whether recordings may not tell it apart from another: delays of all kinds, and what a motor loses to friction,
+    /// Returns true if two extensions may be indistinguishable in recordings: delays of all kinds, and losses by friction,
     /// load, brushes or drive.
     #[must_use]
     pub fn resembles(self, other: Self) -> bool {
         const LOSSES: [Extension; 5] =
             [Extension::Coulomb, Extension::Load, Extension::Offset, Extension::BrushDrop, Extension::Deadband];
-        self != other && ((self.is_late() && other.is_late()) || (LOSSES.contains(&self) && LOSSES.contains(&other)))
+        self != other
+            && ((self.is_delay_like() && other.is_delay_like()) || (LOSSES.contains(&self) && LOSSES.contains(&other)))
     }
 
-    /// Returns whether it acts where the current is the input, and not a voltage.
+    /// Returns true if it has an effect on a motor whose input is the current.
     #[must_use]
     pub fn acts_on_current(self) -> bool {
         self.row().1 != Electrical
     }
 
-    /// Returns what recordings must hold so that it may be chosen for them.
+    /// Returns the signals that recordings must contain for the extension to be selected.
     #[must_use]
     pub fn needs(self) -> Needs {
         self.row().2
@@ -109,19 +111,19 @@ impl std::str::FromStr for Extension {
             let names = Self::ALL.map(Self::name);
             let near = nearest(name, &names).map_or(String::new(), |near| format!("; did you mean {near}?"));
             Error::usage(
-                text!([With](": \"{}\" is no extension{near}", excerpt(name))),
+                text!([With](": \"{}\" is not an extension{near}", excerpt(name))),
                 format!("Name {}, or auto.", names.join(", ")),
             )
         })
     }
 }
 
-/// Which extensions a motor has.
+/// Choice of the extensions of a motor.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum With {
-    /// These; none for the linear motor.
+    /// The listed extensions; an empty list is the linear motor.
     These(Vec<Extension>),
-    /// Those that the recordings speak for.
+    /// Extensions chosen by model selection.
     Auto,
 }
 
@@ -132,7 +134,7 @@ impl Default for With {
 }
 
 impl std::fmt::Display for With {
-    /// `none`, `auto`, or the names with commas between them.
+    /// Writes `none`, `auto`, or the names separated by commas.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Auto => f.write_str("auto"),
@@ -145,7 +147,7 @@ impl std::fmt::Display for With {
 impl std::str::FromStr for With {
     type Err = Error;
 
-    /// Reads what [`Display`](std::fmt::Display) writes.
+    /// Parses the format of [`Display`](std::fmt::Display).
     fn from_str(text: &str) -> Result<Self> {
         match text.trim() {
             "none" => Ok(Self::default()),
@@ -155,7 +157,7 @@ impl std::str::FromStr for With {
 }
 
 impl With {
-    /// Returns whether a model with these extensions may have a parameter: each has those of the linear motor.
+    /// Returns true if a model with these extensions may have a parameter; every model has those of the linear motor.
     #[must_use]
     pub fn may_have(&self, parameter: Parameter) -> bool {
         match self {
@@ -164,18 +166,18 @@ impl With {
         }
     }
 
-    /// `coulomb,dead-time,…` or `auto`.
+    /// Parses names of extensions, or `auto` alone.
     ///
     /// # Errors
-    /// `Usage` for anything else.
+    /// `Usage` if a name is unknown, or others are given besides `auto`.
     pub fn parse(items: &[String]) -> Result<Self> {
         let names: Vec<&str> = items.iter().map(|item| item.trim()).filter(|item| !item.is_empty()).collect();
         if names.contains(&"auto") {
             return match names.len() {
                 1 => Ok(Self::Auto),
                 _ => Err(Error::usage(
-                    text!([With = "auto"] " chooses among all extensions, yet others are named beside it"),
-                    "Give auto alone, or name the extensions.",
+                    text!([With = "auto"] " selects among all extensions, but other names are given too"),
+                    "Give auto alone, or only names of extensions.",
                 )),
             };
         }

@@ -1,61 +1,61 @@
-//! The extensions that a model has, as a set of flags.
+//! The extensions of a model as a set of flags.
 
 use super::extended::Extended;
 use super::extension::Extension;
 use super::parameter::Parameter;
 use super::space::Space;
 
-/// The set of extensions that a model has.
+/// The set of the extension parameters of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct ModelFeatures(u64);
 
-// One flag for each parameter.
+// The set has one bit for each parameter.
 const _: () = assert!(Parameter::COUNT <= u64::BITS as usize);
 
 impl ModelFeatures {
-    /// Returns the set with one more extension; the five parameters of the motor change nothing.
+    /// Returns the set with one more extension parameter; the five parameters of the motor leave it unchanged.
     #[must_use]
     pub fn with(self, parameter: Parameter) -> Self {
         if parameter.is_extension() { Self(self.0 | 1 << parameter as u64) } else { self }
     }
 
-    /// Returns whether the model has this extension.
+    /// Returns true if the model has this extension parameter.
     #[must_use]
     pub fn has(self, parameter: Parameter) -> bool {
         self.0 & 1 << parameter as u64 != 0
     }
 
-    /// Returns whether the model has any of these extensions.
+    /// Returns true if the model has any of these extension parameters.
     #[must_use]
     pub fn has_any(self, parameters: &[Parameter]) -> bool {
         parameters.iter().any(|p| self.has(*p))
     }
 
-    /// Returns the extensions that the model has.
+    /// Returns the extensions of the model.
     #[must_use]
     pub fn extensions(self) -> Vec<Extension> {
         Extension::ALL.into_iter().filter(|extension| self.has_any(extension.parameters())).collect()
     }
 
-    /// Returns whether the model is the linear motor.
+    /// Returns true if the model is the linear motor.
     #[must_use]
     pub fn is_linear(self) -> bool {
         self.0 == 0
     }
 
-    /// Returns whether the input is delayed.
+    /// Returns true if the input is delayed.
     #[must_use]
     pub fn is_delayed(self) -> bool {
         self.has_any(&[Parameter::DeadTime, Parameter::Latency])
     }
 
-    /// Returns whether the model is driven while its input is zero.
+    /// Returns true if the model is driven even while its input is zero.
     #[must_use]
     pub fn is_biased(self) -> bool {
         self.has_any(&[Parameter::Load, Parameter::Offset])
     }
 
-    /// Returns whether a sensor averages.
+    /// Returns true if a sensor averages.
     #[must_use]
     pub fn is_averaged(self) -> bool {
         self.has_any(&[Parameter::CurrentAverage, Parameter::SpeedAverage])
@@ -69,7 +69,7 @@ impl FromIterator<Parameter> for ModelFeatures {
 }
 
 impl Extended {
-    /// Returns the extensions whose values change anything.
+    /// Returns the extension parameters whose values are not neutral.
     #[must_use]
     pub fn features(&self) -> ModelFeatures {
         let acts = |p: &Parameter| self.get(*p).to_bits() != p.neutral().to_bits();
@@ -78,7 +78,7 @@ impl Extended {
 }
 
 impl Space {
-    /// Returns the extensions of the model: those that are free or fixed.
+    /// Returns the extension parameters of the model, free or fixed.
     #[must_use]
     pub fn features(&self) -> ModelFeatures {
         let fixed = self.fixed().iter().map(|(parameter, _, _)| *parameter);

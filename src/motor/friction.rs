@@ -1,16 +1,17 @@
 //! Coulomb friction and brush drop: set-valued reactions, constant over a step.
 //!
-//! Friction is a torque of at most ±Tc against the movement, brush drop a voltage of at most ±vb against the current. Each
-//! is as large as it takes to end the step at zero, clipped to its limits: it can stop the motor, or the current, but not
-//! reverse it. (Time stepping with set-valued friction: J. J. Moreau 1988; D. E. Stewart, SIAM Review 42, 2000.)
+//! Friction is a torque of at most ±Tc \[N·m\] against the motion, brush drop a voltage of at most ±vb \[V\] against the
+//! current. Each takes the value that ends the step at zero, clipped to its limits, so that it can stop the motor or the
+//! current but not reverse it. (Time stepping with set-valued friction: J. J. Moreau 1988; D. E. Stewart, SIAM Review 42,
+//! 2000.)
 //!
-//! With the gains g of a unit of the reaction on the two states, own and other, a reaction that takes δ off its own state
-//! adds `−(g_other/g_own) δ` to the other one, and |δ| is at most the limit times |g_own|. So δ is the own state itself,
-//! clipped, and the state is exactly zero while the motor sticks. Twin: `shaders/friction.wgsl`.
+//! A unit of the reaction has the gain g on each state. A reaction that subtracts δ from its own state adds
+//! `−(g_other/g_own) δ` to the other state, and |δ| is at most the limit times |g_own|. Hence δ is the own state itself,
+//! clipped, and the state is exactly zero while the motor sticks. Shader: `shaders/friction.wgsl`.
 //!
-//! The oracle, its derivatives, the kernel and the shaders share this formula; the tests that hold it are the closed forms
-//! and the finer simulation of `tests/extensions/meaning.rs` (`friction_holds_the_motor_up_to_its_torque`,
-//! `held_friction_is_that_of_a_finer_simulation`, `brushes_take_their_drop`).
+//! The oracle, its derivatives, the kernel and the shaders share this formula. It is tested against closed forms and a
+//! simulation with finer steps in `tests/extensions/meaning.rs` (`the_motor_sticks_up_to_the_friction_torque`,
+//! `friction_converges_with_the_step`, `brushes_reduce_the_voltage_by_their_drop`).
 
 use super::discretize::StepMaps;
 use super::dual::Number;
@@ -18,15 +19,15 @@ use super::extended::Extended;
 use super::features::ModelFeatures;
 use super::parameter::Parameter;
 
-/// The state that each reaction acts against: 0 the current, 1 the speed.
+/// The reaction that acts against each state: brush drop against the current, Coulomb friction against the speed.
 const REACTIONS: [Parameter; 2] = [Parameter::BrushDrop, Parameter::Coulomb];
 
 /// The reactions of a step for `L` motors side by side.
 #[derive(Clone, Copy)]
 pub(crate) struct Reactions<const L: usize, T = f64> {
-    /// The most that a reaction takes off its own state.
+    /// Largest magnitude that a reaction subtracts from its own state.
     limits: [[T; L]; 2],
-    /// The change of the other state for each unit that it takes off its own.
+    /// Change of the other state per unit subtracted from the own state.
     pub(crate) adds: [[T; L]; 2],
 }
 
@@ -47,7 +48,7 @@ impl<const L: usize, T: Number> Reactions<L, T> {
         Self { limits, adds }
     }
 
-    /// Returns the state at the end of a step with the reactions that act: of brushes, then of friction.
+    /// Returns the state at the end of a step after the active reactions: first of the brushes, then of friction.
     #[inline(always)]
     pub(crate) fn friction_step<const FMA: bool>(&self, acts: [bool; 2], x: [T; 2], lane: usize) -> [T; 2] {
         let Self { limits, adds } = self;
@@ -64,7 +65,7 @@ impl<const L: usize, T: Number> Reactions<L, T> {
     }
 }
 
-/// Returns which reactions a model has.
+/// Returns the flags of the reactions of a model: brush drop, Coulomb friction.
 pub(crate) fn reactions(features: ModelFeatures) -> [bool; 2] {
     REACTIONS.map(|of| features.has(of))
 }

@@ -1,8 +1,8 @@
-//! The linear motor (paper, Eqs. 6 and 7): its five parameters and its steady state.
+//! The linear motor (Eqs. 6 and 7): its five parameters and its steady state.
 
 use super::parameter::Parameter;
 
-/// Values of the five parameters, SI units.
+/// Values of the five parameters in SI units.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 #[serde(rename_all = "UPPERCASE")]
 pub struct Parameters {
@@ -28,7 +28,7 @@ impl Parameters {
         [self.r, self.l, self.k, self.b, self.j]
     }
 
-    /// Makes parameters of values in the order R, L, K, B, J.
+    /// Makes parameters from values in the order R, L, K, B, J.
     #[must_use]
     pub fn from_array([r, l, k, b, j]: [f64; 5]) -> Self {
         Self { r, l, k, b, j }

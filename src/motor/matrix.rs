@@ -1,29 +1,29 @@
-//! Real 2×2 matrices, row by row.
+//! Real 2×2 matrices, row-major.
 
-/// A matrix.
+/// A real 2×2 matrix, row-major.
 pub type Matrix2 = [f64; 4];
 
-/// `a b`.
+/// Returns the product `a b`.
 #[must_use]
 pub fn product(a: Matrix2, b: Matrix2) -> Matrix2 {
     [a[0] * b[0] + a[1] * b[2], a[0] * b[1] + a[1] * b[3], a[2] * b[0] + a[3] * b[2], a[2] * b[1] + a[3] * b[3]]
 }
 
-/// `m⁻¹`; not finite where there is none.
+/// Returns the inverse `m⁻¹`; its entries are not finite if the matrix is singular.
 #[must_use]
 pub fn inverse([a, b, c, d]: Matrix2) -> Matrix2 {
     let determinant = a * d - b * c;
     [d, -b, -c, a].map(|v| v / determinant)
 }
 
-/// `m v`.
+/// Returns the product `m v` of a matrix and a vector.
 #[must_use]
 pub fn times(m: Matrix2, v: [f64; 2]) -> [f64; 2] {
     [m[0] * v[0] + m[1] * v[1], m[2] * v[0] + m[3] * v[1]]
 }
 
-/// Returns the generator `A` \[1/s\] of the transition matrix `phi` over `h` seconds, `A = ln(Φ)/h`; `None` where no real
-/// principal logarithm exists: for a determinant or a real eigenvalue of zero or less, and for what is not finite.
+/// Returns the generator `A` \[1/s\] of the transition matrix `phi` over `h` seconds, `A = ln(Φ)/h`. Returns `None` if
+/// there is no real principal logarithm (a determinant or a real eigenvalue of zero or less) or an argument is not finite.
 ///
 /// With `σ = tr Φ / 2`, `M = Φ − σI`, `Δ = σ² − det Φ`: `A = [½ ln(det Φ) I + f M]/h`, where `f = atan2(w, σ)/w`,
 /// `w = √−Δ` for complex eigenvalues and `f = atanh(w/σ)/w`, `w = √Δ` for real ones. Reference: N. J. Higham,
@@ -36,14 +36,14 @@ pub fn matrix_logarithm(phi: Matrix2, h: f64) -> Option<Matrix2> {
         return None;
     }
     let half_difference = 0.5 * (phi[0] - phi[3]);
-    // σ² − det Φ without its cancellation.
+    // This form of σ² − det Φ avoids cancellation.
     let delta = half_difference * half_difference + phi[1] * phi[2];
     let w = delta.abs().sqrt();
     if delta >= 0.0 && sigma <= w {
         return None;
     }
     let f = if w < 1e-8 * sigma.abs() {
-        1.0 / sigma // both branches tend to it; the next term is relatively (w/σ)²/3 < 1e-16
+        1.0 / sigma // The limit of both branches; the relative error (w/σ)²/3 is below 1e-16.
     } else if delta < 0.0 {
         w.atan2(sigma) / w
     } else {

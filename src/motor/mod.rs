@@ -1,10 +1,10 @@
-//! The DC motor: parameters with units, the box they are searched in, one-step maps, simulation, response figures.
+//! The DC motor: parameters with units, search space, one-step maps, simulation, step-response metrics.
 //!
-//! Model (paper, Eqs. 6 and 7), state `[i, ω]`:
-//! `di/dt = (v − R i − K ω)/L`, `dω/dt = (K i − B ω − T)/J`.
+//! Model (Eqs. 6 and 7), state `[i, ω]`: `di/dt = (v − R i − K ω)/L`, `dω/dt = (K i − B ω − T)/J`, with voltage v \[V\] and
+//! load torque T \[N·m\].
 //!
-//! Each effect that an extension adds has one file, which the scalar oracle, its derivatives and the SIMD kernel share, and
-//! a WGSL twin of the same name in `shaders/` with the same order of operations: `drive`, `delay`, `friction`, `sensor`.
+//! Each effect of an extension (`drive`, `delay`, `friction`, `sensor`) has one file, which the scalar oracle, its
+//! derivatives and the SIMD kernel share, and a WGSL file of the same name in `shaders/` with the same order of operations.
 
 mod composed;
 mod delay;
@@ -28,7 +28,7 @@ mod space;
 mod walk;
 
 pub(crate) use composed::SplitSteps;
-pub(crate) use delay::{Acting, DelayedVoltage, sample_times};
+pub(crate) use delay::{DelayedVoltage, StepVoltage, sample_times};
 pub(crate) use delay_taps::{Commanded, DelayTaps, tap_times};
 pub(crate) use discretize::seeded;
 pub use discretize::{Discretization, Input, Method, StepMap, StepMaps, step_maps};
@@ -41,12 +41,12 @@ pub use features::ModelFeatures;
 pub(crate) use friction::Reactions;
 pub use linear::Parameters;
 pub use matrix::{Matrix2, inverse, matrix_logarithm, product, times};
-pub use parameter::{Parameter, UsualBounds};
-pub use response::{Response, response};
+pub use parameter::{DefaultBounds, Parameter};
+pub use response::{StepResponse, response};
 pub(crate) use sensor::{Aligned, CHUNK, MovingAverages};
 #[cfg(feature = "gpu")]
 pub(crate) use sensor::{MovingAverage, WINDOW_MAX};
 pub use settings::{InputHistory, SimulationSettings};
-pub use simulate::{Drive, simulate, walk};
+pub use simulate::{SimulationInput, simulate, walk};
 pub use space::{Axis, PER_RECORDING_MAX, RECORDING_MAX, Scope, Space};
 pub use walk::ExtendedWalk;

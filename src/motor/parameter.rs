@@ -1,33 +1,34 @@
-//! The parameters: the five of the linear motor, and those of extensions that real motors need.
+//! The table of parameters: the five of the linear motor, and those of its extensions.
 
 use crate::text::excerpt;
 use crate::{Error, Result};
 
-/// The row of a parameter.
+/// Row of the table of parameters.
 #[derive(Debug)]
 struct Facts {
     symbol: &'static str,
     unit: &'static str,
     name: &'static str,
-    /// The lowest value, and whether it must be above it.
+    /// Lower limit of the domain, and true if the limit itself is excluded.
     lowest: (f64, bool),
-    /// The value that changes nothing; not a number for the five of the motor.
+    /// Value without effect; NaN for the five parameters of the motor.
     neutral: f64,
-    bounds: UsualBounds,
+    bounds: DefaultBounds,
 }
 
-/// The bounds of a parameter where none are given.
+/// Default search bounds of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum UsualBounds {
-    /// From one value to another; for the five of the motor those of the paper's Table 2.
+pub enum DefaultBounds {
+    /// Fixed bounds; for the five parameters of the motor those of the paper's Table 2.
     Fixed(f64, f64),
-    /// Parts of the largest torque that the recorded input gives.
+    /// Multiples of the largest torque that the recorded input produces at stall.
     OfTorque(f64, f64),
-    /// Parts of the largest input.
+    /// Multiples of the largest magnitude of the input.
     OfInput(f64, f64),
-    /// From so many periods to so many periods or so many mechanical time constants, whichever is longer.
+    /// Lower and upper bound in sampling periods; the third value is an upper bound in mechanical time constants, and the
+    /// longer upper bound holds.
     Late(f64, f64, f64),
-    /// From one sample to a quarter of the recording, 300 at most.
+    /// Bounds from one sample to a quarter of the recording, at most 300 samples.
     Samples,
 }
 
@@ -36,13 +37,13 @@ const NOT_NEGATIVE: (f64, bool) = (0.0, false);
 const AT_LEAST_ONE: (f64, bool) = (1.0, false);
 const ANY: (f64, bool) = (f64::NEG_INFINITY, true);
 
-/// Defines the parameters as a table: text, variant, symbol, unit, name, lowest value, neutral value, usual bounds.
+/// Defines the table of parameters: description, variant, symbol, unit, name, lowest value, neutral value, default bounds.
 macro_rules! parameters {
     (
         motor { $($(#[doc = $motor_text:literal])+ $motor:ident = ($($motor_fact:expr),+);)+ }
         extensions { $($(#[doc = $text:literal])+ $extension:ident = ($($fact:expr),+);)+ }
     ) => {
-        /// A parameter of the motor or of what surrounds it.
+        /// A parameter of the motor or of one of its extensions.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         #[non_exhaustive]
         pub enum Parameter {
@@ -53,16 +54,16 @@ macro_rules! parameters {
         const FACTS: [Facts; Parameter::COUNT] = [$(facts($($motor_fact),+),)+ $(facts($($fact),+),)+];
 
         impl Parameter {
-            /// The number of parameters.
+            /// Number of parameters.
             pub const COUNT: usize = Self::ALL.len() + Self::EXTENSIONS.len();
 
-            /// The five of the linear motor, in the order used everywhere.
+            /// The five parameters of the linear motor, in the order R, L, K, B, J.
             pub const ALL: [Self; 5] = [$(Self::$motor),+];
 
-            /// Those of extensions.
+            /// The parameters of extensions.
             pub const EXTENSIONS: [Self; [$(stringify!($extension)),+].len()] = [$(Self::$extension),+];
 
-            /// Returns what it is, in a sentence.
+            /// Returns the description of the parameter, a sentence.
             #[must_use]
             pub fn text(self) -> &'static str {
                 match self {
@@ -78,12 +79,12 @@ const fn facts(
     [symbol, unit, name]: [&'static str; 3],
     lowest: (f64, bool),
     neutral: f64,
-    bounds: UsualBounds,
+    bounds: DefaultBounds,
 ) -> Facts {
     Facts { symbol, unit, name, lowest, neutral, bounds }
 }
 
-use UsualBounds::{Fixed, Late, OfInput, OfTorque, Samples};
+use DefaultBounds::{Fixed, Late, OfInput, OfTorque, Samples};
 
 parameters! {
     motor {
@@ -99,27 +100,27 @@ parameters! {
         J = (["J", "kg*m^2", "inertia"], POSITIVE, f64::NAN, Fixed(1e-5, 1e-3));
     }
     extensions {
-        /// Coulomb friction: a torque against the movement, which holds the motor at rest up to the same size.
+        /// Coulomb friction: a torque against the motion; at rest the motor sticks up to the same torque.
         Coulomb = (["Tc", "N*m", "Coulomb friction"], NOT_NEGATIVE, 0.0, OfTorque(0.0, 1.0));
         /// Constant load torque.
         Load = (["TL", "N*m", "load torque"], ANY, 0.0, OfTorque(-1.0, 1.0));
-        /// Dead time: all of the input acts that much later than it was recorded; below zero it acts before.
+        /// Dead time: the delay from the recorded input to its effect; negative if the input was recorded late.
         DeadTime = (["td", "s", "dead time"], ANY, 0.0, Late(-1.0, 100.0, 6.0));
-        /// Start latency: the first movement of the input alone acts that much later.
+        /// Start latency: an additional delay of the first movement of the input alone.
         Latency = (["t0", "s", "start latency"], NOT_NEGATIVE, 0.0, Late(0.0, 500.0, 10.0));
         /// Offset of the voltage.
         Offset = (["v0", "V", "voltage offset"], ANY, 0.0, OfInput(-0.5, 0.5));
-        /// Voltage drop of the brushes: against the current, which does not flow below it.
+        /// Voltage drop of the brushes: a voltage against the current; no current flows below it.
         BrushDrop = (["vb", "V", "brush drop"], NOT_NEGATIVE, 0.0, OfInput(0.0, 0.5));
-        /// Deadband of the drive: what the magnitude of the input loses.
+        /// Deadband of the drive: the amount subtracted from the magnitude of the input.
         Deadband = (["vd", "V", "deadband"], NOT_NEGATIVE, 0.0, OfInput(0.0, 0.95));
-        /// Magnitude of the input beyond which the drive gives no more.
+        /// Saturation limit of the drive: the magnitude of the input above which its output is constant.
         Saturation = (["vs", "V", "saturation"], POSITIVE, f64::INFINITY, OfInput(0.05, 1.0));
-        /// Gain of the drive for negative inputs; that for positive ones is 1.
+        /// Gain of the drive for negative inputs; the gain for positive inputs is 1.
         NegativeGain = (["gn", "1", "negative gain"], POSITIVE, 1.0, Fixed(0.2, 5.0));
-        /// Samples that the current sensor averages over.
+        /// Window of the moving average of the current sensor.
         CurrentAverage = (["Ni", "samples", "current average"], AT_LEAST_ONE, 1.0, Samples);
-        /// Samples that the speed sensor averages over.
+        /// Window of the moving average of the speed sensor.
         SpeedAverage = (["Nw", "samples", "speed average"], AT_LEAST_ONE, 1.0, Samples);
     }
 }
@@ -129,50 +130,50 @@ impl Parameter {
         &FACTS[self as usize]
     }
 
-    /// Its symbol, as in results and settings.
+    /// Returns the symbol, as in results and settings.
     #[must_use]
     pub fn symbol(self) -> &'static str {
         self.facts().symbol
     }
 
-    /// Its SI unit, as in results.
+    /// Returns the SI unit, as in results.
     #[must_use]
     pub fn unit(self) -> &'static str {
         self.facts().unit
     }
 
-    /// Its name in words.
+    /// Returns the name.
     #[must_use]
     pub fn name(self) -> &'static str {
         self.facts().name
     }
 
-    /// Returns whether it belongs to an extension, and not to the linear motor.
+    /// Returns true if it belongs to an extension and not to the linear motor.
     #[must_use]
     pub fn is_extension(self) -> bool {
         self as usize >= Self::ALL.len()
     }
 
-    /// The value of an extension's parameter that changes nothing; not a number for the five of the motor.
+    /// Returns the value at which the parameter of an extension has no effect; NaN for the five parameters of the motor.
     #[must_use]
     pub fn neutral(self) -> f64 {
         self.facts().neutral
     }
 
-    /// Returns whether it can have this value: positive for the five of the motor.
+    /// Returns true if `value` is in the domain of the parameter and finite.
     #[must_use]
     pub fn admits(self, value: f64) -> bool {
         let (lowest, above) = self.facts().lowest;
         value.is_finite() && if above { value > lowest } else { value >= lowest }
     }
 
-    /// The lowest value that there is, or what all are above.
+    /// Returns the lower limit of the domain; the limit itself may be excluded.
     #[must_use]
     pub fn lowest(self) -> f64 {
         self.facts().lowest.0
     }
 
-    /// Returns the domain of its values, in words.
+    /// Returns a description of the domain, for example `positive`.
     #[must_use]
     pub fn domain(self) -> &'static str {
         match self.facts().lowest {
@@ -183,7 +184,7 @@ impl Parameter {
         }
     }
 
-    /// Returns the channel that shows it, 0 the current and 1 the speed; none where each does.
+    /// Returns the only channel that the parameter affects, 0 for current and 1 for speed; `None` if it affects both.
     #[must_use]
     pub fn channel(self) -> Option<usize> {
         match self {
@@ -193,13 +194,13 @@ impl Parameter {
         }
     }
 
-    /// Returns its bounds where none are given.
+    /// Returns the default search bounds.
     #[must_use]
-    pub fn usual_bounds(self) -> UsualBounds {
+    pub fn default_bounds(self) -> DefaultBounds {
         self.facts().bounds
     }
 
-    /// The search bounds of the paper's Table 2, for the five of the motor.
+    /// Returns the search bounds of the paper's Table 2; `None` for the parameter of an extension.
     #[must_use]
     pub fn table2(self) -> Option<(f64, f64)> {
         match self.facts().bounds {
@@ -218,7 +219,7 @@ impl std::str::FromStr for Parameter {
             let extensions = Self::EXTENSIONS.map(Self::symbol).join(", ");
             Error::usage(
                 format!("\"{}\" is not a parameter of the motor", excerpt(symbol)),
-                format!("Name R, L, K, B or J; or of an extension {extensions}."),
+                format!("Name R, L, K, B or J, or the parameter of an extension: {extensions}."),
             )
         })
     }

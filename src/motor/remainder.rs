@@ -1,58 +1,63 @@
-//! Changes of the input within a step.
+//! Response to changes of the input within a step.
 //!
-//! An input that jumps by Δv and bends by Δr per second, s before the end of a step, adds `Δv Γ(s) + Δr Γ₂(s)` to both states
-//! at its end, with the response to a unit that is held, `Γ(s) = ∫₀ˢ e^{Aτ} b dτ`, and that to a unit a second,
-//! `Γ₂(s) = ∫₀ˢ Γ(τ) dτ`. Their derivatives with respect to s are `e^{As} b` and Γ(s).
+//! An input whose value jumps by Δv and whose slope changes by Δr at a duration s before the end of a step adds
+//! `Δv Γ(s) + Δr Γ₂(s)` to both states at the end. `Γ(s) = ∫₀ˢ e^{Aτ} b dτ` is the step response, `Γ₂(s) = ∫₀ˢ Γ(τ) dτ` the
+//! ramp response. Their derivatives with respect to s are `e^{As} b` and Γ(s).
 
 use super::discretize::{Discretization, Input, Method, step_maps};
 use super::dual::Number;
 use super::extended::Extended;
 
-/// The responses of a motor over parts of steps; the last is kept, because on an even clock all parts are the same.
+/// The responses of a motor over parts of steps. The last one is cached, because on an even clock all parts have the same
+/// duration.
 pub(super) struct Remainder<T> {
     motor: [[T; 1]; 5],
     method: Method,
-    known: Option<Responses<T>>,
+    cached: Option<Responses<T>>,
 }
 
+/// Responses of both states over one duration.
 struct Responses<T> {
     duration_s: f64,
-    held: [T; 2],
+    /// Response to a unit step.
+    step_response: [T; 2],
+    /// Response to a unit ramp.
     ramp: [T; 2],
-    /// The derivative of `held` with respect to the duration.
+    /// Derivative of the step response with respect to the duration.
     slope: [T; 2],
 }
 
-/// Durations that differ by less than this part are the same.
+/// Relative difference up to which durations count as equal.
 const ROUNDING: f64 = 1e-9;
 
 impl<T: Number> Remainder<T> {
     #[inline(always)]
     pub(super) fn new(motor: &Extended<T>, method: Method) -> Self {
-        Self { motor: motor.motor.map(|value| [value]), method, known: None }
+        Self { motor: motor.motor.map(|value| [value]), method, cached: None }
     }
 
-    /// Returns the change of both states by an input that jumps and bends a duration \[s\] before the end of a step.
+    /// Returns the change of both states due to an input whose value and slope change a duration \[s\] before the end of a
+    /// step.
     pub(super) fn change(&mut self, [jump, bend]: [T; 2], duration: T) -> [T; 2] {
         let duration_s = duration.value();
-        let is_known = |known: &Responses<T>| (known.duration_s - duration_s).abs() <= ROUNDING * duration_s;
-        let known = match self.known.take().filter(is_known) {
-            Some(known) => known,
+        let is_known = |cached: &Responses<T>| (cached.duration_s - duration_s).abs() <= ROUNDING * duration_s;
+        let cached = match self.cached.take().filter(is_known) {
+            Some(cached) => cached,
             None => Responses::new(&self.motor, self.method, duration_s),
         };
         let later = duration - T::constant(duration_s);
         let change = [0, 1].map(|axis| {
-            let [held, ramp] = [known.held[axis], known.ramp[axis]];
-            jump * (held + known.slope[axis] * later) + bend * (ramp + held * later)
+            let [step_response, ramp] = [cached.step_response[axis], cached.ramp[axis]];
+            jump * (step_response + cached.slope[axis] * later) + bend * (ramp + step_response * later)
         });
-        self.known = Some(known);
+        self.cached = Some(cached);
         change
     }
 
-    /// Returns the responses of both states to a unit that is held and to a unit a second, over a duration \[s\].
+    /// Returns the step response and the ramp response of both states over a duration \[s\].
     pub(super) fn over(&self, duration_s: f64) -> [[T; 2]; 2] {
-        let Responses { held, ramp, .. } = Responses::new(&self.motor, self.method, duration_s);
-        [held, ramp]
+        let Responses { step_response, ramp, .. } = Responses::new(&self.motor, self.method, duration_s);
+        [step_response, ramp]
     }
 }
 
@@ -72,7 +77,7 @@ impl<T: Number> Responses<T> {
         let taps = maps.taps.map(|tap| tap.map(|[gain]| gain));
         Self {
             duration_s,
-            held: [0, 1].map(|axis| taps[0][axis] + taps[1][axis]),
+            step_response: [0, 1].map(|axis| taps[0][axis] + taps[1][axis]),
             ramp: taps[1].map(|gain| gain * duration_s),
             slope: [b[0] + moved[0], b[1] + moved[1]],
         }

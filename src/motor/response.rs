@@ -1,29 +1,30 @@
-//! Figures of a response: peak and its time, overshoot, settling time, steady state.
+//! Step-response metrics: peak and its time, overshoot, settling time, steady state.
 //!
-//! Definitions: the steady state is the mean of the last tenth of the samples; the peak is the value of largest
-//! magnitude in the direction of the response; overshoot is (peak − steady)/|steady| in the steady value's
-//! direction; the settling time is the time of the first sample from which the signal stays within the band.
+//! Definitions: the steady state is the mean of the last tenth of the samples. The peak is the value of largest magnitude.
+//! The overshoot is (peak − steady state)/steady state, at least zero. The settling time is the time of the first sample
+//! from which the signal stays within the band.
 
-/// Figures of one signal. Times are those of the samples \[s\], values in the unit of the signal.
+/// Step-response metrics of one signal. Times are those of the samples \[s\], values in the unit of the signal.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Response {
-    /// The value of largest magnitude.
+pub struct StepResponse {
+    /// Value of largest magnitude.
     pub peak: f64,
-    /// When it occurs \[s\].
+    /// Time of the peak \[s\].
     pub peak_time_s: f64,
     /// Mean of the last tenth of the samples.
     pub steady_state: f64,
-    /// (peak − steady state)/steady state in percent; `None` where the steady state is zero.
+    /// Overshoot (peak − steady state)/steady state \[%\], at least zero; `None` if the steady state is zero.
     pub overshoot_percent: Option<f64>,
-    /// When the signal has entered the band around the steady state for good \[s\]; `None` if it never does.
+    /// Time from which the signal stays within the band around the steady state \[s\]; `None` if it never settles.
     pub settling_time_s: Option<f64>,
 }
 
-/// The figures of `signal` sampled at `time_s`; `band` is relative to the steady state (0.02 for 2 %).
+/// Returns the step-response metrics of `signal` sampled at `time_s` \[s\]; `band` is relative to the steady state (0.02
+/// for 2 %).
 ///
-/// `None` for an empty signal or one with values that are not finite.
+/// Returns `None` if the signal is empty, differs in length from `time_s`, or has values that are not finite.
 #[must_use]
-pub fn response(time_s: &[f64], signal: &[f64], band: f64) -> Option<Response> {
+pub fn response(time_s: &[f64], signal: &[f64], band: f64) -> Option<StepResponse> {
     if signal.is_empty() || time_s.len() != signal.len() || signal.iter().any(|v| !v.is_finite()) {
         return None;
     }
@@ -32,7 +33,7 @@ pub fn response(time_s: &[f64], signal: &[f64], band: f64) -> Option<Response> {
     let at = (0..signal.len()).fold(0, |best, n| if signal[n].abs() > signal[best].abs() { n } else { best });
     let outside = |v: &f64| (v - steady_state).abs() > band * steady_state.abs();
     let settled = signal.iter().rposition(outside).map_or(0, |last| last + 1);
-    Some(Response {
+    Some(StepResponse {
         peak: signal[at],
         peak_time_s: time_s[at],
         steady_state,

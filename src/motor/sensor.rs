@@ -1,44 +1,44 @@
-//! Sensors that show the moving average of the last samples.
+//! Sensors that output a moving average of samples.
 //!
-//! A window of N samples, N no whole number, is `⌊N⌋` samples and a part of the oldest of them. With the running sum S of
-//! the whole ones: `S ← S + (x − x_oldest)`, shown is `(S + (N − ⌊N⌋) x_oldest)/N`. Before the first sample a sensor has
-//! seen the initial state. Twin: `shaders/sensor.wgsl`.
+//! A window of N samples, N real, consists of the last `⌊N⌋` samples and a fraction of the oldest of them. With the running
+//! sum S of the complete samples, `S ← S + (x − x_oldest)`, the output is `(S + (N − ⌊N⌋) x_oldest)/N`. Before the first
+//! sample a sensor has seen the initial state. Shader: `shaders/sensor.wgsl`.
 //!
-//! The formula is one for all number types; the past samples are kept in a queue by the oracle, in a ring of blocks by the
-//! kernel. The test that holds the formula is `sensors_average` in `tests/extensions/meaning.rs`.
+//! All number types share the formula. The oracle keeps past samples in a queue, the kernel in a ring buffer of blocks. The
+//! formula is tested by `sensors_average` in `tests/extensions/meaning.rs`.
 
 use super::dual::Number;
 use std::collections::VecDeque;
 
-/// The most samples of a window that are kept; of a longer one the rest counts as the oldest of them. What is kept is no longer
-/// than the recording, whatever the window.
+/// Largest number of samples kept for a window. In a longer window the excess weight goes to the oldest sample kept. No
+/// more samples are kept than the recording has.
 pub(crate) const WINDOW_MAX: f64 = 1e6;
 
-/// Samples that the kernel computes at a time.
+/// Number of samples that the kernel computes at a time.
 pub(crate) const CHUNK: usize = 64;
 
-/// Numbers that vectors are loaded from: a vector of AVX-512 is a cache line, and each load off its boundary takes two.
+/// Wrapper that aligns numbers to 64 bytes, so that each load of an AVX-512 vector is within one cache line.
 #[repr(align(64))]
 pub(crate) struct Aligned<T>(pub T);
 
-/// The weights of a moving average. With arrays as values it is those of several sensors, a lane each.
+/// The weights of a moving average; arrays as values hold several sensors, a lane each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct MovingAverage<T> {
-    /// Weight of the oldest sample.
+    /// Additional weight of the oldest sample, before division by the window.
     pub(crate) part: T,
-    /// One over the window.
+    /// Reciprocal of the window.
     pub(crate) share: T,
 }
 
 impl<T: Number> MovingAverage<T> {
-    /// Returns the whole samples of a window and the weights.
+    /// Returns the number of complete samples of a window and the weights.
     pub(crate) fn new(window: T) -> (usize, Self) {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and 1e6")]
         let whole = window.value().clamp(1.0, WINDOW_MAX) as usize;
         (whole, Self { part: window - T::constant(number(whole)), share: T::constant(1.0) / window })
     }
 
-    /// Adds a sample to the running sum, takes the oldest off and returns the average.
+    /// Adds a sample to the running sum, subtracts the oldest and returns the average.
     #[inline(always)]
     pub(crate) fn show(self, sum: &mut T, value: T, oldest: T) -> T {
         *sum = *sum + (value - oldest);
@@ -51,7 +51,7 @@ fn number(whole: usize) -> f64 {
     whole as f64
 }
 
-/// One sensor with its past samples in a queue.
+/// A sensor with its past samples in a queue.
 pub(super) struct Sensor<T> {
     average: MovingAverage<T>,
     whole: usize,
@@ -76,22 +76,22 @@ impl<T: Number> Sensor<T> {
     }
 }
 
-/// The sensors of one channel of `L` motors side by side, some samples at a time.
+/// The sensors of one channel of `L` motors side by side, evaluated in blocks of samples.
 pub(crate) struct MovingAverages<const L: usize> {
     average: MovingAverage<[f64; L]>,
-    /// The whole samples of each window, those before the first sample of the recording left out.
+    /// Number of complete samples of each window, at most the length of the recording.
     reach: [usize; L],
     sum: [f64; L],
-    /// The last values, each at its number modulo the length; before the first sample, the initial state.
+    /// Ring buffer of the last values, indexed by sample modulo its length and filled with the initial state.
     ring: Vec<[f64; L]>,
 }
 
 impl<const L: usize> MovingAverages<L> {
-    /// Sensors for a recording of so many samples.
+    /// Makes sensors for a recording of `samples` samples.
     pub(crate) fn new(windows: [f64; L], initial: f64, samples: usize) -> Self {
         let lanes = windows.map(MovingAverage::new);
         let whole = lanes.map(|(whole, _)| whole);
-        // What lies before the first sample is the initial state, however far back.
+        // All samples before the first equal the initial state, so a window never needs more than the recording.
         let reach = whole.map(|whole| whole.min(samples.max(1)));
         let longest = reach.iter().copied().max().unwrap_or(1);
         Self {
@@ -102,7 +102,7 @@ impl<const L: usize> MovingAverages<L> {
         }
     }
 
-    /// Replaces the states of at most [`CHUNK`] samples from `start` on by what is shown of them.
+    /// Replaces the states of at most [`CHUNK`] samples from `start` on by the outputs of the sensors.
     #[inline(always)]
     pub(crate) fn show(&mut self, start: usize, channel: usize, seen: &mut [[[f64; L]; 2]]) {
         let mask = self.ring.len() - 1;

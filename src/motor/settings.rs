@@ -1,18 +1,18 @@
-//! The settings in which a motor with extensions is simulated.
+//! Settings of the simulation of a motor with extensions.
 
 use super::discretize::Method;
 use super::features::ModelFeatures;
 
-/// The input before a recording and up to its first movement.
+/// The input before a recording and the sample of its first movement.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct InputHistory {
     /// Voltage before the first sample \[V\].
     pub voltage: f64,
-    /// The first sample whose voltage differs from that by more than a twentieth of the largest difference.
+    /// Index of the first sample whose voltage differs from `voltage` by more than a twentieth of the largest difference.
     pub first_movement: usize,
 }
 
-/// The part of its largest change that is a movement of the voltage.
+/// Fraction of the largest change of the voltage from which a change counts as a movement.
 const MOVEMENT: f64 = 0.05;
 
 impl InputHistory {
@@ -26,13 +26,13 @@ impl InputHistory {
     }
 }
 
-/// The settings in which a motor with extensions is simulated.
+/// Settings of the simulation of a motor with extensions.
 #[derive(Debug, Clone, Copy)]
 pub struct SimulationSettings {
     /// The extensions of the model.
     pub features: ModelFeatures,
     /// The one-step method.
     pub method: Method,
-    /// The input before the recording.
+    /// The input before the recording and its first movement.
     pub history: InputHistory,
 }

@@ -1,39 +1,40 @@
-//! The scalar f64 simulation: the oracle that every other evaluator is held to.
+//! The scalar f64 simulation: the oracle against which every other evaluator is checked.
 //!
-//! It walks all samples one after the other with `x⁺ = x + (D x + gains)`, skips nothing and shortens nothing.
+//! It computes every sample in order by `x⁺ = x + (D x + gains)`, without shortcuts.
 
 use super::discretize::{Method, StepMap};
 use super::linear::Parameters;
 
-/// The input of a simulation: samples of voltage and load torque with the steps between them.
+/// The input of a simulation: samples of voltage and load torque, and the steps between them.
 #[derive(Debug, Clone, Copy)]
-pub struct Drive<'a> {
-    /// The distinct steps \[s\].
+pub struct SimulationInput<'a> {
+    /// Distinct step lengths \[s\].
     pub step_s: &'a [f64],
-    /// For each sample the step that follows it, as an index into `step_s`; empty when all steps are the first.
+    /// Index into `step_s` of the step that follows each sample; empty if all steps are the first.
     pub step_index: &'a [u16],
-    /// Voltage at each sample \[V\]; the current \[A\] where that is the input.
+    /// Voltage at each sample \[V\]; the current \[A\] if that is the input.
     pub voltage: &'a [f64],
-    /// Voltage at the end of each step \[V\], for methods that use it; empty when it is that of the next sample.
+    /// Voltage at the end of each step \[V\], used by a first-order hold; empty if it equals the voltage of the next
+    /// sample.
     pub voltage_end: &'a [f64],
-    /// Load torque at each sample \[N·m\]; empty when there is none.
+    /// Load torque at each sample \[N·m\]; empty if there is none.
     pub torque: &'a [f64],
 }
 
-impl Drive<'_> {
-    /// Which of the distinct steps follows a sample.
+impl SimulationInput<'_> {
+    /// Returns the index into `step_s` of the step that follows a sample.
     #[must_use]
     pub fn index(&self, n: usize) -> usize {
         self.step_index.get(n).map_or(0, |&index| usize::from(index))
     }
 
-    /// The step that follows a sample \[s\]; NaN where there is none.
+    /// Returns the length of the step that follows a sample \[s\]; NaN if it is not listed.
     #[must_use]
     pub fn step(&self, n: usize) -> f64 {
         self.step_s.get(self.index(n)).copied().unwrap_or(f64::NAN)
     }
 
-    /// Voltage at the end of the step that follows a sample \[V\]; NaN where there is no such sample.
+    /// Returns the voltage at the end of the step that follows a sample \[V\]; NaN if there is no such sample.
     #[must_use]
     pub fn end(&self, n: usize) -> f64 {
         let next = || n.checked_add(1).and_then(|next| self.voltage.get(next)).or(self.voltage.get(n));
@@ -41,15 +42,14 @@ impl Drive<'_> {
     }
 }
 
-/// Simulates the motor over all samples from the state `initial` = `[i, ω]`: current \[A\] and speed \[rad/s\], one value a
-/// sample.
+/// Simulates the motor over all samples from the state `initial` = `[i, ω]` and returns current \[A\] and speed \[rad/s\],
+/// one value for each sample.
 ///
-/// A motor that diverges gives values that are not finite, and so does a step that the drive does not list; that is not an
-/// error.
+/// The values are not finite if the motor diverges or the drive does not list a step; this is not an error.
 #[must_use]
 pub fn simulate(
     parameters: &Parameters,
-    drive: &Drive<'_>,
+    drive: &SimulationInput<'_>,
     initial: [f64; 2],
     method: impl Into<Method>,
 ) -> [Vec<f64>; 2] {
@@ -60,10 +60,10 @@ pub fn simulate(
     signals
 }
 
-/// Like [`simulate`], handing the state of each sample to `visit`.
+/// Like [`simulate`], but calls `visit` with the state of each sample.
 pub fn walk(
     parameters: &Parameters,
-    drive: &Drive<'_>,
+    drive: &SimulationInput<'_>,
     initial: [f64; 2],
     method: impl Into<Method>,
     mut visit: impl FnMut([f64; 2]),

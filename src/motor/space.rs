@@ -1,4 +1,4 @@
-//! The search space: which parameters are free within which bounds, and which are held.
+//! The search space: free parameters with their bounds, and fixed parameters.
 
 use super::extended::Extended;
 use super::linear::Parameters;
@@ -6,23 +6,24 @@ use super::parameter::Parameter;
 use crate::{Error, Result};
 use std::collections::HashSet;
 
-/// Which recordings of a joint fit a parameter belongs to.
+/// Recordings of a joint fit to which a parameter belongs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scope {
     /// One value for all recordings.
     Shared,
-    /// A value of its own for the recording of this index.
+    /// A separate value for the recording of this index.
     Recording(u32),
 }
 
 impl Scope {
-    /// Returns whether it holds for the recording of this index.
+    /// Returns true if the scope includes the recording of this index.
     #[must_use]
     pub fn covers(self, recording: u32) -> bool {
         self == Self::Shared || self == Self::Recording(recording)
     }
 
-    /// The name of a parameter in a table: its symbol, with the index of the recording that it belongs to, as `R[0]`.
+    /// Returns the name of a parameter in a table: its symbol, followed by the index of its recording if it has one, as
+    /// `R[0]`.
     #[must_use]
     pub fn name(self, parameter: Parameter) -> String {
         match self {
@@ -31,13 +32,13 @@ impl Scope {
         }
     }
 
-    /// Returns where a parameter of this scope stands among others: by parameter, then by recording.
+    /// Returns a key that sorts parameters by parameter, then by recording.
     #[must_use]
     pub fn order(self, parameter: Parameter) -> (usize, Option<u32>) {
         (parameter as usize, if let Self::Recording(n) = self { Some(n) } else { None })
     }
 
-    /// The parameter and the scope of a name in a table, as [`Self::name`] writes it; `None` for what is no such name.
+    /// Parses a name in the format of [`Self::name`] into the parameter and the scope; `None` if it is not one.
     #[must_use]
     pub fn named(name: &str) -> Option<(Parameter, Self)> {
         let Some((symbol, index)) = name.split_once('[') else { return Some((name.parse().ok()?, Self::Shared)) };
@@ -48,43 +49,44 @@ impl Scope {
 /// A free parameter with its bounds, in SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axis {
-    /// Which parameter.
+    /// The parameter.
     pub parameter: Parameter,
-    /// For which recordings.
+    /// Recordings that it belongs to.
     pub scope: Scope,
-    /// Lower bound, above zero.
+    /// Lower bound, in the domain of the parameter.
     pub min: f64,
     /// Upper bound, above `min`.
     pub max: f64,
 }
 
 impl Axis {
-    /// Returns whether estimates move along its logarithm: the five of the motor, whose sizes are not known beforehand. Others
-    /// may be zero or negative and move along their range.
+    /// Returns true if the coordinate of the parameter is its logarithm: the five parameters of the motor, whose magnitude
+    /// is not known beforehand. Other parameters may be zero or negative and have a linear coordinate.
     fn is_logarithmic(&self) -> bool {
         !self.parameter.is_extension()
     }
 
-    /// Where a value lies on the line that estimates move along.
+    /// Returns the coordinate of a value: its logarithm for the five parameters of the motor, else its ratio to the range.
     #[must_use]
     pub fn coordinate(&self, value: f64) -> f64 {
         if self.is_logarithmic() { value.ln() } else { value / (self.max - self.min) }
     }
 
-    /// The value there, within the bounds.
+    /// Returns the value of a coordinate, clamped to the bounds.
     #[must_use]
     pub fn value(&self, coordinate: f64) -> f64 {
         let value = if self.is_logarithmic() { coordinate.exp() } else { coordinate * (self.max - self.min) };
         value.max(self.min).min(self.max)
     }
 
-    /// Returns the derivative of the value by the coordinate.
+    /// Returns the derivative of the value with respect to the coordinate.
     #[must_use]
     pub fn slope(&self, value: f64) -> f64 {
         if self.is_logarithmic() { value } else { self.max - self.min }
     }
 
-    /// The values so many units of the coordinate below and above one.
+    /// Returns the values at `distance` below and above a value, measured in the coordinate; the lower one is in the domain
+    /// of the parameter.
     #[must_use]
     pub fn around(&self, value: f64, distance: f64) -> [f64; 2] {
         if self.is_logarithmic() {
@@ -94,33 +96,33 @@ impl Axis {
         [(value - distance).max(self.parameter.lowest()), value + distance]
     }
 
-    /// Returns the value at which the parameter of an extension changes nothing, where the axis has it.
+    /// Returns the value within the bounds at which the parameter of an extension has no effect; `None` if there is none.
     #[must_use]
     pub fn neutral(&self) -> Option<f64> {
         let value = if self.parameter == Parameter::Saturation { self.max } else { self.parameter.neutral() };
         (self.parameter.is_extension() && (self.min..=self.max).contains(&value)).then_some(value)
     }
 
-    /// Returns whether the parameter of an extension changes nothing at a value.
+    /// Returns true if the parameter of an extension has no effect at a value.
     #[must_use]
     pub fn is_idle(&self, value: f64) -> bool {
         self.neutral().is_some_and(|neutral| (neutral - value).abs() <= 1e-9 * (self.max - self.min))
     }
 
-    /// The middle of the bounds: of their logarithms for the five of the motor.
+    /// Returns the middle of the bounds: their geometric mean for the five parameters of the motor, else their mean.
     #[must_use]
     pub fn middle(&self) -> f64 {
         self.value(0.5 * (self.coordinate(self.min) + self.coordinate(self.max)))
     }
 }
 
-/// The highest index of a recording that a parameter may belong to; the next stands for those that cannot be counted.
+/// Largest index of a recording that a parameter may belong to; the next value stands for an index beyond `u32`.
 pub const RECORDING_MAX: u32 = u32::MAX - 1;
 
-/// The most recordings that a parameter may have values of their own for: a space has an axis for each.
+/// Largest number of recordings for which a parameter may have separate values; a space has an axis for each.
 pub const PER_RECORDING_MAX: usize = 1 << 16;
 
-/// Free and held parameters: maps a candidate (one value per axis) to the parameters of each recording.
+/// Free and fixed parameters; maps a candidate (one value for each free parameter) to the parameters of each recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Space {
     free: Vec<Axis>,
@@ -128,15 +130,19 @@ pub struct Space {
 }
 
 impl Space {
-    /// A checked space.
+    /// Makes a space and checks it.
     ///
     /// # Errors
-    /// `Usage` when bounds are reversed, not positive or not finite, a held value is not positive and finite, a
-    /// parameter is missing or given twice or belongs to a recording beyond [`RECORDING_MAX`], or nothing is free.
+    /// `Usage` if bounds are reversed, not finite or outside the domain of their parameter, a fixed value is outside its
+    /// domain, a parameter is missing, given twice or belongs to a recording beyond [`RECORDING_MAX`], or no parameter is
+    /// free.
     pub fn new(free: Vec<Axis>, fixed: Vec<(Parameter, Scope, f64)>) -> Result<Self> {
         let space = Self { free, fixed }.checked()?;
         if space.free.is_empty() {
-            return Err(Error::usage("every parameter is held: there is nothing to find", "Leave at least one free."));
+            return Err(Error::usage(
+                "every parameter is fixed: there is nothing to estimate",
+                "Leave at least one parameter free.",
+            ));
         }
         Ok(space)
     }
@@ -155,7 +161,7 @@ impl Space {
         for &(parameter, _, value) in &self.fixed {
             if !parameter.admits(value) {
                 return Err(Error::usage(
-                    format!("{} cannot be held at {value}", parameter.symbol()),
+                    format!("{} cannot be fixed at {value}", parameter.symbol()),
                     format!("Give a {} value in {}.", parameter.domain(), parameter.unit()),
                 ));
             }
@@ -166,12 +172,12 @@ impl Space {
         Ok(self)
     }
 
-    /// Of parts that belong to a checked space; here nothing need be free.
+    /// Makes a space from parts of a checked one, without a check; no parameter need be free.
     pub(crate) fn unchecked(free: Vec<Axis>, fixed: Vec<(Parameter, Scope, f64)>) -> Self {
         Self { free, fixed }
     }
 
-    /// All five parameters free within Table 2 of the paper.
+    /// Returns the space with all five parameters free within Table 2 of the paper.
     #[must_use]
     pub fn table2() -> Self {
         let axis = |parameter: Parameter| {
@@ -181,29 +187,29 @@ impl Space {
         Self { free: Parameter::ALL.into_iter().filter_map(axis).collect(), fixed: Vec::new() }
     }
 
-    /// Table 2 of the paper with other bounds and held values for some parameters, all shared.
+    /// Returns the space of Table 2 of the paper with other bounds and fixed values for some parameters, all shared.
     ///
     /// # Errors
-    /// As [`Space::new`].
+    /// Returns the errors of [`Space::new`], and `Usage` if a parameter is both bounded and fixed.
     pub fn table2_with(bounds: &[(Parameter, f64, f64)], fixed: &[(Parameter, f64)]) -> Result<Self> {
         let Self { free, fixed } = Self::table2_to_extend(bounds, fixed)?;
         Self::new(free, fixed)
     }
 
-    /// The same for a motor whose extensions are still to come: nothing of it need be free.
+    /// Like [`Space::table2_with`], for a motor to which extensions are added later: no parameter need be free.
     ///
     /// # Errors
-    /// As [`Space::new`], but for that.
+    /// Returns the errors of [`Space::table2_with`], except that all parameters may be fixed.
     pub fn table2_to_extend(bounds: &[(Parameter, f64, f64)], fixed: &[(Parameter, f64)]) -> Result<Self> {
         let mut axes = Self::table2().free;
         for &(parameter, min, max) in bounds {
             let axis = Axis { parameter, scope: Scope::Shared, min, max };
             check_bounds(&axis)?;
-            if fixed.iter().any(|(held, _)| *held == parameter) {
+            if fixed.iter().any(|(other, _)| *other == parameter) {
                 let symbol = parameter.symbol();
                 return Err(Error::usage(
-                    format!("{symbol} is both bounded and held"),
-                    format!("Bound {symbol} or hold it."),
+                    format!("{symbol} is both bounded and fixed"),
+                    format!("Give either bounds or a fixed value of {symbol}."),
                 ));
             }
             match axes.get_mut(parameter as usize).filter(|_| !parameter.is_extension()) {
@@ -216,25 +222,25 @@ impl Space {
         Self { free: axes, fixed }.checked()
     }
 
-    /// The free parameters, in the order of a candidate's values.
+    /// Returns the free parameters, in the order of a candidate's values.
     #[must_use]
     pub fn free(&self) -> &[Axis] {
         &self.free
     }
 
-    /// The held parameters.
+    /// Returns the fixed parameters with their scopes and values.
     #[must_use]
     pub fn fixed(&self) -> &[(Parameter, Scope, f64)] {
         &self.fixed
     }
 
-    /// The box of the search, `(min, max)` for each axis.
+    /// Returns the box of the search, `(min, max)` for each free parameter.
     #[must_use]
     pub fn bounds(&self) -> Vec<(f64, f64)> {
         self.free.iter().map(|axis| (axis.min, axis.max)).collect()
     }
 
-    /// The parameters that a candidate means for one recording; `candidate` has one value per free axis.
+    /// Returns the parameters of one recording for a candidate, which has one value for each free parameter.
     #[must_use]
     pub fn parameters(&self, candidate: &[f64], recording: u32) -> Parameters {
         let mut values = [f64::NAN; 5];
@@ -246,7 +252,7 @@ impl Space {
         Parameters::from_array(values)
     }
 
-    /// The motor with its extensions that a candidate means for one recording.
+    /// Returns the motor with its extensions of one recording for a candidate.
     #[must_use]
     pub fn motor(&self, candidate: &[f64], recording: u32) -> Extended {
         let mut motor = Extended::from(&Parameters::from_array([f64::NAN; 5]));
@@ -254,7 +260,7 @@ impl Space {
         motor
     }
 
-    /// Hands the parameters of one recording to `set`, the held ones first.
+    /// Calls `set` with each parameter of one recording, the fixed ones first.
     fn each(&self, candidate: &[f64], recording: u32, mut set: impl FnMut(Parameter, f64)) {
         for &(parameter, scope, value) in &self.fixed {
             if scope.covers(recording) {
@@ -268,14 +274,15 @@ impl Space {
         }
     }
 
-    /// The same with a value of its own for each of `recordings` where these parameters are free.
+    /// Returns the space with a separate value of each of these parameters for each of `recordings` recordings, where they
+    /// are free and shared.
     ///
     /// # Errors
-    /// `Usage` for more recordings than [`PER_RECORDING_MAX`].
+    /// `Usage` if there are more recordings than [`PER_RECORDING_MAX`].
     pub fn per_recording(&self, parameters: &[Parameter], recordings: usize) -> Result<Self> {
         if recordings > PER_RECORDING_MAX {
             let message =
-                format!("found {recordings} recordings with values of their own, expected {PER_RECORDING_MAX} at most");
+                format!("found {recordings} recordings with separate values, expected {PER_RECORDING_MAX} at most");
             return Err(Error::usage(message, "Fit fewer recordings together, or share the parameters among all."));
         }
         let own = |axis: &Axis| -> Vec<Axis> {
@@ -292,16 +299,22 @@ impl Space {
         let fixed = self.fixed.iter().filter(|f| f.0 == parameter).map(|f| f.1);
         let scopes: Vec<Scope> = free.chain(fixed).collect();
         let mut recordings = HashSet::new();
-        let is_known = |scope: &Scope| match scope {
+        let is_repeated = |scope: &Scope| match scope {
             Scope::Shared => scopes.len() > 1,
             Scope::Recording(n) => !recordings.insert(*n),
         };
-        let twice = scopes.iter().any(is_known);
+        let twice = scopes.iter().any(is_repeated);
         let symbol = parameter.symbol();
         if scopes.is_empty() && !parameter.is_extension() {
-            Err(Error::usage(format!("{symbol} has neither bounds nor a value"), format!("Bound {symbol} or hold it.")))
+            Err(Error::usage(
+                format!("{symbol} has neither bounds nor a fixed value"),
+                format!("Give one of them for {symbol}."),
+            ))
         } else if twice {
-            Err(Error::usage(format!("{symbol} is given twice"), format!("Either bound {symbol} or hold it, once.")))
+            Err(Error::usage(
+                format!("{symbol} is given twice"),
+                format!("Give either bounds or a fixed value of {symbol}, once."),
+            ))
         } else {
             Ok(())
         }

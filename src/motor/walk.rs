@@ -1,14 +1,14 @@
-//! The motor with extensions, sample by sample: the oracle of what real motors add to the linear one. With [`Dual`]
-//! numbers the same walk gives exact derivatives.
+//! Simulation of the motor with extensions, sample by sample: the oracle of extended models. With [`Dual`] numbers the same
+//! code gives exact derivatives.
 //!
-//! The voltage passes the drive and is delayed. A step then is that of the linear motor, whose map is exact, with the
-//! reactions of brushes and friction; sensors average over the last samples. The formula of each effect is that of its file
-//! and shared with the kernel; the loop is not: the oracle computes every sample, one after the other.
+//! The voltage passes the drive nonlinearity and the delay. A step is that of the linear motor, whose map is exact,
+//! followed by the reactions of brushes and friction. Sensors output moving averages. The kernel shares the formulas of the
+//! effects but not this loop, which computes every sample in order.
 //!
 //! [`Dual`]: super::dual::Dual
 
 use super::composed::SplitSteps;
-use super::delay::{Acting, DelayedVoltage, sample_times};
+use super::delay::{DelayedVoltage, StepVoltage, sample_times};
 use super::discretize::{StepMaps, step_maps};
 use super::dual::Number;
 use super::extended::Extended;
@@ -16,10 +16,10 @@ use super::friction::{Reactions, reactions};
 use super::parameter::Parameter;
 use super::sensor::Sensor;
 use super::settings::SimulationSettings;
-use super::simulate::Drive;
+use super::simulate::SimulationInput;
 use std::sync::Arc;
 
-/// An iterator over the samples: the current and the speed `[i, ω]` that the sensors show of each.
+/// Iterator over the samples; it yields the current \[A\] and the speed \[rad/s\] that the sensors output.
 pub struct ExtendedWalk<'a, T> {
     inputs: Inputs<'a, T>,
     steps: Vec<Step<T>>,
@@ -27,33 +27,39 @@ pub struct ExtendedWalk<'a, T> {
     load: T,
     x: [T; 2],
     n: usize,
-    /// The index of the last step with the torque in it, and what the inputs added to the states: kept while they last.
+    /// Index of the last step length and bits of the torque, with the change of the states due to the inputs; reused while
+    /// these stay equal.
     known: Option<((usize, u64), [T; 2])>,
 }
 
-/// The state of a walk between two drives.
+/// State of a simulation between two drives.
 pub(crate) struct PausedWalk<T> {
     sensors: [Option<Sensor<T>>; 2],
     x: [T; 2],
 }
 
 impl<'a, T: Number> ExtendedWalk<'a, T> {
-    /// Begins at the state `initial` = `[i, ω]`.
+    /// Makes a simulation that starts at the state `initial` = `[i, ω]`.
     ///
     /// # Panics
-    /// The walk does so at a sample whose step the drive does not list, as slices do.
+    /// Iteration panics at a sample whose step the drive does not list.
     #[must_use]
-    pub fn new(motor: &Extended<T>, drive: &Drive<'a>, settings: SimulationSettings, initial: [T; 2]) -> Self {
+    pub fn new(
+        motor: &Extended<T>,
+        drive: &SimulationInput<'a>,
+        settings: SimulationSettings,
+        initial: [T; 2],
+    ) -> Self {
         let steps = drive.step_s.iter().map(|&h| Step::new(motor, h, settings)).collect();
         Self::with_steps(motor, drive, settings, (initial, steps))
     }
 
-    /// Begins likewise, on a clock whose steps are cut as `split` says: the maps of many steps are composed of few, which
-    /// differ by rounding.
+    /// Like [`Self::new`], on a clock whose steps are split as in `split`: the maps of many steps are composed of few,
+    /// which differ by rounding.
     #[inline(always)]
     pub(crate) fn composed(
         motor: &Extended<T>,
-        drive: &Drive<'a>,
+        drive: &SimulationInput<'a>,
         settings: SimulationSettings,
         (initial, split): ([T; 2], Option<&SplitSteps>),
     ) -> Self {
@@ -61,7 +67,7 @@ impl<'a, T: Number> ExtendedWalk<'a, T> {
         let one = motor.map(|value| [value]);
         let tables = split.map(|split| (split, split.tables(&one.motor, method)));
         let mut steps = Vec::with_capacity(drive.step_s.len());
-        // A loop, because adapters of iterators would not be compiled for the vectors of the caller.
+        // A loop, because iterator adapters would not be compiled for the target features of the caller.
         for n in 0..drive.step_s.len() {
             let map = match &tables {
                 None => step_maps(&one.motor, drive.step_s[n], method),
@@ -72,15 +78,15 @@ impl<'a, T: Number> ExtendedWalk<'a, T> {
         Self::with_steps(motor, drive, settings, (initial, steps))
     }
 
-    /// Returns the state after the last sample that was asked for.
+    /// Returns the state after the last sample that was taken from the iterator.
     pub(crate) fn paused(self) -> PausedWalk<T> {
         PausedWalk { sensors: self.sensors, x: self.x }
     }
 
-    /// Goes on with the samples of another drive, of a motor whose voltage is not delayed.
+    /// Continues a simulation with the samples of another drive; the voltage must not be delayed.
     pub(crate) fn resumed(
         motor: &Extended<T>,
-        drive: &Drive<'a>,
+        drive: &SimulationInput<'a>,
         settings: SimulationSettings,
         paused: PausedWalk<T>,
     ) -> Self {
@@ -89,7 +95,7 @@ impl<'a, T: Number> ExtendedWalk<'a, T> {
 
     fn with_steps(
         motor: &Extended<T>,
-        drive: &Drive<'a>,
+        drive: &SimulationInput<'a>,
         settings: SimulationSettings,
         (initial, steps): ([T; 2], Vec<Step<T>>),
     ) -> Self {
@@ -131,7 +137,7 @@ impl<T: Number> Iterator for ExtendedWalk<'_, T> {
         }
         let torque = drive.torque.get(*n).copied().unwrap_or(0.0);
         let acting = (drive.index(*n), torque.to_bits());
-        let (Acting { ends, added }, is_same) = inputs.acting(*n);
+        let (StepVoltage { ends, added }, is_same) = inputs.step_voltage(*n);
         let gain = match self.known {
             Some((same, gain)) if is_same && same == acting => gain,
             _ => self.known.insert((acting, steps[acting.0].gain(ends, T::constant(torque) + self.load))).1,
@@ -143,19 +149,19 @@ impl<T: Number> Iterator for ExtendedWalk<'_, T> {
     }
 }
 
-/// The voltage at the motor, step by step.
+/// The voltage at the motor in each step.
 struct Inputs<'a, T> {
     delayed: DelayedVoltage<'a, T>,
     settings: SimulationSettings,
     cursor: usize,
-    /// The last commanded voltages at both ends of a step, and those at the motor.
+    /// Bits of the last commanded voltages at both ends of a step, and the voltages at the motor.
     last: Option<([u64; 2], [T; 2])>,
 }
 
 impl<T: Number> Inputs<'_, T> {
-    /// Returns the voltage of a step, and whether it is that of the step before.
+    /// Returns the voltage of a step, and true if it equals that of the step before.
     #[inline(always)]
-    fn acting(&mut self, n: usize) -> (Acting<T>, bool) {
+    fn step_voltage(&mut self, n: usize) -> (StepVoltage<T>, bool) {
         let Self { delayed, settings, .. } = self;
         let commanded = if !settings.features.is_delayed() {
             Some([delayed.drive.voltage[n], delayed.end(n)])
@@ -165,18 +171,18 @@ impl<T: Number> Inputs<'_, T> {
         };
         let Some(commanded) = commanded else {
             self.last = None;
-            return (delayed.acting_from(n, self.cursor), false);
+            return (delayed.step_voltage_from(n, self.cursor), false);
         };
         let bits = commanded.map(f64::to_bits);
         let (ends, is_same) = match self.last {
             Some((known, given)) if known == bits => (given, true),
             _ => (self.last.insert((bits, commanded.map(|v| delayed.nonlinearity.output(v)))).1, false),
         };
-        (Acting { ends, added: None }, is_same)
+        (StepVoltage { ends, added: None }, is_same)
     }
 }
 
-/// The map of a step with its reactions.
+/// One-step map with its reactions.
 struct Step<T> {
     map: StepMaps<1, T>,
     reactions: Reactions<1, T>,
@@ -197,7 +203,7 @@ impl<T: Number> Step<T> {
         Self { reactions: Reactions::new(motor, &map, features), map, acts: reactions(features) }
     }
 
-    /// Returns what a voltage and a torque add to the states in a step.
+    /// Returns the change of the states in a step due to a voltage \[V\] at its ends and a torque \[N·m\].
     #[inline(always)]
     fn gain(&self, [start, end]: [T; 2], torque: T) -> [T; 2] {
         let map = &self.map;

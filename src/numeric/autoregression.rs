@@ -1,25 +1,25 @@
-//! Autoregressions of a signal, after J. P. Burg (1967).
+//! Autoregressive models of a signal by the method of J. P. Burg (1967).
 
 use super::{count, dot};
 use multiversion::multiversion;
 
-/// An autoregression `e[n] = Σ a[k] e[n−1−k] + ε[n]`, whose poles lie inside the unit circle.
+/// A stable autoregression `e[n] = Σ a[k] e[n−1−k] + ε[n]`: its poles are inside the unit circle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Autoregression {
-    /// The coefficients `a`; empty for a signal that is white.
+    /// Coefficients `a`; empty for a white signal.
     pub coefficients: Vec<f64>,
-    /// The variance of ε as a part of the mean square of the signal.
+    /// Ratio of the variance of ε to the mean square of the signal.
     pub innovation: f64,
 }
 
-/// Fits an autoregression to a signal by Burg's method, which is exact also for what dies away slowly. Of the orders up to
-/// `order_max` it takes the one with the lowest `N ln(innovation) + penalty · order`: a penalty of 2 is Akaike's criterion,
-/// one of ln N Schwarz's.
+/// Fits an autoregression to a signal by Burg's method, which is accurate also for slowly decaying correlations. Of the
+/// orders up to `order_max` it selects the one with the lowest `N ln(innovation) + penalty · order`: a penalty of 2 gives
+/// AIC, one of ln N gives BIC.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
 #[must_use]
 pub fn autoregression(values: &[f64], order_max: usize, penalty: f64) -> Autoregression {
     let size = values.len();
-    // The backward errors stand a place earlier with every order, so that the pairs of an order stand side by side.
+    // Backward errors are stored one index earlier with every order, so that the pairs of an order have equal indices.
     let (mut forward, mut backward) = (values.to_vec(), values.to_vec());
     let mut best = Autoregression { coefficients: Vec::new(), innovation: 1.0 };
     let mut coefficients = Vec::<f64>::new();

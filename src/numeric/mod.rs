@@ -1,6 +1,6 @@
 //! Numerics for every layer: conversions between counts and real numbers, and statistics of signals.
 //!
-//! Conversions between integers and floating-point numbers are done here, so that their limits are stated once.
+//! All conversions between integers and floating-point numbers are done here, so that their limits are stated once.
 
 mod autoregression;
 mod statistics;

@@ -1,4 +1,4 @@
-//! Statistics of signals and samples. Sums run from the first value to the last where nothing else is said.
+//! Statistics of signals and samples. Sums are accumulated in the order of the values unless stated otherwise.
 
 use super::{count, whole};
 use std::ops::Range;
@@ -33,7 +33,7 @@ pub fn sample_deviation(values: &[f64]) -> f64 {
     (squares_about(mean(values), values) / (count(values.len()) - 1.0)).sqrt()
 }
 
-/// Returns the largest |value|, 0 without values, in eight lanes, so that it vectorizes.
+/// Returns the largest |value|, 0 without values; computed in eight lanes, so that it vectorizes.
 #[must_use]
 pub fn peak(values: &[f64]) -> f64 {
     let (eights, rest) = values.as_chunks::<8>();
@@ -46,7 +46,7 @@ pub fn peak(values: &[f64]) -> f64 {
     rest.iter().chain(&peaks).fold(0.0, |peak, value| peak.max(value.abs()))
 }
 
-/// Returns the smallest and the largest value, +∞ and −∞ without values, in four lanes, so that it vectorizes.
+/// Returns the smallest and the largest value, +∞ and −∞ without values; computed in four lanes, so that it vectorizes.
 #[must_use]
 pub fn extremes(values: &[f64]) -> [f64; 2] {
     let (mut low, mut high) = ([f64::INFINITY; 4], [f64::NEG_INFINITY; 4]);
@@ -60,10 +60,10 @@ pub fn extremes(values: &[f64]) -> [f64; 2] {
     [low.into_iter().fold(f64::INFINITY, f64::min), high.into_iter().fold(f64::NEG_INFINITY, f64::max)]
 }
 
-/// Lanes of [`sum`] and [`dot`], which give the same numbers whatever the instructions of the processor.
+/// Number of lanes of [`sum`] and [`dot`]; it is fixed, so that results do not depend on the instruction set.
 const LANES: usize = 32;
 
-/// Returns the sum in 32 lanes, so that it vectorizes.
+/// Returns the sum, accumulated in 32 lanes so that it vectorizes.
 #[inline(always)]
 #[must_use]
 pub fn sum(values: &[f64]) -> f64 {
@@ -75,7 +75,7 @@ pub fn sum(values: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest.iter().sum::<f64>()
 }
 
-/// Returns the dot product of the values that both have, in 32 lanes, without fused operations.
+/// Returns the dot product over the length of the shorter slice, accumulated in 32 lanes without fused operations.
 #[inline(always)]
 #[must_use]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -90,7 +90,7 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest.iter().zip(left).map(|(a, b)| a * b).sum::<f64>()
 }
 
-/// Returns the values in ascending order, NaN last.
+/// Returns the values in ascending order of `f64::total_cmp`, which puts positive NaN last.
 #[must_use]
 pub fn sorted(values: &[f64]) -> Vec<f64> {
     let mut sorted = values.to_vec();
@@ -118,7 +118,7 @@ pub fn median(sorted: &[f64]) -> f64 {
     if size == 0 { f64::NAN } else { 0.5 * (sorted[(size - 1) / 2] + sorted[size / 2]) }
 }
 
-/// Returns the order statistic nearest to the quantile `p`, 0 without values. Reorders the values.
+/// Returns the order statistic nearest to the quantile `p`; 0 without values. The values are reordered.
 #[must_use]
 pub fn order_statistic(values: &mut [f64], p: f64) -> f64 {
     let Some(last) = values.len().checked_sub(1) else { return 0.0 };
@@ -126,18 +126,19 @@ pub fn order_statistic(values: &mut [f64], p: f64) -> f64 {
     *values.select_nth_unstable_by(at, f64::total_cmp).1
 }
 
-/// Returns the median, the upper of the two in the middle; 0 without values. Reorders the values.
+/// Returns the upper median, the larger of the two middle values; 0 without values. The values are reordered.
 #[must_use]
 pub fn upper_median(values: &mut [f64]) -> f64 {
     order_statistic(values, 0.5)
 }
 
-/// Returns the standard deviation of white noise on a smooth signal: the median of |third difference|, which takes out the
-/// signal up to its parabola and is blind to a short transient. The third difference of white noise has variance
-/// `(1 + 9 + 9 + 1) σ²`, and the median of |normal| is 0.6745 σ. Zero for fewer than four samples.
+/// Returns the standard deviation of white noise on a smooth signal, estimated by the median of |third difference|. The
+/// third difference removes the signal up to its parabola, and the median is insensitive to a short transient. The third
+/// difference of white noise has variance `(1 + 9 + 9 + 1) σ²`, and the median of |normal| is 0.6745 σ. Zero for fewer than
+/// four samples.
 #[must_use]
 pub fn noise_sigma(signal: &[f64]) -> f64 {
-    // Numbers that are not negative have the order of their bits.
+    // Non-negative numbers sort in the order of their bits.
     let third = |w: &[f64]| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs().to_bits();
     let mut thirds: Vec<u64> = signal.windows(4).map(third).collect();
     if thirds.is_empty() {
@@ -148,13 +149,13 @@ pub fn noise_sigma(signal: &[f64]) -> f64 {
     f64::from_bits(*median) / (0.674_489_750_196_081_7 * 20.0_f64.sqrt())
 }
 
-/// Returns each value less the one before it.
+/// Returns the first differences, each value minus the previous one.
 #[must_use]
 pub fn differences(values: &[f64]) -> Vec<f64> {
     values.windows(2).map(|w| w[1] - w[0]).collect()
 }
 
-/// Returns the sums of the values up to each.
+/// Returns the cumulative sums of the values.
 pub fn running_sums(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut sum = 0.0;
     let next = |value| {
@@ -164,7 +165,7 @@ pub fn running_sums(values: impl Iterator<Item = f64>) -> Vec<f64> {
     values.map(next).collect()
 }
 
-/// Returns the slope of y over x of points `(x, y)` by least squares; 0 where x is constant.
+/// Returns the least-squares slope of y over x for points `(x, y)`; 0 if x is constant.
 #[must_use]
 pub fn slope(points: &[(f64, f64)]) -> f64 {
     let size = count(points.len().max(1));
@@ -174,7 +175,7 @@ pub fn slope(points: &[(f64, f64)]) -> f64 {
     if xx > 0.0 { xy / xx } else { 0.0 }
 }
 
-/// Returns the runs of consecutive indices below `size` for which `test` holds.
+/// Returns the maximal ranges of consecutive indices below `size` for which `test` is true.
 pub fn runs(size: usize, test: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
     let mut runs = Vec::new();
     let mut start = None;
@@ -188,11 +189,11 @@ pub fn runs(size: usize, test: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
     runs
 }
 
-/// The quantile of the normal distribution that is exceeded once in ten thousand times.
+/// Quantile of the standard normal distribution that is exceeded with probability 1e-4.
 const Z: f64 = 3.719;
 
-/// Returns the value that χ² with `freedom` degrees of freedom exceeds once in ten thousand times (E. B. Wilson, M. M.
-/// Hilferty 1931); it is too high by 7 % for one degree, 2 % for five, 1 % for ten and more.
+/// Returns the value that χ² with `freedom` degrees of freedom exceeds with probability 1e-4 (E. B. Wilson, M. M. Hilferty
+/// 1931). It is too high by 7 % for one degree of freedom, 2 % for five, 1 % for ten and more.
 #[must_use]
 pub fn chi_square_limit(freedom: usize) -> f64 {
     let part = 2.0 / (9.0 * count(freedom));
@@ -236,7 +237,7 @@ mod tests {
         assert_eq!(runs(7, |n| ![0, 3, 4].contains(&n)), [1..3, 5..7]);
         assert_eq!(slope(&[(0.0, 1.0), (1.0, 3.0), (2.0, 5.0)]), 2.0);
         assert_eq!(slope(&[(1.0, 1.0), (1.0, 3.0)]), 0.0);
-        // χ² with ten degrees of freedom exceeds 35.56 once in ten thousand times.
+        // χ² with ten degrees of freedom exceeds 35.56 with probability 1e-4.
         assert!((chi_square_limit(10) / 35.56 - 1.0).abs() < 0.015);
     }
 }

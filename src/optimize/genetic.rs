@@ -1,8 +1,9 @@
 //! Genetic algorithm with the operators of the paper's Table 3.
 //!
-//! Fitness is 1/cost. Parents are drawn by roulette, `s_i = f_i/Σf`; their share of the population is the biological
-//! pressure. Two of them give a child by single-point crossover; each gene of a child then mutates, with the mutation
-//! rate as probability, to a uniform value of its range. The best ever seen survive unchanged (elites).
+//! Fitness is 1/cost. Parents are drawn by roulette-wheel selection, `s_i = f_i/Σf`; the ratio of their number to the
+//! population is the biological pressure. Two parents produce a child by single-point crossover. Each gene of the child
+//! then mutates, with the mutation rate as probability, to a uniform value of its range. The best candidates of a
+//! generation survive unchanged (elites).
 
 use super::population::{Population, Rule};
 use super::table::{PROBABILITY, Range, search};
@@ -12,13 +13,13 @@ search! {
     Genetic = "ga", "Genetic algorithm";
     /// Settings of the genetic algorithm.
     pub struct GeneticOptions {
-        /// The probability that a gene mutates.
+        /// Probability that a gene mutates.
         mutation: f64 = 0.2, "mutation" in PROBABILITY;
-        /// The share of the population that becomes parents.
+        /// Fraction of the population that is drawn as parents.
         pressure: f64 = 0.3, "pressure" in Range::Number(0.0, 1.0, true);
-        /// The probability that a child mixes two parents; otherwise it copies one.
+        /// Probability that a child is a crossover of two parents; otherwise it copies one.
         crossover: f64 = 1.0, "crossover" in PROBABILITY;
-        /// The number of the best that survive unchanged.
+        /// Number of the best candidates that survive unchanged.
         elites: usize = 1, "elites" in Range::Count;
     }
 }
@@ -30,9 +31,9 @@ struct Genetic {
 }
 
 impl Genetic {
-    /// Parents by roulette on fitness 1/cost, with replacement.
+    /// Draws parents by roulette-wheel selection on fitness 1/cost, with replacement.
     fn parents(&self, population: &mut Population) -> Vec<f64> {
-        // A cost of zero is the fitness of the smallest cost that has one.
+        // The lower limit keeps the fitness of a cost of zero finite.
         let fitness = self.costs.iter().map(|cost| 1.0 / cost.max(1e-300));
         let mut wheel: Vec<f64> = fitness
             .scan(0.0, |sum, f| {
@@ -42,13 +43,13 @@ impl Genetic {
             .collect();
         let mut total = wheel.last().copied().unwrap_or(0.0);
         if !(total > 0.0 && total.is_finite()) {
-            // All diverged: everybody has the same chance.
+            // If all candidates diverged, all have the same probability.
             wheel = (1..=self.costs.len()).map(count).collect();
             total = count(self.costs.len());
         }
-        let wanted = whole((self.options.pressure * count(self.costs.len())).round()).max(1);
-        let mut parents = Vec::with_capacity(wanted * population.width());
-        for _ in 0..wanted {
+        let parent_count = whole((self.options.pressure * count(self.costs.len())).round()).max(1);
+        let mut parents = Vec::with_capacity(parent_count * population.width());
+        for _ in 0..parent_count {
             let at = population.numbers.unit() * total;
             let agent = wheel.partition_point(|sum| *sum <= at).min(self.costs.len() - 1);
             parents.extend_from_slice(population.row(agent));
@@ -102,7 +103,7 @@ mod tests {
         let setup = SearchSettings { bounds: vec![(0.0, 1.0); 4], population: 1000, generations: 3, seed: 5, run: 0 };
         let mut ga = Moving::new(Genetic { options, costs: Vec::new() }, setup).unwrap();
         let first = ga.ask().values().to_vec();
-        // Agent 7 is ten times as fit as each of the others.
+        // Candidate 7 is ten times as fit as each of the others.
         let costs: Vec<f64> = (0..1000).map(|n| if n == 7 { 0.1 } else { 1.0 }).collect();
         ga.tell(&costs);
         let second = ga.ask().values().to_vec();
@@ -132,8 +133,8 @@ mod tests {
         // Binomial: 0.2 ± 4 √(0.2·0.8/3996).
         assert!((fresh - 0.2).abs() < 0.026, "{fresh}");
         let favourite = second.chunks(4).filter(|c| (0..4).any(|axis| c[axis] == first[28 + axis])).count();
-        // 300 draws for parents hit agent 7 with 10/1009 each, three expected; a child has one of 300 parents. Far
-        // more than the one in 1000 of a fair wheel, far fewer than all.
+        // 300 draws for parents hit candidate 7 with probability 10/1009 each, three expected; a child has one of 300
+        // parents. This is far more than the one in 1000 of uniform selection, and far fewer than all.
         assert!((2..60).contains(&favourite), "{favourite}");
     }
 }

@@ -1,8 +1,9 @@
-//! Grey Wolf Optimizer (S. Mirjalili, S. M. Mirjalili, A. Lewis, Adv. Eng. Softw. 69 (2014); the paper's Eqs. 8–10).
+//! Grey Wolf Optimizer (S. Mirjalili, S. M. Mirjalili, A. Lewis, Adv. Eng. Softw. 69 (2014); Eqs. 8–10).
 //!
-//! All agents move towards the three best ever seen (alpha, beta, delta), then all are evaluated. A new best pushes
-//! the old alpha to beta and beta to delta. `A = 2a r₁ − a`, `C = 2 r₂`, with r₁, r₂ uniform in \[0, 1) for each leader,
-//! axis and agent; a falls in equal steps from `a_start` towards `a_end` over the generations. Agents stay in the box.
+//! All candidates move towards the three best ever evaluated (alpha, beta, delta), then all are evaluated. A new best
+//! demotes the old alpha to beta and beta to delta. `A = 2a r₁ − a`, `C = 2 r₂`, with r₁, r₂ uniform in \[0, 1) for each
+//! leader, axis and candidate; a decreases in equal steps from `a_start` towards `a_end` over the generations. Candidates
+//! are clamped to the box.
 
 use super::population::{Population, Rule, split};
 use super::table::{NOT_NEGATIVE, search};
@@ -13,13 +14,14 @@ search! {
     Gwo = "gwo", "Grey Wolf Optimizer";
     /// Settings of the Grey Wolf Optimizer.
     pub struct GwoOptions {
-        /// The value of a at the first move; move g of G generations (g from 0) has `a_start + (a_end − a_start) g/G`.
+        /// Value of a at the first move; move g of G generations (g from 0) has `a_start + (a_end − a_start) g/G`.
         a_start: f64 = 2.0, "a-start" in NOT_NEGATIVE;
-        /// The value that a falls towards.
+        /// Value that a approaches at the last generation.
         a_end: f64 = 0.0, "a-end" in NOT_NEGATIVE;
     }
 }
 
+/// One of the best candidates ever evaluated.
 struct Leader {
     cost: f64,
     values: Vec<f64>,
@@ -28,7 +30,7 @@ struct Leader {
 #[derive(Default)]
 struct Gwo {
     options: GwoOptions,
-    /// Alpha, beta, delta: the best three ever told, the best first.
+    /// Alpha, beta, delta: the three best candidates ever evaluated, the best first.
     leaders: Vec<Leader>,
     generation: usize,
 }
@@ -44,19 +46,19 @@ impl Rule for Gwo {
         }
     }
 
-    /// Eq. 10 for every agent.
+    /// Moves every candidate by Eq. 10.
     fn advance(&mut self, population: &mut Population) {
         let Population { setup, numbers, values, .. } = population;
         let GwoOptions { a_start, a_end } = self.options;
         let a = a_start + (a_end - a_start) * (count(self.generation) / count(setup.generations)).min(1.0);
         let width = setup.bounds.len();
-        // Fewer than three agents: the last leader stands in for those that are missing.
+        // With fewer than three candidates the last leader takes the missing ranks.
         let last = self.leaders.len() - 1;
         let gene = |axis: usize| Gene {
             bounds: setup.bounds[axis],
             leaders: [0, 1, 2].map(|rank: usize| self.leaders[rank.min(last)].values[axis]),
         };
-        // The genes of a tile of agents, so that the loop over them is long enough to vectorize.
+        // The axes of a tile of candidates, so that the inner loop is long enough to vectorize.
         let genes: Vec<Gene> = (0..TILE * width).map(|n| gene(n % width)).collect();
         let mut draws = vec![[0; 3]; TILE * width];
         for tile in values.chunks_mut(TILE * width) {
@@ -68,16 +70,17 @@ impl Rule for Gwo {
     }
 }
 
-/// Agents that move together.
+/// Number of candidates that move in one call.
 const TILE: usize = 16;
 
-/// One axis of an agent: where it may be and where the leaders are.
+/// Bounds of one axis of a candidate and the values of the leaders there.
 struct Gene {
     bounds: (f64, f64),
     leaders: [f64; 3],
 }
 
-/// Eqs. 9 and 10; the same to the last bit at every feature level, because nothing is fused.
+/// Moves candidates by Eqs. 9 and 10. The results are equal to the last bit at every feature level, because no operations
+/// are fused.
 #[multiversion(targets("x86_64+avx2+fma"))]
 fn move_towards_leaders(a: f64, genes: &[Gene], draws: &[[u64; 3]], values: &mut [f64]) {
     for ((x, gene), draws) in values.iter_mut().zip(genes).zip(draws) {
@@ -100,7 +103,7 @@ mod tests {
     use crate::optimize::population::Moving;
     use crate::optimize::{Optimizer as _, SearchSettings};
 
-    /// Bits of a draw whose pair is (r1, r2), multiples of 2^-32.
+    /// Returns the bits of a draw whose pair is (r1, r2), multiples of 2^-32.
     fn draw(r1: f64, r2: f64) -> u64 {
         let bits = |r: f64| (r * 4_294_967_296.0) as u64;
         bits(r1) << 32 | bits(r2)

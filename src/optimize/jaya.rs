@@ -1,18 +1,18 @@
-//! Jaya (R. V. Rao, Int. J. Ind. Eng. Comput. 7 (2016); the paper's Eq. 12 with its primes put back).
+//! Jaya (R. V. Rao, Int. J. Ind. Eng. Comput. 7 (2016); Eq. 12 with its missing primes restored).
 //!
-//! `x'_j = x_j + r₁ (best_j − |x_j|) − r₂ (worst_j − |x_j|)`, clamped to the box; the new agent replaces the old one
-//! only if its cost is not higher. Best and worst are those of the present population.
+//! `x'_j = x_j + r₁ (best_j − |x_j|) − r₂ (worst_j − |x_j|)`, clamped to the box. The new candidate replaces the old one
+//! only if its cost is not higher. Best and worst are those of the current population.
 
 use super::population::{Population, Rule};
 use super::table::{Range, SWITCH, search, setting_choice};
 
-/// For whom a draw of r₁ and r₂ (one pair per axis) holds.
+/// Sharing of a draw of r₁ and r₂ (one pair for each axis) among candidates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Sharing {
-    /// All agents of a generation.
+    /// One draw for all candidates of a generation.
     #[default]
     Generation,
-    /// One agent.
+    /// One draw for each candidate.
     Agent,
 }
 
@@ -22,10 +22,10 @@ search! {
     Jaya = "jaya", "Jaya";
     /// Settings of Jaya.
     pub struct JayaOptions {
-        /// Who shares a draw of r₁ and r₂: all agents of a generation, or the axes of one agent.
+        /// Sharing of a draw of r₁ and r₂: one for all candidates of a generation, or one for each candidate.
         sharing: Sharing = Sharing::Generation, "sharing" in Range::Choice(&["generation", "agent"]);
-        /// True if a move that raises the cost is taken back (Rao's algorithm). Without it the search is not Jaya any
-        /// more; it reproduces the paper's results.
+        /// True if a move that increases the cost is rejected (Rao's algorithm); false reproduces the paper's results, but
+        /// is not Jaya.
         greedy: bool = true, "greedy" in SWITCH;
     }
 }
@@ -33,8 +33,9 @@ search! {
 #[derive(Default)]
 struct Jaya {
     options: JayaOptions,
-    /// The agents that were kept, and their costs.
+    /// Values of the accepted candidates, row-major.
     kept: Vec<f64>,
+    /// Costs of the accepted candidates.
     costs: Vec<f64>,
 }
 
@@ -52,7 +53,7 @@ impl Rule for Jaya {
         }
     }
 
-    /// Eq. 12 for every agent.
+    /// Moves every candidate by Eq. 12.
     fn advance(&mut self, trial: &mut Population) {
         let Population { setup, numbers, values, .. } = trial;
         let width = setup.bounds.len();
@@ -99,7 +100,8 @@ mod tests {
             let expected = x + r1 * (first[1] - x.abs()) - r2 * (first[2] - x.abs());
             assert!((moved - expected.clamp(-100.0, 100.0)).abs() < 1e-12, "{moved} {expected}");
         }
-        // The first agent gets worse and stays; the second stays as good and moves; the third improves and moves.
+        // The first candidate's move is worse and rejected; the second's is equal and accepted; the third's is better and
+        // accepted.
         jaya.tell(&[2.5, 1.0, 0.5]);
         assert_eq!(jaya.rule.kept, [first[0], second[1], second[2]]);
         assert_eq!(jaya.rule.costs, [2.0, 1.0, 0.5]);

@@ -1,7 +1,7 @@
-//! The one loop that drives searches: ask, evaluate, tell, any number of runs in lock step.
+//! The loop that drives searches: ask, evaluate, tell, for any number of runs in lock step.
 //!
-//! Where the evaluator has a device of its own, two pieces of work are in flight: the runs are two halves, and while one
-//! is evaluated the other is told its costs and makes its next populations. A run's result does not depend on that.
+//! If the evaluator runs on a separate device, two batches are in flight: the runs are divided into two groups, and while
+//! one is evaluated the other takes its costs and makes its next populations. The result of a run does not depend on this.
 
 use super::run::{Progress, Run, Stop};
 use crate::Result;
@@ -10,24 +10,24 @@ use rayon::prelude::*;
 use std::collections::VecDeque;
 use std::ops::{ControlFlow, Range};
 
-/// Evaluation of populations, one for each run (empty where a run has none in this call). A closure that writes the
-/// costs, run after run, is one.
+/// Evaluator of populations, one for each run (empty for a run without candidates in this call). A closure that writes the
+/// costs, run after run, implements it.
 pub trait Evaluate {
-    /// Begins populations. They are finished in the order in which they were begun.
+    /// Starts the evaluation of populations. Evaluations finish in the order in which they started.
     ///
     /// # Errors
-    /// Ends the search.
+    /// Returns an error if the evaluation cannot start; it ends the search.
     fn begin(&mut self, _populations: &[Candidates<'_>]) -> Result<()> {
         Ok(())
     }
 
-    /// Writes the costs of the populations that were begun first, run after run.
+    /// Writes the costs of the populations that were started first, run after run.
     ///
     /// # Errors
-    /// Ends the search.
+    /// Returns an error if the evaluation fails; it ends the search.
     fn finish(&mut self, populations: &[Candidates<'_>], costs: &mut [f64]) -> Result<()>;
 
-    /// Returns whether something is gained by beginning populations before others are finished.
+    /// Returns true if starting an evaluation before another finishes saves time.
     fn overlaps(&self) -> bool {
         false
     }
@@ -39,28 +39,28 @@ impl<F: FnMut(&[Candidates<'_>], &mut [f64]) -> Result<()>> Evaluate for F {
     }
 }
 
-/// Sees every finished generation and may end the search.
+/// Observer called after every evaluated batch; it may end the search.
 pub type Observe<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + 'a;
 
-/// The budget of searches, and the pieces in which they are run.
+/// Budget of searches and size of their batches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Budget {
-    /// Generations, the first population included.
+    /// Number of generations, the first population included.
     pub generations: usize,
-    /// Most candidates in one piece of work; `observe` is asked after each, so that a search can be ended within a
-    /// generation.
+    /// Largest number of candidates in one batch. `observe` is called after each batch, so that a search can be ended
+    /// within a generation.
     pub slice: usize,
 }
 
-/// Pieces of work in flight where that pays.
+/// Number of batches in flight if the evaluator overlaps them.
 const FLIGHTS: usize = 2;
 
-/// Takes all runs through the generations of `budget`.
+/// Runs all searches for the generations of `budget`.
 ///
-/// Where `observe` ends the search, the best so far is kept, that of an unfinished generation included.
+/// If `observe` ends the search, the best candidates are kept, including those of an unfinished generation.
 ///
 /// # Errors
-/// What `evaluate` returns.
+/// Propagates the errors of `evaluate`.
 pub fn minimize(
     runs: &mut [Run],
     budget: Budget,
@@ -72,43 +72,43 @@ pub fn minimize(
     }
     let flights = if evaluate.overlaps() { FLIGHTS } else { 1 };
     let mut search = Search::new(runs, budget, flights);
-    let mut in_flight: VecDeque<Piece> = VecDeque::new();
+    let mut in_flight: VecDeque<Batch> = VecDeque::new();
     let mut stopped = false;
     loop {
         while !stopped
             && in_flight.len() < flights
-            && let Some(piece) = search.next()
+            && let Some(batch) = search.next()
         {
-            search.with_rows(piece, |populations, _| evaluate.begin(populations))?;
-            in_flight.push_back(piece);
+            search.with_rows(batch, |populations, _| evaluate.begin(populations))?;
+            in_flight.push_back(batch);
         }
-        let Some(piece) = in_flight.pop_front() else { break };
-        search.with_rows(piece, |populations, costs| evaluate.finish(populations, costs))?;
-        let progress = search.finished(piece, stopped);
+        let Some(batch) = in_flight.pop_front() else { break };
+        search.with_rows(batch, |populations, costs| evaluate.finish(populations, costs))?;
+        let progress = search.finished(batch, stopped);
         stopped = stopped || observe(&progress).is_break();
     }
     if !stopped {
         return Ok(Stop::BudgetSpent);
     }
-    for part in 0..search.parts.len() {
-        if search.parts[part].done > 0 {
-            search.tell(part, false);
+    for group in 0..search.groups.len() {
+        if search.groups[group].done > 0 {
+            search.tell(group, false);
         }
     }
     Ok(Stop::Interrupted)
 }
 
-/// Rows of the populations of a part of the runs, taken as one table.
+/// A batch: rows of the populations of a group of runs, taken as one table.
 #[derive(Clone, Copy)]
-struct Piece {
-    part: usize,
+struct Batch {
+    group: usize,
     from: usize,
     to: usize,
 }
 
-/// Where a piece from row `from` on ends: as many whole runs as fit in `slice`; a run that does not fit is cut at its own
-/// multiples of it, so that its pieces do not depend on the runs beside it.
-fn end_of_piece(counts: &[usize], from: usize, slice: usize) -> usize {
+/// Returns the end of a batch that starts at row `from`: as many complete runs as fit in `slice`. A run that does not fit
+/// is cut at its own multiples of `slice`, so that its batches do not depend on the runs beside it.
+fn end_of_batch(counts: &[usize], from: usize, slice: usize) -> usize {
     let (mut first, mut end) = (0, from);
     for count in counts {
         let last = first + count;
@@ -123,69 +123,73 @@ fn end_of_piece(counts: &[usize], from: usize, slice: usize) -> usize {
     end
 }
 
-/// Runs that are evaluated and told together.
+/// A group of runs that are evaluated, and take their costs, together.
 #[derive(Default)]
-struct Part {
+struct Group {
     runs: Range<usize>,
-    /// The generation that is under way, from 1 on.
+    /// Current generation, counted from 1.
     generation: usize,
-    /// Candidates of each run.
+    /// Number of candidates of each run.
     counts: Vec<usize>,
     costs: Vec<f64>,
-    /// Rows that have been begun and finished.
+    /// Number of rows whose evaluation has started.
     begun: usize,
+    /// Number of rows whose evaluation has finished.
     done: usize,
-    /// True if the generation has any piece begun: one without candidates has a piece too.
+    /// True if the generation has a batch to start; a generation without candidates has one empty batch.
     open: bool,
 }
 
+/// State of the loop over all runs.
 struct Search<'r> {
     runs: &'r mut [Run],
-    /// Values of a candidate of each run.
+    /// Number of values of a candidate of each run.
     widths: Vec<usize>,
     budget: Budget,
-    parts: Vec<Part>,
+    groups: Vec<Group>,
     evaluations: u64,
 }
 
 impl<'r> Search<'r> {
-    fn new(runs: &'r mut [Run], budget: Budget, parts: usize) -> Self {
-        let parts = parts.min(runs.len());
+    fn new(runs: &'r mut [Run], budget: Budget, groups: usize) -> Self {
+        let groups = groups.min(runs.len());
         let widths = runs.iter_mut().map(|run| run.optimizer.ask().width()).collect();
-        let mut search = Self { runs, widths, budget, parts: Vec::new(), evaluations: 0 };
-        for part in 0..parts {
-            let [first, end] = [part, part + 1].map(|n| n * search.runs.len() / parts);
-            search.parts.push(Part { runs: first..end, ..Part::default() });
-            search.open(part);
+        let mut search = Self { runs, widths, budget, groups: Vec::new(), evaluations: 0 };
+        for group in 0..groups {
+            let [first, end] = [group, group + 1].map(|n| n * search.runs.len() / groups);
+            search.groups.push(Group { runs: first..end, ..Group::default() });
+            search.open(group);
         }
         search
     }
 
-    fn open(&mut self, part: usize) {
-        let part = &mut self.parts[part];
-        let runs = &mut self.runs[part.runs.clone()];
-        part.counts.clear();
-        part.counts.extend(runs.iter_mut().map(|run| run.optimizer.ask().count()));
-        part.costs.clear();
-        part.costs.resize(part.counts.iter().sum(), f64::INFINITY);
-        (part.begun, part.done, part.open) = (0, 0, true);
-        part.generation += 1;
+    fn open(&mut self, group: usize) {
+        let group = &mut self.groups[group];
+        let runs = &mut self.runs[group.runs.clone()];
+        group.counts.clear();
+        group.counts.extend(runs.iter_mut().map(|run| run.optimizer.ask().count()));
+        group.costs.clear();
+        group.costs.resize(group.counts.iter().sum(), f64::INFINITY);
+        (group.begun, group.done, group.open) = (0, 0, true);
+        group.generation += 1;
     }
 
-    /// The next piece, of the part that is behind; `None` while all wait for costs or are at the end.
-    fn next(&mut self) -> Option<Piece> {
-        let waiting = |(_, part): &(usize, &mut Part)| part.open;
-        let (n, part) = self.parts.iter_mut().enumerate().filter(waiting).min_by_key(|(_, part)| part.generation)?;
-        let from = part.begun;
-        part.begun = end_of_piece(&part.counts, from, self.budget.slice.max(1));
-        part.open = part.begun < part.costs.len();
-        Some(Piece { part: n, from, to: part.begun })
+    /// Returns the next batch, of the group in the earliest generation; `None` while all groups wait for costs or have
+    /// finished.
+    fn next(&mut self) -> Option<Batch> {
+        let waiting = |(_, group): &(usize, &mut Group)| group.open;
+        let (n, group) =
+            self.groups.iter_mut().enumerate().filter(waiting).min_by_key(|(_, group)| group.generation)?;
+        let from = group.begun;
+        group.begun = end_of_batch(&group.counts, from, self.budget.slice.max(1));
+        group.open = group.begun < group.costs.len();
+        Some(Batch { group: n, from, to: group.begun })
     }
 
-    /// Does `work` with the rows of a piece, one table for every run, and with their costs.
-    fn with_rows<T>(&mut self, piece: Piece, work: impl FnOnce(&[Candidates<'_>], &mut [f64]) -> T) -> T {
-        let Piece { part, from, to } = piece;
-        let Part { runs, costs, .. } = &mut self.parts[part];
+    /// Calls `work` with the rows of a batch, one table for every run, and with their costs.
+    fn with_rows<T>(&mut self, batch: Batch, work: impl FnOnce(&[Candidates<'_>], &mut [f64]) -> T) -> T {
+        let Batch { group, from, to } = batch;
+        let Group { runs, costs, .. } = &mut self.groups[group];
         let mut first = 0;
         let mut tables = Vec::with_capacity(self.runs.len());
         for (n, run) in self.runs.iter_mut().enumerate() {
@@ -201,36 +205,36 @@ impl<'r> Search<'r> {
         work(&tables, &mut costs[from..to])
     }
 
-    /// Takes the costs of a piece. A generation that is complete is told.
-    fn finished(&mut self, piece: Piece, stopped: bool) -> Progress {
-        let part = &mut self.parts[piece.part];
-        let lowest = part.costs[piece.from..piece.to].iter().copied().fold(f64::INFINITY, f64::min);
-        part.done += piece.to - piece.from;
-        self.evaluations += (piece.to - piece.from) as u64;
-        if part.done == part.costs.len() {
-            let more = part.generation < self.budget.generations && !stopped;
-            self.tell(piece.part, more);
+    /// Records the costs of a batch; once a generation is complete, its runs take their costs.
+    fn finished(&mut self, batch: Batch, stopped: bool) -> Progress {
+        let group = &mut self.groups[batch.group];
+        let lowest = group.costs[batch.from..batch.to].iter().copied().fold(f64::INFINITY, f64::min);
+        group.done += batch.to - batch.from;
+        self.evaluations += (batch.to - batch.from) as u64;
+        if group.done == group.costs.len() {
+            let more = group.generation < self.budget.generations && !stopped;
+            self.tell(batch.group, more);
             if more {
-                self.open(piece.part);
+                self.open(batch.group);
             } else {
-                let part = &mut self.parts[piece.part];
-                part.generation += 1;
-                (part.done, part.open) = (0, false);
+                let group = &mut self.groups[batch.group];
+                group.generation += 1;
+                (group.done, group.open) = (0, false);
             }
         }
-        // Generations that all parts have done.
-        let generation = self.parts.iter().map(|part| part.generation).min().unwrap_or(1) - 1;
+        // The number of generations that all groups have completed.
+        let generation = self.groups.iter().map(|group| group.generation).min().unwrap_or(1) - 1;
         let best = self.runs.iter().map(Run::cost).fold(f64::INFINITY, f64::min);
         let cost = best.min(lowest);
         Progress { generation, generations: self.budget.generations, evaluations: self.evaluations, cost }
     }
 
-    /// Tells the runs of a part their costs, side by side.
-    fn tell(&mut self, part: usize, more: bool) {
-        let part = &self.parts[part];
-        let (mut rest, mut left) = (part.costs.as_slice(), part.done);
-        let mut told = Vec::with_capacity(part.runs.len());
-        for (run, &count) in self.runs[part.runs.clone()].iter_mut().zip(&part.counts) {
+    /// Passes the costs to the runs of a group in parallel.
+    fn tell(&mut self, group: usize, more: bool) {
+        let group = &self.groups[group];
+        let (mut rest, mut left) = (group.costs.as_slice(), group.done);
+        let mut told = Vec::with_capacity(group.runs.len());
+        for (run, &count) in self.runs[group.runs.clone()].iter_mut().zip(&group.counts) {
             let (own, others) = rest.split_at(count);
             told.push((run, own, count.min(left) as u64));
             left -= count.min(left);
@@ -239,7 +243,7 @@ impl<'r> Search<'r> {
         let tell = |(run, costs, evaluated): (&mut Run, &[f64], u64)| {
             run.optimizer.tell(costs);
             if more {
-                // The next population is made here, where the runs go side by side.
+                // The next population is made here, where runs proceed in parallel.
                 run.optimizer.ask();
             }
             run.evaluations += evaluated;
@@ -256,13 +260,13 @@ impl<'r> Search<'r> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optimize::{JayaOptions, SearchSettings, Tuned};
+    use crate::optimize::{ConfiguredSearch, JayaOptions, SearchSettings};
 
     fn runs() -> Vec<Run> {
         let run = |run: u64| {
             let population = 5 + usize::try_from(run).unwrap();
             let setup = SearchSettings { bounds: vec![(-1.0, 2.0); 3], population, generations: 12, seed: 1, run };
-            Run::new(Tuned::from(JayaOptions::default()).begin(setup).unwrap())
+            Run::new(ConfiguredSearch::from(JayaOptions::default()).begin(setup).unwrap())
         };
         (0..7).map(run).collect()
     }
@@ -274,7 +278,7 @@ mod tests {
         }
     }
 
-    /// A device that computes what was begun, in order, and counts what is in flight.
+    /// A device that evaluates batches in the order of their start and counts those in flight.
     #[derive(Default)]
     struct Device {
         begun: VecDeque<Vec<Vec<f64>>>,
@@ -332,15 +336,15 @@ mod tests {
     }
 
     #[test]
-    fn pieces_are_whole_runs_or_parts_of_one() {
+    fn batches_are_whole_runs_or_parts_of_one() {
         let counts = [5, 5, 30, 0, 4, 4];
         let mut ends = vec![0];
         while *ends.last().unwrap() < 48 {
-            ends.push(end_of_piece(&counts, *ends.last().unwrap(), 12));
+            ends.push(end_of_batch(&counts, *ends.last().unwrap(), 12));
         }
         assert_eq!(ends, [0, 10, 22, 34, 44, 48], "30 is cut at its own twelves");
-        assert_eq!(end_of_piece(&counts, 0, usize::MAX), 48);
-        assert_eq!(end_of_piece(&[0, 0], 0, 3), 0);
+        assert_eq!(end_of_batch(&counts, 0, usize::MAX), 48);
+        assert_eq!(end_of_batch(&[0, 0], 0, 3), 0);
     }
 
     #[test]

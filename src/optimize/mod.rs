@@ -1,7 +1,8 @@
-//! Population searches. They know no motor: a box and costs.
+//! Population searches over a box, independent of the motor.
 //!
-//! `ask` gives a population, `tell` takes its costs; [`minimize`] drives any number of runs in lock step, all of
-//! their candidates evaluated in one call. A run's random numbers depend on (seed, run) alone.
+//! The interface is ask/tell: `ask` returns the next population, `tell` takes its costs. [`minimize`] drives any number of
+//! runs in lock step and evaluates all their candidates in one call. The random numbers of a run depend on (seed, run)
+//! alone.
 
 mod genetic;
 mod gwo;
@@ -26,13 +27,13 @@ pub use pso::{PsoOptions, Wall};
 pub use run::{Best, Optimizer, Progress, Run, Stop};
 pub use sample::{POINTS_MAX, Sample, Sampling};
 pub use table::{Hyperparameter, Range, Search, SearchOptions, Values};
-pub use tuned::Tuned;
+pub use tuned::ConfiguredSearch;
 
-/// The limits of searches and samples.
+/// Size limits of searches and samples.
 pub const LIMITS: [Limit; 2] = [
-    limit_of("numbers of a population, candidates times free parameters", population::VALUES_MAX, "refused"),
+    limit_of("values of a population, candidates times free parameters", population::VALUES_MAX, "refused"),
     limit("points of a sample", POINTS_MAX, "refused"),
 ];
 
-/// The table of population searches, in the order in which they are listed. The first one serves where none is asked for.
+/// The table of population searches, in the order in which they are listed. The first is the default.
 pub const SEARCHES: [&Search; 5] = [&gwo::SEARCH, &jaya::SEARCH, &genetic::SEARCH, &pso::SEARCH, &random::SEARCH];

@@ -1,4 +1,4 @@
-//! The parts that all searches share: the box, the random numbers, the first population, the best so far, and the run of a
+//! The parts shared by all searches: settings, random numbers, the population and its best candidate, and the run of a
 //! [`Rule`].
 
 use super::run::{Best, Optimizer};
@@ -10,38 +10,39 @@ use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// The most values (agents × axes) of one population: 1 GiB of them.
+/// Largest number of values (candidates × axes) of one population: 1 GiB.
 pub(super) const VALUES_MAX: usize = 1 << 27;
 
-/// Settings of every search.
+/// Settings common to all searches.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SearchSettings {
-    /// `(min, max)` of each axis.
+    /// Bounds `(min, max)` of each axis.
     pub bounds: Vec<(f64, f64)>,
-    /// Agents.
+    /// Number of candidates in the population.
     pub population: usize,
-    /// Generations, the first population included.
+    /// Number of generations, the first population included.
     pub generations: usize,
     /// Seed of the study.
     pub seed: u64,
-    /// Number of the run in it; runs of one seed are independent of each other.
+    /// Index of the run in the study; runs of one seed are independent of each other.
     pub run: u64,
 }
 
 impl SearchSettings {
     fn too_large(&self) -> Error {
-        let message = format!("a population of {} agents does not fit in memory", self.population);
-        Error::usage(message, format!("Give fewer, at most {}.", VALUES_MAX / self.bounds.len()))
+        let message = format!("a population of {} candidates does not fit in memory", self.population);
+        Error::usage(message, format!("Give at most {} candidates.", VALUES_MAX / self.bounds.len()))
     }
 
-    /// Returns whether a search can be set up like this.
+    /// Checks the settings.
     ///
     /// # Errors
-    /// `Usage` for an empty box, no agents or generations, or more than fit.
+    /// `Usage` if the box is empty or not finite, the population or the number of generations is zero, or the population or
+    /// the number of evaluations exceeds its limit.
     pub fn check(&self) -> Result<()> {
         let size = self.population.checked_mul(self.bounds.len());
         if self.bounds.is_empty() || self.bounds.iter().any(|&(a, b)| !(a.is_finite() && b.is_finite() && a <= b)) {
-            return Err(Error::usage("the box of the search is empty", "Give finite bounds with min < max."));
+            return Err(Error::usage("the box of the search is empty", "Give finite bounds with min ≤ max."));
         }
         if self.population == 0 || self.generations == 0 {
             let which = if self.population == 0 { Setting::Population } else { Setting::Generations };
@@ -53,13 +54,17 @@ impl SearchSettings {
         let evaluations = (self.population as u64).checked_mul(self.generations as u64);
         if evaluations.is_none_or(|count| count > 1 << 53) {
             let message = format!("population {} × generations {} overflows", self.population, self.generations);
-            return Err(Error::usage(message, "Give fewer of one: together at most 9007199254740992 evaluations."));
+            return Err(Error::usage(
+                message,
+                "Reduce one of them: the product may be at most 9007199254740992 evaluations.",
+            ));
         }
         Ok(())
     }
 }
 
-/// Numbers of a run: a fast generator whose state is drawn from a keyed one, so that runs do not overlap.
+/// Random numbers of a run: a fast generator whose state is drawn from a keyed one, so that the sequences of runs do not
+/// overlap.
 #[derive(Debug, Clone)]
 pub(super) struct Numbers(Xoshiro256PlusPlus);
 
@@ -72,24 +77,24 @@ impl Numbers {
         Self(Xoshiro256PlusPlus::from_rng(&mut key))
     }
 
-    /// Uniform in [0, 1), 53 bits.
+    /// Returns a uniform number in \[0, 1) with 53 bits.
     #[inline]
     pub(super) fn unit(&mut self) -> f64 {
         count_u64(self.0.next_u64() >> 11) * UNIT53
     }
 
-    /// Two of them from one draw.
+    /// Returns two uniform numbers in \[0, 1) of 32 bits each from one draw.
     #[inline]
     pub(super) fn pair(&mut self) -> (f64, f64) {
         split(self.0.next_u64())
     }
 
-    /// Draws that [`split`] turns into pairs.
+    /// Fills `draws` with random bits, which [`split`] converts to pairs of numbers.
     pub(super) fn fill(&mut self, draws: &mut [u64]) {
         draws.fill_with(|| self.0.next_u64());
     }
 
-    /// Uniform in 0..count.
+    /// Returns a uniform integer in 0..count.
     #[inline]
     #[expect(clippy::cast_possible_truncation, reason = "the result is below count")]
     pub(super) fn below(&mut self, count: usize) -> usize {
@@ -97,27 +102,27 @@ impl Numbers {
     }
 }
 
-/// Two uniform numbers in [0, 1) from one draw, 32 bits each: plenty for the random weights of a step. The bits become
-/// the mantissa of a number in [1, 2), which vectorizes where a conversion would not.
+/// Returns two uniform numbers in \[0, 1) of 32 bits each from one draw, enough for the random weights of a move. The bits
+/// become the mantissa of a number in \[1, 2), which vectorizes where an integer conversion would not.
 #[inline(always)]
 pub(super) fn split(draw: u64) -> (f64, f64) {
     let unit = |bits: u64| f64::from_bits(0x3ff0_0000_0000_0000 | (bits << 20)) - 1.0;
     (unit(draw >> 32), unit(draw & 0xffff_ffff))
 }
 
-/// A population in its box with the best candidate that it ever held.
+/// A population in its box with the best candidate ever evaluated.
 #[derive(Debug, Clone)]
 pub(super) struct Population {
     pub setup: SearchSettings,
     pub numbers: Numbers,
-    /// Agents, row-major.
+    /// Values of the candidates, row-major, shape `[population, axes]`.
     pub values: Vec<f64>,
     best: Vec<f64>,
     best_cost: f64,
 }
 
 impl Population {
-    /// Uniform in the box.
+    /// Makes a population of candidates uniform in the box.
     pub(super) fn new(setup: SearchSettings) -> Result<Self> {
         setup.check()?;
         let (numbers, mut values) = (Numbers::new(setup.seed, setup.run), Vec::new());
@@ -129,7 +134,7 @@ impl Population {
         Ok(population)
     }
 
-    /// Draws every agent anew: `X_min + (X_max − X_min) r`.
+    /// Redraws every candidate: `X_min + (X_max − X_min) r`.
     pub(super) fn scatter(&mut self) {
         for agent in self.values.chunks_exact_mut(self.setup.bounds.len()) {
             for (x, &(min, max)) in agent.iter_mut().zip(&self.setup.bounds) {
@@ -155,21 +160,21 @@ impl Population {
     }
 }
 
-/// The rule by which the agents of a search move.
+/// The rule by which the candidates of a search move.
 pub(super) trait Rule: Send {
-    /// Checks settings that are wrong together, though each is in its range.
+    /// Checks combinations of settings, each of which is in its range.
     fn check(&self) -> Result<()> {
         Ok(())
     }
 
-    /// Takes the costs of the population, none of them NaN or −∞.
+    /// Takes the costs of the population, none of which is NaN or −∞.
     fn learn(&mut self, population: &Population, costs: Vec<f64>);
 
-    /// Makes the next population of the present one.
+    /// Replaces the population by the next one.
     fn advance(&mut self, population: &mut Population);
 }
 
-/// A run of a rule.
+/// A run of a search whose candidates move by a rule.
 pub(super) struct Moving<R> {
     pub rule: R,
     pub population: Population,
@@ -192,7 +197,7 @@ impl<R: Rule> Optimizer for Moving<R> {
     }
 
     fn tell(&mut self, costs: &[f64]) {
-        // NaN and −∞ say nothing.
+        // A cost of NaN or −∞ is invalid and counts as +∞.
         let ordered = |&cost: &f64| if cost > f64::NEG_INFINITY { cost } else { f64::INFINITY };
         let costs: Vec<f64> = costs.iter().map(ordered).collect();
         self.population.note(&costs);

@@ -1,22 +1,22 @@
-//! Particle swarm in the constriction form (M. Clerc, J. Kennedy, IEEE Trans. Evol. Comput. 6 (2002), Eqs. 3 and 4 with
-//! κ = 1).
+//! Particle swarm optimization in the constriction form (M. Clerc, J. Kennedy, IEEE Trans. Evol. Comput. 6 (2002), Eqs. 3
+//! and 4 with κ = 1).
 //!
-//! `v' = χ (v + c₁ r₁ (p − x) + c₂ r₂ (g − x))`, `x' = x + v'`, with `χ = 2/|2 − φ − √(φ² − 4φ)|` and `φ = c₁ + c₂ > 4`:
-//! p is the best position of the particle, g that of the swarm, r₁ and r₂ are uniform in \[0, 1) for each axis and
-//! particle. Velocities begin at zero (A. P. Engelbrecht, IEEE CEC 2012) and are clamped to a share of the range of each
-//! axis (R. C. Eberhart, Y. Shi, IEEE CEC 2000). A particle that would leave the box ends on its wall, where the
-//! velocity is lost or turned around (J. Robinson, Y. Rahmat-Samii, IEEE Trans. Antennas Propag. 52 (2004)).
+//! `v' = χ (v + c₁ r₁ (p − x) + c₂ r₂ (g − x))`, `x' = x + v'`, with `χ = 2/|2 − φ − √(φ² − 4φ)|` and `φ = c₁ + c₂ > 4`: p
+//! is the best position of the particle, g that of the swarm, r₁ and r₂ are uniform in \[0, 1) for each axis and particle.
+//! Initial velocities are zero (A. P. Engelbrecht, IEEE CEC 2012); velocities are clamped to a fraction of the range of
+//! each axis (R. C. Eberhart, Y. Shi, IEEE CEC 2000). A particle that would leave the box is placed on its boundary, where
+//! the velocity is set to zero or reversed (J. Robinson, Y. Rahmat-Samii, IEEE Trans. Antennas Propag. 52 (2004)).
 
 use super::population::{Population, Rule, split};
 use super::table::{NOT_NEGATIVE, Range, search, setting_choice};
 use crate::{Error, Result};
 
-/// The velocity of a particle that runs against a wall of the box.
+/// Treatment of the velocity of a particle at the boundary of the box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wall {
-    /// It becomes zero.
+    /// The velocity is set to zero.
     Absorbing,
-    /// It is turned around.
+    /// The velocity is reversed.
     Reflecting,
 }
 
@@ -26,13 +26,13 @@ search! {
     Pso = "pso", "Particle swarm";
     /// Settings of the particle swarm.
     pub struct PsoOptions {
-        /// The attraction by the best position of the particle; c1 + c2 is more than 4.
+        /// Coefficient of attraction to the best position of the particle; c1 + c2 must exceed 4.
         c1: f64 = 2.05, "c1" in NOT_NEGATIVE;
-        /// The attraction by the best position of the swarm.
+        /// Coefficient of attraction to the best position of the swarm.
         c2: f64 = 2.05, "c2" in NOT_NEGATIVE;
-        /// The largest velocity of an axis, as a share of its range.
+        /// Largest velocity along an axis, as a fraction of its range.
         velocity: f64 = 0.5, "velocity" in Range::Number(0.0, 1.0, true);
-        /// The velocity of a particle at a wall of the box: absorbed or reflected.
+        /// Velocity of a particle at the boundary of the box: set to zero (absorb) or reversed (reflect).
         walls: Wall = Wall::Absorbing, "walls" in Range::Choice(&["absorb", "reflect"]);
     }
 }
@@ -41,18 +41,19 @@ search! {
 struct Pso {
     options: PsoOptions,
     velocities: Vec<f64>,
-    /// The best position of each particle, and its cost.
+    /// Best position of each particle, row-major.
     own: Vec<f64>,
+    /// Cost of the best position of each particle.
     costs: Vec<f64>,
 }
 
 impl Pso {
-    /// φ.
+    /// Returns φ, the sum of both coefficients of attraction.
     fn attraction(&self) -> f64 {
         self.options.c1 + self.options.c2
     }
 
-    /// χ.
+    /// Returns the constriction coefficient χ.
     fn constriction(&self) -> f64 {
         let phi = self.attraction();
         2.0 / (2.0 - phi - (phi * phi - 4.0 * phi).sqrt()).abs()
@@ -66,7 +67,7 @@ impl Rule for Pso {
             return Ok(());
         }
         let message = format!("c1 + c2 of pso is {phi}");
-        let hint = "Give c1 and c2 whose sum is more than 4: only then does the constriction make the swarm converge.";
+        let hint = "Give c1 and c2 with a sum above 4; the constriction needs it for convergence.";
         Err(Error::usage(message, hint))
     }
 
@@ -84,7 +85,7 @@ impl Rule for Pso {
         }
     }
 
-    /// Eq. 3 for every particle.
+    /// Moves every particle by Eq. 3 of Clerc and Kennedy.
     fn advance(&mut self, swarm: &mut Population) {
         let Population { setup, numbers, values, .. } = swarm;
         let (width, constriction) = (setup.bounds.len(), self.constriction());
@@ -128,7 +129,7 @@ mod tests {
         Moving::new(Pso { options, ..Pso::default() }, setup())
     }
 
-    /// One generation after another by the formula alone, particle by particle, from the same random numbers.
+    /// Compares generations with the formula evaluated particle by particle from the same random numbers.
     #[test]
     fn generations_are_the_formula() {
         for walls in [Wall::Absorbing, Wall::Reflecting] {
@@ -152,10 +153,10 @@ mod tests {
                     for (axis, (min, max)) in [(-1.0, 3.0), (10.0, 20.0)].into_iter().enumerate() {
                         let (r1, r2) = numbers.pair();
                         let pull = 2.5 * r1 * (own[n][axis] - x[n][axis]) + 1.9 * r2 * (leader[axis] - x[n][axis]);
-                        let wanted = chi * (v[n][axis] + pull);
-                        let most = 0.1 * (max - min);
-                        v[n][axis] = if wanted.abs() > most { most * wanted.signum() } else { wanted };
-                        clamped += usize::from(wanted.abs() > most);
+                        let unclamped = chi * (v[n][axis] + pull);
+                        let fastest = 0.1 * (max - min);
+                        v[n][axis] = if unclamped.abs() > fastest { fastest * unclamped.signum() } else { unclamped };
+                        clamped += usize::from(unclamped.abs() > fastest);
                         x[n][axis] += v[n][axis];
                         if x[n][axis] < min || x[n][axis] > max {
                             x[n][axis] = if x[n][axis] < min { min } else { max };

@@ -1,14 +1,14 @@
-//! Random search: every population uniform in the box. What a search must beat.
+//! Random search: every population is uniform in the box. It is the baseline that other searches must beat.
 
 use super::population::{Moving, Population, Rule};
 use super::table::{Search, Values};
 
-/// The row of random search, which has no settings.
+/// Table row of random search, which has no settings.
 pub(super) const SEARCH: Search = Search {
     name: "random",
     text: "Random search",
     settings: &[],
-    usual: Values::default,
+    defaults: Values::default,
     begin: |setup, _| Ok(Box::new(Moving::new(Random, setup)?)),
     debug: |_| "Random".to_owned(),
 };

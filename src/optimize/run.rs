@@ -1,53 +1,53 @@
-//! A run of a search, and what is said of it on the way.
+//! A run of a search and its progress.
 
 use crate::candidates::Candidates;
 use crate::named::named;
 
-/// The best candidate so far.
+/// The best candidate evaluated.
 #[derive(Debug, Clone, Copy)]
 pub struct Best<'a> {
-    /// Its values, one per axis.
+    /// Values of the candidate, one for each axis.
     pub values: &'a [f64],
-    /// Its cost.
+    /// Cost of the candidate.
     pub cost: f64,
 }
 
-/// A population search, driven from outside.
+/// A population search with the ask/tell interface.
 pub trait Optimizer: Send {
-    /// The candidates to be evaluated next; the same ones until `tell`.
+    /// Returns the candidates to be evaluated next; the same ones until `tell`.
     fn ask(&mut self) -> Candidates<'_>;
 
-    /// Takes the costs of the candidates of the last `ask`, in their order; +∞ for one that failed. A NaN counts
+    /// Takes the costs of the candidates of the last `ask`, in their order; +∞ for one whose evaluation failed. NaN counts
     /// as +∞.
     fn tell(&mut self, costs: &[f64]);
 
-    /// The best so far; `None` before the first `tell` and while every cost was +∞.
+    /// Returns the best candidate evaluated; `None` before the first `tell` and while every cost was +∞.
     fn best(&self) -> Option<Best<'_>>;
 }
 
 named! {
-    /// Why a search ended.
+    /// Reason for which a search ended.
     #[non_exhaustive]
     pub enum Stop {
         /// All generations were evaluated.
         BudgetSpent = "budget_spent",
         /// The observer ended it.
         Interrupted = "interrupted",
-        /// An iteration came to its end.
+        /// The iteration converged.
         Converged = "converged",
     }
 }
 
-/// The state of a search after a generation, for observers.
+/// Progress of a search after a batch, for observers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
-    /// Generations done.
+    /// Number of completed generations.
     pub generation: usize,
-    /// Generations in all.
+    /// Total number of generations.
     pub generations: usize,
-    /// Evaluations so far, over all runs.
+    /// Number of evaluations done, over all runs.
     pub evaluations: u64,
-    /// Lowest cost so far over all runs; +∞ before there is one.
+    /// Lowest cost found, over all runs; +∞ before there is one.
     pub cost: f64,
 }
 
@@ -55,20 +55,20 @@ pub struct Progress {
 pub struct Run {
     /// The search.
     pub optimizer: Box<dyn Optimizer>,
-    /// Lowest cost after each generation.
+    /// Lowest cost found up to each generation.
     pub history: Vec<f64>,
-    /// Candidates evaluated.
+    /// Number of candidates evaluated.
     pub evaluations: u64,
 }
 
 impl Run {
-    /// A run that has not begun.
+    /// Makes a run that has not started.
     #[must_use]
     pub fn new(optimizer: Box<dyn Optimizer>) -> Self {
         Self { optimizer, history: Vec::new(), evaluations: 0 }
     }
 
-    /// Lowest cost so far; +∞ before there is one.
+    /// Returns the lowest cost found; +∞ before there is one.
     #[must_use]
     pub fn cost(&self) -> f64 {
         self.optimizer.best().map_or(f64::INFINITY, |best| best.cost)

@@ -1,19 +1,19 @@
-//! Points of a box by their number: uniform, a Latin hypercube, a grid. Any row can be had without those before it, so
-//! that a hundred million need no memory and any number of threads gives the same.
+//! Samples of a box: uniform, Latin hypercube, grid. Each point is a function of its index, so that samples of 10⁸ points
+//! need no memory and do not depend on the number of threads.
 
 use crate::{Error, Result};
 use rand::{Rng as _, SeedableRng as _};
 use rand_xoshiro::SplitMix64;
 use rayon::prelude::*;
 
-/// Samples of a box.
+/// Sampling scheme of a box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sampling {
-    /// Independent, uniform in the box.
+    /// Independent points, uniform in the box.
     Uniform,
-    /// Each axis is cut into as many parts as there are points, and each part is used once.
+    /// Latin hypercube: each axis is cut into as many intervals as there are points, and each interval holds one point.
     LatinHypercube,
-    /// So many points an axis, from bound to bound, the last axis fastest.
+    /// Full factorial grid from bound to bound with equally many points on each axis; the last axis varies fastest.
     Grid,
 }
 
@@ -23,40 +23,41 @@ pub struct Sample {
     sampling: Sampling,
     bounds: Vec<(f64, f64)>,
     count: u64,
-    /// Points an axis, for a grid.
+    /// Number of points on each axis of a grid.
     side: u64,
-    /// Height and width of the rectangle of numbers that are shuffled.
+    /// Height and width of the rectangle of indices that are shuffled.
     rectangle: [u64; 2],
-    /// Of each axis, for the place in its part and for the order of the parts.
+    /// Random keys of each axis: for the position within an interval, and for the order of the intervals.
     keys: Vec<[u64; 2]>,
 }
 
-/// The most points of a sample: their numbers are exact in double precision.
+/// Largest number of points of a sample; indices up to it are exact in double precision.
 pub const POINTS_MAX: u64 = 1 << 53;
-/// Below which number of rows more rounds are worth their time.
+/// Number of points below which the permutation uses more rounds.
 const FEW: u64 = 1 << 20;
-/// Rows that a thread fills at once.
+/// Number of rows that a thread fills at a time.
 const TASK: usize = 1024;
 
 impl Sample {
-    /// `number` points of the box; for a grid, `number` an axis.
+    /// Makes a sample of `number` points of the box, or of a grid with `number` points on each axis.
     ///
     /// # Errors
-    /// `Usage` when there are none, more than [`POINTS_MAX`], the box has no axis, or a bound is not finite or above the other.
+    /// `Usage` if the sample has no points or more than [`POINTS_MAX`], the box has no axis, or bounds are not finite or
+    /// reversed.
     pub fn new(sampling: Sampling, number: u64, bounds: Vec<(f64, f64)>, seed: u64) -> Result<Self> {
         let axes = u32::try_from(bounds.len()).unwrap_or(u32::MAX);
         let count = if sampling == Sampling::Grid { number.checked_pow(axes) } else { Some(number) };
         let count = count.filter(|count| (1..=POINTS_MAX).contains(count) && axes > 0);
         let Some(count) = count else {
-            let message = format!("a sample of {number} points over {axes} axes is none, or too many");
-            return Err(Error::usage(message, format!("Give 1 to {POINTS_MAX} points in all.")));
+            let message = format!("a sample of {number} points over {axes} axes is empty or too large");
+            return Err(Error::usage(message, format!("Give 1 to {POINTS_MAX} points in total.")));
         };
         if let Some((axis, (min, max))) =
             (0..).zip(&bounds).find(|(_, (min, max))| !(min <= max && (max - min).is_finite()))
         {
             let axis: usize = axis;
             let message =
-                format!("found the bounds {min:?} and {max:?} of axis {axis}, expected finite ones, the lower first");
+                format!("found the bounds {min:?} and {max:?} of axis {axis}, expected finite bounds, the lower first");
             return Err(Error::usage(message, "Correct the bounds."));
         }
         let mut generator = SplitMix64::seed_from_u64(seed);
@@ -72,10 +73,10 @@ impl Sample {
         self.count
     }
 
-    /// Fills `values` with whole rows from the row `first` on.
+    /// Fills `values` with rows from the index `first` on, row-major.
     ///
     /// # Panics
-    /// When `values` is not a whole number of rows, or the sample ends before the last of them: faults of the calling program.
+    /// Panics if the length of `values` is not a multiple of the row length, or the rows exceed the sample.
     pub fn fill(&self, first: u64, values: &mut [f64]) {
         let width = self.bounds.len();
         let rows = (values.len() / width) as u64;
@@ -84,22 +85,22 @@ impl Sample {
         assert!(end.is_some(), "{rows} rows from row {first} on of a sample of {}", self.count);
         values.par_chunks_mut(TASK * width).enumerate().for_each(|(task, values)| {
             let first = first + (task * TASK) as u64;
-            // Axis by axis: neighbours in a loop do not wait for each other.
+            // Filling axis by axis makes the iterations of a loop independent of each other.
             for axis in 0..width {
                 let own = values[axis..].iter_mut().step_by(width);
                 match self.sampling {
                     Sampling::Uniform => self.column(axis, first, own, |index| self.unit(index, axis)),
                     Sampling::LatinHypercube if self.count < FEW => {
-                        self.column(axis, first, own, |index| self.part::<8>(index, axis));
+                        self.column(axis, first, own, |index| self.stratum::<8>(index, axis));
                     }
-                    Sampling::LatinHypercube => self.column(axis, first, own, |index| self.part::<2>(index, axis)),
+                    Sampling::LatinHypercube => self.column(axis, first, own, |index| self.stratum::<2>(index, axis)),
                     Sampling::Grid => self.column(axis, first, own, |index| self.step(index, axis)),
                 }
             }
         });
     }
 
-    /// An axis of rows from `first` on; `share` tells where between its bounds.
+    /// Fills one axis of the rows from `first` on; `share` gives the position of each row between the bounds.
     #[inline]
     fn column<'v>(
         &self,
@@ -114,13 +115,13 @@ impl Sample {
         }
     }
 
-    /// Within the part of a hypercube's axis that belongs to a row.
+    /// Returns the position of a row of a Latin hypercube, in \[0, 1).
     #[inline]
-    fn part<const PAIRS: u64>(&self, index: u64, axis: usize) -> f64 {
+    fn stratum<const PAIRS: u64>(&self, index: u64, axis: usize) -> f64 {
         (real(self.shuffled::<PAIRS>(index, axis)) + self.unit(index, axis)) / real(self.count)
     }
 
-    /// The step of a grid; the last axis goes fastest.
+    /// Returns the position of a row of a grid, in \[0, 1\].
     fn step(&self, index: u64, axis: usize) -> f64 {
         let mut place = index;
         for _ in axis + 1..self.bounds.len() {
@@ -130,14 +131,14 @@ impl Sample {
         if self.side == 1 { 0.5 } else { real(step) / real(self.side - 1) }
     }
 
-    /// Uniform in [0, 1).
+    /// Returns the uniform random number of a row and axis, in \[0, 1).
     fn unit(&self, index: u64, axis: usize) -> f64 {
         real(bits(self.keys[axis][0] ^ index) >> 11) / real(1 << 53)
     }
 
-    /// A permutation of the row numbers: rounds of a Feistel cipher over the least rectangle of numbers that holds them,
-    /// walked on while it leads outside, which is seldom (M. Luby, C. Rackoff 1988; J. Black, P. Rogaway 2002). Two pairs
-    /// of rounds are enough where the sides are long; few numbers need more to meet all orders.
+    /// Returns a random permutation of the row indices: rounds of a Feistel cipher over the smallest rectangle that holds
+    /// them, repeated while the result is outside, which is rare (M. Luby, C. Rackoff 1988; J. Black, P. Rogaway 2002). Two
+    /// pairs of rounds suffice for long sides; few rows need more to reach all orders.
     #[inline]
     fn shuffled<const PAIRS: u64>(&self, index: u64, axis: usize) -> u64 {
         let [height, width] = self.rectangle;
@@ -145,8 +146,8 @@ impl Sample {
         let (mut row, mut column) = (index / width, index % width);
         loop {
             for round in 0..PAIRS {
-                row = turned(row, column ^ key ^ (round << 58), height);
-                column = turned(column, row ^ !key ^ (round << 58), width);
+                row = rotated(row, column ^ key ^ (round << 58), height);
+                column = rotated(column, row ^ !key ^ (round << 58), width);
             }
             let number = row * width + column;
             if number < self.count {
@@ -156,19 +157,19 @@ impl Sample {
     }
 }
 
-/// A number below `size`, moved on around a circle of that size by as much as belongs to `by`.
+/// Returns `number`, below `size`, advanced modulo `size` by a hash of `by`.
 #[inline]
-fn turned(number: u64, by: u64, size: u64) -> u64 {
+fn rotated(number: u64, by: u64, size: u64) -> u64 {
     let hashed = (by ^ (by >> 32)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let hashed = (hashed ^ (hashed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let step = ((u128::from(hashed) * u128::from(size)) >> 64) as u64;
     let sum = number + step;
-    // Below size the difference wraps to something larger: no branch, which would be foreseen half of the time only.
+    // For a sum below `size` the difference wraps to a larger number, which avoids an unpredictable branch.
     sum.min(sum.wrapping_sub(size))
 }
 
-/// The random bits that belong to a number: those of SplitMix64 (G. L. Steele, D. Lea, C. H. Flood 2014), here because a
-/// call into its crate is not inlined and takes longer than the rest.
+/// Returns the random bits of a number by SplitMix64 (G. L. Steele, D. Lea, C. H. Flood 2014). It is implemented here
+/// because a call into its crate is not inlined and takes longer than everything else.
 #[inline]
 fn bits(number: u64) -> u64 {
     let z = number.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -177,7 +178,7 @@ fn bits(number: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// A number up to 2^53.
+/// Returns an integer up to 2^53 as a real number.
 fn real(n: u64) -> f64 {
     crate::numeric::real(n.cast_signed())
 }
@@ -200,8 +201,8 @@ mod tests {
         for count in [1, 2, 3, 5, 64, 1000] {
             for (axis, (min, width)) in [(0.0, 1.0), (10.0, 10.0)].into_iter().enumerate() {
                 let rows = rows(Sampling::LatinHypercube, count, 7);
-                let part = |row: &Vec<f64>| whole_u64((row[axis] - min) / width * real(count));
-                let mut parts: Vec<u64> = rows.iter().map(part).collect();
+                let stratum = |row: &Vec<f64>| whole_u64((row[axis] - min) / width * real(count));
+                let mut parts: Vec<u64> = rows.iter().map(stratum).collect();
                 parts.sort_unstable();
                 assert_eq!(parts, (0..count).collect::<Vec<_>>(), "{count} points, axis {axis}");
             }
@@ -210,8 +211,8 @@ mod tests {
 
     #[test]
     fn the_order_of_parts_is_as_random_as_a_shuffle() {
-        // Over 2000 seeds each of 7 rows meets each of 7 parts, and each other row's part, as often as any: a chi-square of
-        // 36 degrees of freedom is below 75 but once in 10^4, of 2·7^2 such tables less often still.
+        // Over 2000 seeds each of 7 rows falls into each of 7 intervals equally often. χ² with 36 degrees of freedom
+        // exceeds 75 with probability 1e-4.
         let seeds = 2000_u32;
         let order = |seed: u32| -> Vec<usize> {
             let rows = rows(Sampling::LatinHypercube, 7, u64::from(seed));
@@ -220,7 +221,7 @@ mod tests {
         let mut counts = [[0_u32; 7]; 7];
         let mut steps = [0_u32; 6];
         for order in (0..seeds).map(order) {
-            order.iter().enumerate().for_each(|(row, part)| counts[row][*part] += 1);
+            order.iter().enumerate().for_each(|(row, stratum)| counts[row][*stratum] += 1);
             order.windows(2).for_each(|pair| steps[(pair[1] + 7 - pair[0]) % 7 - 1] += 1);
         }
         let chi2 = |counts: &[u32], expected: f64| {
@@ -228,7 +229,8 @@ mod tests {
         };
         let by_place = chi2(counts.as_flattened(), f64::from(seeds) / 7.0);
         assert!(by_place < 75.0, "{by_place}");
-        // From a row to the next all steps around the circle are alike: 5 degrees of freedom, 30 once in 10^5.
+        // All cyclic steps from a row to the next are equally likely: χ² with 5 degrees of freedom exceeds 30 with
+        // probability 1e-5.
         let by_step = chi2(&steps, f64::from(seeds));
         assert!(by_step < 30.0, "{by_step}");
     }
@@ -245,7 +247,8 @@ mod tests {
         let rows = rows(Sampling::Uniform, 100_000, 1);
         let mean = |f: &dyn Fn(&Vec<f64>) -> f64| rows.iter().map(f).sum::<f64>() / 100_000.0;
         let (x, y) = (|r: &Vec<f64>| r[0] - 0.5, |r: &Vec<f64>| (r[1] - 15.0) / 10.0);
-        // Mean 0 ± 0.0009, variance 1/12 ± 0.0002, covariance 0 ± 0.0003: five standard deviations.
+        // Standard deviations of the mean, variance and covariance: 0.0009, 0.0002, 0.0003. The limits are five times
+        // these.
         assert!(mean(&x).abs() < 0.005 && mean(&y).abs() < 0.005);
         assert!((mean(&|r| x(r) * x(r)) - 1.0 / 12.0).abs() < 0.0012);
         assert!(mean(&|r| x(r) * y(r)).abs() < 0.0014);

@@ -1,4 +1,4 @@
-//! The rows of the table of population searches: what one says of a search and of its settings.
+//! Rows of the table of population searches: names, descriptions and settings.
 
 use super::population::SearchSettings;
 use super::run::Optimizer;
@@ -10,13 +10,13 @@ use crate::{Error, Result};
 /// A population search: a row of the table.
 #[derive(Debug)]
 pub struct Search {
-    /// The name in settings and results.
+    /// Name in settings and results.
     pub name: &'static str,
-    /// The name in words.
+    /// Full name.
     pub text: &'static str,
-    /// The settings of its own.
+    /// Settings specific to the search.
     pub settings: &'static [Hyperparameter],
-    pub(super) usual: fn() -> Values,
+    pub(super) defaults: fn() -> Values,
     pub(super) begin: fn(SearchSettings, &Values) -> Result<Box<dyn Optimizer>>,
     pub(super) debug: fn(&Values) -> String,
 }
@@ -24,18 +24,18 @@ pub struct Search {
 /// A setting of a search.
 #[derive(Debug)]
 pub struct Hyperparameter {
-    /// Its name.
+    /// Name of the setting.
     pub name: &'static str,
-    /// A sentence that describes it.
+    /// Description, a sentence.
     pub text: &'static str,
-    /// The values that it may have.
+    /// Values that it may have.
     pub range: Range,
 }
 
-/// The values that a setting may have.
+/// Values that a setting may have.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Range {
-    /// A finite number from the first to the second; `true` excludes the first.
+    /// A finite number between two limits; `true` excludes the lower one.
     Number(f64, f64, bool),
     /// A whole number, 0 or more.
     Count,
@@ -46,10 +46,10 @@ pub enum Range {
 pub(super) const NOT_NEGATIVE: Range = Range::Number(0.0, f64::INFINITY, false);
 pub(super) const PROBABILITY: Range = Range::Number(0.0, 1.0, false);
 
-/// The most settings that a search has.
+/// Largest number of settings of a search.
 const SETTINGS_MAX: usize = 8;
 
-/// The values of the settings of a search, in the order of its row: numbers, counts, or places among the choices.
+/// The values of the settings of a search, in the order of its row: numbers, counts, or indices of choices.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Values(pub(super) [f64; SETTINGS_MAX]);
 
@@ -68,14 +68,14 @@ pub trait SearchOptions: Default {
     /// The row of the search.
     const SEARCH: &'static Search;
 
-    /// Takes the values in the order of the row.
+    /// Makes the settings from values in the order of the row.
     fn of(values: &Values) -> Self;
 
     /// Returns the values in the order of the row.
     fn values(&self) -> Values;
 }
 
-/// A type that a typed setting may have.
+/// Type of a typed setting.
 pub(super) trait SettingValue: Copy {
     fn number(self) -> f64;
     fn of(number: f64) -> Self;
@@ -101,7 +101,7 @@ impl SettingValue for usize {
     }
 }
 
-/// A choice is its place among all.
+/// Implements [`SettingValue`] for an enum: a value is the index of its variant in the list.
 macro_rules! setting_choice {
     ($type:ty: $($choice:expr),+) => {
         impl SettingValue for $type {
@@ -117,16 +117,17 @@ macro_rules! setting_choice {
 }
 pub(super) use setting_choice;
 setting_choice!(bool: false, true);
-/// The words of a setting that is on or off.
+/// Range of a setting that is on or off.
 pub(super) const SWITCH: Range = Range::Choice(&["false", "true"]);
 
-/// Defines the typed settings of a search and its row: for each setting its text, field, type, default, name and range.
+/// Defines the typed settings of a search and its table row: for each setting its description, field, type, default, name
+/// and range.
 macro_rules! search {
     (
         $search:ident = $name:literal, $text:literal;
         $(#[$meta:meta])*
         pub struct $options:ident {
-            $($(#[doc = $doc:literal])+ $field:ident: $type:ty = $usual:expr, $setting:literal in $range:expr;)*
+            $($(#[doc = $doc:literal])+ $field:ident: $type:ty = $default:expr, $setting:literal in $range:expr;)*
         }
     ) => {
         $(#[$meta])*
@@ -137,7 +138,7 @@ macro_rules! search {
 
         impl Default for $options {
             fn default() -> Self {
-                Self { $($field: $usual),* }
+                Self { $($field: $default),* }
             }
         }
 
@@ -161,7 +162,7 @@ macro_rules! search {
             name: $name,
             text: $text,
             settings: &[$(Hyperparameter { name: $setting, text: concat!($($doc),+).trim_ascii(), range: $range }),*],
-            usual: || $options::default().values(),
+            defaults: || $options::default().values(),
             begin: |setup, values| {
                 let rule = $search { options: $options::of(values), ..$search::default() };
                 Ok(Box::new($crate::optimize::population::Moving::new(rule, setup)?))
@@ -173,13 +174,13 @@ macro_rules! search {
 pub(super) use search;
 
 impl Hyperparameter {
-    /// Returns the name, and behind it the words that it may be.
+    /// Returns the name, followed by the choices if it has any: `name=a|b`.
     #[must_use]
     pub fn form(&self) -> String {
         match self.range {
             Range::Choice(words) => {
                 let mut words = words.to_vec();
-                // On before off.
+                // "true" is listed before "false".
                 words.sort_by_key(|word| *word == "false");
                 format!("{}={}", self.name, words.join("|"))
             }
@@ -187,7 +188,7 @@ impl Hyperparameter {
         }
     }
 
-    /// Returns a value as it is written.
+    /// Returns a value formatted as in settings.
     pub(super) fn shown(&self, value: f64) -> String {
         match self.range {
             Range::Number(..) => format!("{value:?}"),
@@ -203,15 +204,15 @@ impl Hyperparameter {
         match self.range {
             Range::Number(..) => match text.trim().parse() {
                 Ok(number) => Ok(number),
-                Err(_) => wrong("no number", "Use a decimal point.".to_owned()),
+                Err(_) => wrong("not a number", "Use a decimal point.".to_owned()),
             },
             Range::Count => match text.trim().parse::<u32>() {
                 Ok(count) => Ok(f64::from(count)),
-                Err(_) => wrong("no count", "Give a whole number, 0 or more.".to_owned()),
+                Err(_) => wrong("not a count", "Give a whole number, 0 or more.".to_owned()),
             },
             Range::Choice(words) => match words.iter().position(|word| *word == text.trim()) {
                 Some(place) => Ok(place.number()),
-                None => wrong("none of its values", format!("Write {}.", self.form())),
+                None => wrong("not one of its values", format!("Write {}.", self.form())),
             },
         }
     }

@@ -1,4 +1,4 @@
-//! A population search with the values of its settings.
+//! A population search together with the values of its settings.
 
 use super::population::SearchSettings;
 use super::run::Optimizer;
@@ -6,74 +6,74 @@ use super::table::{Search, SearchOptions, Values};
 use crate::Result;
 use std::fmt;
 
-/// A search with the values of its settings.
+/// A population search together with the values of its settings.
 #[derive(Clone, Copy)]
-pub struct Tuned {
+pub struct ConfiguredSearch {
     /// The search.
     pub search: &'static Search,
     values: Values,
 }
 
-impl fmt::Debug for Tuned {
+impl fmt::Debug for ConfiguredSearch {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&(self.search.debug)(&self.values))
     }
 }
 
-impl PartialEq for Tuned {
+impl PartialEq for ConfiguredSearch {
     fn eq(&self, other: &Self) -> bool {
         self.search.name == other.search.name && self.values == other.values
     }
 }
 
-impl From<&'static Search> for Tuned {
-    /// Takes the usual values.
+impl From<&'static Search> for ConfiguredSearch {
+    /// Makes a search with the default values of its settings.
     fn from(search: &'static Search) -> Self {
-        Self { search, values: (search.usual)() }
+        Self { search, values: (search.defaults)() }
     }
 }
 
-impl<O: SearchOptions> From<O> for Tuned {
+impl<O: SearchOptions> From<O> for ConfiguredSearch {
     fn from(options: O) -> Self {
         Self { search: O::SEARCH, values: options.values() }
     }
 }
 
-impl Tuned {
-    /// Changes a setting; false where the search has none of this name.
+impl ConfiguredSearch {
+    /// Sets a setting from text; returns false if the search has no setting of this name.
     ///
     /// # Errors
-    /// `Usage` when the setting cannot have this value.
+    /// `Usage` if the setting cannot have this value.
     pub fn set(&mut self, name: &str, value: &str) -> Result<bool> {
         let settings = self.search.settings;
-        let Some(place) = settings.iter().position(|setting| setting.name == name) else { return Ok(false) };
-        self.values.0[place] = settings[place].read(value)?;
-        settings[place].check(self.search, self.values.0[place])?;
+        let Some(index) = settings.iter().position(|setting| setting.name == name) else { return Ok(false) };
+        self.values.0[index] = settings[index].read(value)?;
+        settings[index].check(self.search, self.values.0[index])?;
         Ok(true)
     }
 
-    /// Returns the value of the setting at a place of the row, as it is written.
+    /// Returns the value of the setting of index `place`, formatted as in settings.
     ///
     /// # Panics
-    /// When the row has no such place, as slices do.
+    /// Panics if the search has no setting of this index.
     #[must_use]
     pub fn shown(&self, place: usize) -> String {
         self.search.settings[place].shown(self.values.0[place])
     }
 
-    /// Returns the settings that are not the usual ones, each with its value as it is written.
+    /// Returns the names of the settings that differ from their defaults, with their values formatted as in settings.
     #[must_use]
     pub fn changed(&self) -> Vec<(&'static str, String)> {
-        let usual = (self.search.usual)();
+        let defaults = (self.search.defaults)();
         let places = self.search.settings.iter().enumerate();
-        let changed = places.filter(|(place, _)| self.values.0[*place].to_bits() != usual.0[*place].to_bits());
+        let changed = places.filter(|(place, _)| self.values.0[*place].to_bits() != defaults.0[*place].to_bits());
         changed.map(|(place, setting)| (setting.name, self.shown(place))).collect()
     }
 
-    /// Begins a run.
+    /// Starts a run.
     ///
     /// # Errors
-    /// `Usage` for a box or settings that cannot be.
+    /// `Usage` if the box or the settings are invalid.
     pub fn begin(&self, setup: SearchSettings) -> Result<Box<dyn Optimizer>> {
         let mut settings = self.search.settings.iter().zip(self.values.0);
         settings.try_for_each(|(setting, value)| setting.check(self.search, value))?;

@@ -1,5 +1,4 @@
-//! A recording as results name it: where it is from, what its columns mean, and how it was prepared. The samples are not
-//! part of it.
+//! Serialization of a recording in results: origin, columns and notes on its preparation, without the samples.
 
 use super::Record;
 use serde::{Serialize, Serializer};

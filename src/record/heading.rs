@@ -1,11 +1,11 @@
-//! Headings: which column holds what, in which unit.
+//! Headings of columns: the quantity and the unit that they name.
 
 use crate::setting::text;
 use crate::text::{alternatives, quoted};
 use crate::{Error, Result};
 use std::fmt;
 
-/// Quantities that a column may hold.
+/// Physical quantity of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Quantity {
@@ -20,25 +20,27 @@ pub enum Quantity {
     Current,
     /// Speed of the shaft.
     Speed,
-    /// Angle of the shaft: a source of its speed.
+    /// Angle of the shaft, from which the speed is derived.
     Position,
 }
 
 use Quantity::{Current, Position, Speed, Time, Torque, Voltage};
 
-/// The names, units and headings of a quantity.
+/// Names, units and headings of a quantity.
 struct Facts {
-    /// Its name in requests for columns; in messages with blanks.
+    /// Name in requests for columns; messages replace its underscores by blanks.
     key: &'static str,
-    /// Its heading in the canonical file, and its SI unit.
+    /// Heading in the canonical file.
     canonical: &'static str,
+    /// SI unit.
     unit: &'static str,
-    /// Factors that turn a value into SI, each with its units in lower case; the SI unit comes first.
+    /// Conversion factors to SI, each with its units in lower case; the SI unit comes first.
     units: &'static [(f64, &'static [&'static str])],
-    /// Words that mean it in headings.
+    /// Words that denote the quantity in headings, in lower case.
     words: &'static [&'static str],
 }
 
+/// One turn \[rad\].
 const TURN: f64 = std::f64::consts::TAU;
 const TIME: Facts = Facts {
     key: "time",
@@ -102,9 +104,9 @@ const POSITION: Facts = Facts {
 };
 
 impl Quantity {
-    /// Those of a recording, in the order of the canonical file.
+    /// Quantities of a recording, in the order of the canonical file.
     pub const ALL: [Self; 5] = [Time, Voltage, Current, Speed, Torque];
-    /// Quantities that a column may hold.
+    /// Quantities that a column may have: also the position, from which the speed is derived.
     pub(super) const COLUMNS: [Self; 6] = [Time, Voltage, Current, Speed, Torque, Position];
 
     const fn facts(self) -> Facts {
@@ -118,24 +120,24 @@ impl Quantity {
         }
     }
 
-    /// The heading in the canonical file.
+    /// Returns the heading in the canonical file.
     #[must_use]
     pub fn canonical(self) -> &'static str {
         self.facts().canonical
     }
 
-    /// The SI unit.
+    /// Returns the SI unit.
     #[must_use]
     pub fn unit(self) -> &'static str {
         self.facts().unit
     }
 
-    /// The name of the quantity in requests for columns.
+    /// Returns the name of the quantity in requests for columns.
     pub(super) fn key(self) -> &'static str {
         self.facts().key
     }
 
-    /// Returns the factor from a unit to SI.
+    /// Returns the factor from a unit to SI; `None` if the unit is unknown.
     pub(super) fn factor(self, unit: &str) -> Option<f64> {
         let unit = unit.trim().to_lowercase().replace(['µ', 'μ'], "u").replace(['·', '*', ' '], "");
         let known = self.facts().units.iter().find(|(_, names)| names.contains(&unit.as_str())).map(|row| row.0);
@@ -146,9 +148,9 @@ impl Quantity {
         self.factor(unit).ok_or_else(|| {
             let known: Vec<&str> = self.facts().units.iter().flat_map(|(_, names)| *names).copied().collect();
             let more = match self {
-                Time => "; ticks of a clock by its frequency, as time=HEADING:8kHz",
-                Position => "; counts by how many there are in a turn, as position=HEADING/4096:turns",
-                Voltage => "; duty and PWM ticks by operations, as voltage=HEADING*12/255:V",
+                Time => "; for clock ticks, the frequency of the clock, as in time=HEADING:8kHz",
+                Position => "; for encoder counts, divide by the counts per turn, as in position=HEADING/4096:turns",
+                Voltage => "; for duty cycles and PWM ticks, scale to volts, as in voltage=HEADING*12/255:V",
                 _ => "",
             };
             let hint = text!(
@@ -160,7 +162,7 @@ impl Quantity {
     }
 }
 
-/// The period of a clock: `8khz` is 125 µs.
+/// Returns the period \[s\] of a clock given by its frequency: `8khz` is 125 µs.
 fn tick(unit: &str) -> Option<f64> {
     let number = unit.strip_suffix("hz")?;
     let prefixed = [("k", 1e3), ("m", 1e6)].into_iter().find_map(|(k, factor)| Some((number.strip_suffix(k)?, factor)));
@@ -176,22 +178,25 @@ impl fmt::Display for Quantity {
     }
 }
 
-/// A column named by the user: what it holds, its heading, its unit.
+/// A column named by the user: quantity, heading and unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColumnRequest {
-    /// The quantity that it holds.
+    /// Quantity of the column.
     pub quantity: Quantity,
     /// `HEADING[*NUMBER…][:UNIT]` or `HEADING:LOW..HIGH`, as given.
     pub name: String,
 }
 
-/// The longest request for columns, in bytes.
+/// Largest length of a request for columns \[bytes\].
 pub(super) const REQUEST_MAX: usize = 4096;
 
-/// Reads `time=Tempo:s,current=Corrente:mA,…`; what may stand behind a heading is tried against the file's.
+/// Parses a request for columns, as in `time=Tempo:s,current=Corrente:mA,…`.
+///
+/// Operations and units behind a heading are parsed later, against the headings of the file.
 ///
 /// # Errors
-/// `Usage` when an item has no `=`, an empty heading, or names no quantity, or a quantity comes twice, and for more than 4096 bytes.
+/// `Usage` if an item has no `=`, an empty heading or an unknown quantity, if a quantity is repeated, or if the request
+/// exceeds 4096 bytes.
 pub fn parse_columns(text: &str) -> Result<Vec<ColumnRequest>> {
     let example = || {
         text!(
@@ -210,7 +215,7 @@ pub fn parse_columns(text: &str) -> Result<Vec<ColumnRequest>> {
             return Err(Error::usage(format!("{} names no column", quoted(item)), example()));
         };
         let Some(quantity) = Quantity::COLUMNS.into_iter().find(|q| q.key() == key.trim()) else {
-            return Err(Error::usage(format!("{} is no quantity of a recording", quoted(key.trim())), example()));
+            return Err(Error::usage(format!("{} is not a quantity of a recording", quoted(key.trim())), example()));
         };
         if requests.iter().any(|r| r.quantity == quantity) {
             return Err(Error::usage(text!([Columns] " names {quantity} twice"), "Name each quantity once."));
@@ -220,7 +225,7 @@ pub fn parse_columns(text: &str) -> Result<Vec<ColumnRequest>> {
     Ok(requests)
 }
 
-/// The items of a list: a comma inside quotation marks ends none, nor does one inside brackets that no `KEY=` follows.
+/// Splits a list at its commas, except those in quotation marks and those in brackets that no `KEY=` follows.
 fn items(text: &str) -> Vec<&str> {
     let mut items: Vec<&str> = Vec::new();
     let (mut start, mut from) = (0, 0);
@@ -240,7 +245,7 @@ fn items(text: &str) -> Vec<&str> {
     items
 }
 
-/// The first comma from `from` on that is in no quotation marks; marks open where a name may begin, and are closed.
+/// Returns the first comma from `from` on outside quotation marks. Marks open only where a name may begin and must be closed.
 fn comma(text: &str, start: usize, from: usize) -> Option<usize> {
     let mut end_of_marks = start;
     for (at, c) in text[start..].char_indices().map(|(at, c)| (start + at, c)) {
@@ -256,13 +261,13 @@ fn comma(text: &str, start: usize, from: usize) -> Option<usize> {
     None
 }
 
-/// Longer headings are prose.
+/// Largest length of a heading \[bytes\]; longer cells are prose.
 const HEADING_MAX: usize = 200;
 
-/// Returns the quantity of a heading and the unit it names, if any.
+/// Returns the quantity of a heading and the unit that it names, if any.
 ///
-/// The unit is what stands in brackets, or the longest run of words behind the first that is a unit of the quantity
-/// that the other words mean: `Current (mA)`, `t[ms]`, `speed_rad_s`, `I/mA`, `current_mA_rms`.
+/// The unit is the text in brackets, or the longest run of words after the first one that is a unit of the quantity
+/// denoted by the other words: `Current (mA)`, `t[ms]`, `speed_rad_s`, `I/mA`, `current_mA_rms`.
 pub(super) fn understand(heading: &str) -> Option<(Quantity, Option<String>)> {
     if heading.len() > HEADING_MAX {
         return None;
@@ -282,12 +287,12 @@ pub(super) fn understand(heading: &str) -> Option<(Quantity, Option<String>)> {
         return Some(found.1);
     }
     let quantity = quantity_of(&words, None)?;
-    // "rpm" is quantity and unit in one.
+    // "rpm" denotes both the quantity and its unit.
     let rpm = words.iter().find(|(_, word)| quantity == Speed && word.eq_ignore_ascii_case("rpm"));
     Some((quantity, rpm.map(|(_, word)| (*word).to_owned())))
 }
 
-/// A name without its bracket, and what is in the bracket.
+/// Returns a heading without its first bracket, and the text in the bracket.
 fn bracketed(heading: &str) -> Option<(String, &str)> {
     let open = heading.find(['(', '['])?;
     let close = if heading[open..].starts_with('(') { ')' } else { ']' };
@@ -295,17 +300,17 @@ fn bracketed(heading: &str) -> Option<(String, &str)> {
     Some((format!("{} {}", &heading[..open], &heading[end + 1..]), heading[open + 1..end].trim()))
 }
 
-/// The words of a heading with where they begin.
+/// Returns the words of a heading with their byte offsets.
 fn words_of(heading: &str) -> Vec<(usize, &str)> {
     let words = heading.split(|c: char| !(c.is_alphanumeric() || c == '°')).filter(|word| !word.is_empty());
     words.map(|word| (word.as_ptr() as usize - heading.as_ptr() as usize, word)).collect()
 }
 
-/// Words that make a current or a speed something that was wanted, not measured.
-const WANTED: &[&str] =
+/// Words that mark a current or a speed as a reference or limit instead of a measurement.
+const REFERENCE_WORDS: &[&str] =
     &["ref", "reference", "setpoint", "set", "target", "cmd", "command", "commanded", "limit", "max"];
 
-/// The quantity that words mean; in several words only those longer than a symbol count.
+/// Returns the quantity that words denote; in a heading of several words, those of one or two letters do not count.
 fn quantity_of(words: &[(usize, &str)], unit: Option<&str>) -> Option<Quantity> {
     let words: Vec<String> = words.iter().map(|(_, word)| word.to_lowercase()).collect();
     let any = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
@@ -315,11 +320,11 @@ fn quantity_of(words: &[(usize, &str)], unit: Option<&str>) -> Option<Quantity> 
     if words.len() == 1 && any(&["load"]) {
         return unit.is_some_and(|unit| Torque.factor(unit).is_some()).then_some(Torque);
     }
-    let wanted = any(WANTED);
+    let is_reference = any(REFERENCE_WORDS);
     let means = |quantity: &Quantity| {
         let counts = |word: &&&str| words.len() == 1 || word.chars().count() > 2;
         let named = quantity.facts().words.iter().filter(counts).any(|word| words.iter().any(|w| w == word));
-        named && !(wanted && matches!(quantity, Current | Speed))
+        named && !(is_reference && matches!(quantity, Current | Speed))
     };
     [Time, Voltage, Current, Speed, Position].into_iter().find(means)
 }

@@ -1,10 +1,10 @@
-//! Limits of recordings and of the files that they are read from.
+//! Size limits of recordings, of the files that they are read from and of their preparation.
 
 use super::heading::REQUEST_MAX;
 use super::{SAMPLES_MAX, import, prepare};
 use crate::limit::{Limit, limit_of};
 
-/// Returns the limits of recordings, of files that are read and of their preparation.
+/// Returns the size limits of recordings, of files that are read and of preparation.
 #[must_use]
 pub fn limits() -> Vec<Limit> {
     let samples = limit_of(

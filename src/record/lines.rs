@@ -1,20 +1,20 @@
-//! Which line of a file each sample is on.
+//! Line numbers of samples in their file.
 
-/// Lines of samples, kept as stretches of consecutive lines: a file of a gigabyte has few.
+/// Line numbers of samples, stored as runs of consecutive lines, of which even a file of a gigabyte has few.
 #[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Lines {
-    /// First sample of a stretch and its line.
+    /// First sample of each run of consecutive lines, and its line.
     stretches: Vec<(usize, u64)>,
     count: usize,
 }
 
 impl Lines {
-    /// Adds the line of the next sample.
+    /// Appends the line of the next sample.
     pub fn push(&mut self, line: u64) {
         self.extend(line, 1);
     }
 
-    /// Adds the lines of the next samples, which follow each other.
+    /// Appends `count` consecutive lines for the next samples, starting with `line`.
     pub(super) fn extend(&mut self, line: u64, count: usize) {
         let next = |&(first, at): &(usize, u64)| at.checked_add((self.count - first) as u64);
         let follows = self.stretches.last().and_then(next) == Some(line);
@@ -24,14 +24,14 @@ impl Lines {
         self.count += count;
     }
 
-    /// The line of a sample; `None` where samples have none.
+    /// Returns the line of a sample; `None` if it has none.
     #[must_use]
     pub fn get(&self, sample: usize) -> Option<u64> {
         if sample >= self.count {
             return None;
         }
-        let stretch = self.stretches.partition_point(|&(first, _)| first <= sample).checked_sub(1)?;
-        let (first, line) = self.stretches[stretch];
+        let run = self.stretches.partition_point(|&(first, _)| first <= sample).checked_sub(1)?;
+        let (first, line) = self.stretches[run];
         line.checked_add((sample - first) as u64)
     }
 
@@ -41,13 +41,13 @@ impl Lines {
         self.count
     }
 
-    /// Returns whether samples have no lines.
+    /// Returns true if no sample has a line.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
 
-    /// The lines of some of the samples, in rising order.
+    /// Returns the lines of the given samples, which must be in increasing order.
     #[must_use]
     pub fn of(&self, samples: impl Iterator<Item = usize>) -> Self {
         let mut lines = Self::default();
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stretches_are_lines() {
+    fn consecutive_lines_form_runs() {
         let list = [2, 3, 4, 8, 9, 20];
         let mut lines = Lines::default();
         list.into_iter().for_each(|line| lines.push(line));

@@ -1,4 +1,6 @@
-//! Recordings: sampled voltage, load torque, current and speed of one motor, checked once, in SI units.
+//! Recordings of one motor: sampled voltage, load torque, current and speed in SI units.
+//!
+//! A [`Record`] is checked when it is created: at least two samples, finite values, increasing time.
 
 mod diagnose;
 mod head;
@@ -12,10 +14,10 @@ mod samples;
 mod stored;
 mod time;
 
-pub use diagnose::{FINDINGS, Finding, Severity, diagnose, explains_failure};
+pub use diagnose::{FINDINGS, Finding, Severity, can_cause_poor_fit, diagnose};
 pub use heading::{ColumnRequest, Quantity, parse_columns};
 pub use import::{
-    BadRows, FORMATS, Format, ReadOptions, parse_number, read, read_bytes, read_csv, read_inputs, read_joined,
+    BadRows, FORMATS, Format, ReadOptions, parse_number, read, read_bytes, read_inputs, read_joined, read_recording,
     write_csv,
 };
 pub use limits::limits;
@@ -31,72 +33,72 @@ use crate::setting::text;
 use crate::{Error, Result};
 use std::path::PathBuf;
 
-/// The largest number of samples of a recording.
+/// Largest number of samples of a recording.
 pub const SAMPLES_MAX: usize = 100_000_000;
 
-/// The largest |value| that a signal may have in SI units; squares of it still add up to a finite number.
+/// Largest absolute value of a signal in SI units; sums of squares over a recording remain finite.
 pub const VALUE_MAX: f64 = 1e9;
 
-/// Returns whether the measured current is the input of all recordings.
+/// Returns true if there are recordings and the measured current is the input of all of them.
 #[must_use]
 pub fn is_driven_by_current(records: &[Record]) -> bool {
     !records.is_empty() && records.iter().all(|record| record.driver() == Quantity::Current)
 }
 
-/// Returns the quantity that drives the motor, by the first recording.
+/// Returns the input quantity (voltage or current) of the first recording; the voltage if there is none.
 #[must_use]
 pub fn driver(records: &[Record]) -> Quantity {
     records.first().map_or(Quantity::Voltage, Record::driver)
 }
 
-/// A column as it was understood.
+/// A column of a file with the meaning that was assigned to it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Column {
-    /// The quantity that it holds.
+    /// Quantity in the column.
     pub quantity: Quantity,
-    /// Its heading in the file.
+    /// Heading in the file.
     pub heading: String,
-    /// The conversion of its cells, for people; empty where there was none.
+    /// Description of the conversion of the cells; empty if they were not converted.
     pub conversion: String,
-    /// Its unit as understood.
+    /// Unit of the cells.
     pub unit: String,
-    /// True if the unit was named or taken to be SI.
+    /// True if the heading or the request names the unit; otherwise SI is assumed.
     pub unit_named: bool,
 }
 
-/// Where a recording came from and how it was understood.
+/// Origin of a recording: file, columns, lines and notes on its import and preparation.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Source {
-    /// The file; `None` for one made in memory.
+    /// Path of the file; `None` for a recording made in memory.
     pub path: Option<PathBuf>,
-    /// SHA-256 of the file, in hexadecimal.
+    /// SHA-256 digest of the file, in hexadecimal.
     pub sha256: Option<String>,
-    /// Its columns; empty for one made in memory.
+    /// Columns that were used; empty for a recording made in memory.
     pub columns: Vec<Column>,
-    /// Which part of the file: a sheet, a test, a stretch between gaps; `None` for a whole file.
+    /// Part of the file: a sheet, a test, a segment between gaps; `None` for the complete file.
     pub part: Option<String>,
-    /// The line of the file that each sample is on; empty for one made in memory or of several files.
+    /// Line of each sample in the file; empty for a recording made in memory or joined from several files.
     pub lines: Lines,
     /// Columns of the file that were not used.
     pub ignored: Vec<String>,
-    /// Notes on what was left out, joined or prepared.
+    /// Notes on rows left out, files joined and preparation.
     pub notes: Vec<String>,
-    /// True if the file ends without a line end, so that its last number may be cut off.
+    /// True if the file does not end with a line break, so that its last number may be incomplete.
     pub last_line_open: bool,
 }
 
 impl Source {
-    /// The same with the number of a stretch in its part, where there are several.
+    /// Adds the number of a segment (`n` from 0) to the name of the part if there are several segments.
     fn stretch(mut self, n: usize, count: usize) -> Self {
         if count > 1 {
-            let part = self.part.into_iter().chain([format!("stretch {}", n + 1)]);
+            let part = self.part.into_iter().chain([format!("segment {}", n + 1)]);
             self.part = Some(part.collect::<Vec<_>>().join(", "));
         }
         self
     }
 }
 
-/// A recording that has passed all checks: at least two samples, finite values, regular increasing time.
+/// A checked recording: at least two samples, finite values, increasing time without unaccepted gaps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
     samples: Samples,
@@ -108,33 +110,33 @@ pub struct Record {
     interpolated: bool,
 }
 
-/// Samples whose errors do not count.
+/// A range of samples whose residuals are excluded from the criterion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Excluded {
-    /// The first.
+    /// Index of the first sample.
     pub start: usize,
-    /// One past the last.
+    /// Index one past the last sample.
     pub end: usize,
-    /// Of current and speed.
+    /// True for each excluded channel, in the order current, speed.
     pub channels: [bool; 2],
 }
 
 impl Record {
-    /// Checks the signals and makes a recording of them.
+    /// Checks the signals and creates a recording from them.
     ///
     /// # Errors
-    /// `Data` when lengths differ, there are fewer than two samples, there is no input (a voltage, or a current beside
-    /// a speed) or no output, a value is not finite or beyond [`VALUE_MAX`], or time repeats, goes back or has a gap.
+    /// `Data` if lengths differ, there are fewer than two samples, there is no input (a voltage, or a current beside a
+    /// speed) or no output, a value is not finite or exceeds [`VALUE_MAX`], or time repeats, decreases or has a gap.
     pub fn new(samples: Samples) -> Result<Self> {
         Self::from_file(samples, Source::default(), false)
     }
 
-    /// With `keep_gaps` a gap is a long step.
+    /// Creates a recording with its origin; with `keep_gaps` a gap in time is a long step instead of an error.
     pub(crate) fn from_file(samples: Samples, source: Source, keep_gaps: bool) -> Result<Self> {
         Self::with_gaps(samples, source, &|_, _| keep_gaps)
     }
 
-    /// With the gaps that `keep` accepts, by the sample before and the length in periods.
+    /// Creates a recording; `keep(n, periods)` accepts a gap of that length after sample `n`.
     fn with_gaps(samples: Samples, source: Source, keep: &dyn Fn(usize, f64) -> bool) -> Result<Self> {
         let located = |error: Error| source.path.iter().fold(error, |error, path| error.in_file(path));
         samples.check_shape().map_err(located)?;
@@ -153,7 +155,7 @@ impl Record {
         })
     }
 
-    /// Some of its samples.
+    /// Returns the samples of a range as a recording, with a note.
     fn part(&self, range: std::ops::Range<usize>, note: String) -> Result<Self> {
         let mut source = Source { lines: self.source.lines.of(range.clone()), ..self.source.clone() };
         source.notes.push(note);
@@ -168,10 +170,10 @@ impl Record {
         Ok(Self { excluded, slope, independent: self.independent, interpolated: self.interpolated, ..record })
     }
 
-    /// The first part of the samples, and the rest of them.
+    /// Splits the recording in two: the given fraction of the samples, and the remaining ones.
     ///
     /// # Errors
-    /// `Usage` when either would have fewer than two samples.
+    /// `Usage` if either would have fewer than two samples.
     pub fn split(&self, fraction: f64) -> Result<[Self; 2]> {
         let at = whole((count(self.len()) * fraction.clamp(0.0, 1.0)).round());
         if at < 2 || self.len() - at < 2 {
@@ -183,50 +185,51 @@ impl Record {
         Ok([part(0..at, "first")?, part(at..self.len(), "held-out")?])
     }
 
-    /// By how much the input rises over each step, around its value there as the mean; empty where it is held or
-    /// sampled as recorded. A change of rate makes such lines.
+    /// Returns the rise of the input over each step, in V or A; [`Self::input`] is then its mean over the step.
+    ///
+    /// A change of the sampling rate introduces slopes. Empty if the input is as recorded.
     #[must_use]
     pub fn slope(&self) -> &[f64] {
         &self.slope
     }
 
-    /// Returns whether values stand between samples that were measured.
+    /// Returns true if samples were interpolated between measured ones.
     #[must_use]
     pub fn is_interpolated(&self) -> bool {
         self.interpolated
     }
 
-    /// Some of its signals alone.
-    pub(crate) fn speed_alone(&self) -> Self {
+    /// Returns a copy without the current.
+    pub(crate) fn without_current(&self) -> Self {
         Self { samples: Samples { current: None, ..self.samples.clone() }, ..self.clone() }
     }
 
-    /// Time from the first sample to the last \[s\].
+    /// Returns the time from the first sample to the last \[s\].
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         let time = &self.samples.time_s;
         time.last().zip(time.first()).map_or(0.0, |(last, first)| last - first)
     }
 
-    /// The same with the input some samples later; what was before the first lasts on.
-    pub(crate) fn with_late_input(&self, samples: usize) -> Self {
+    /// Returns a copy with the input delayed by a number of samples; the first value is repeated at the start.
+    pub(crate) fn with_delayed_input(&self, samples: usize) -> Self {
         let input = self.input();
         let late = (0..input.len()).map(|n| input[n.saturating_sub(samples)]).collect();
         Self { samples: self.samples.clone().with_input(late), ..self.clone() }
     }
 
-    /// The same with the voltage held over each step as a line that does not rise.
-    pub(crate) fn with_level_steps(&self) -> Self {
+    /// Returns a copy with a zero-order hold of the input, expressed as slopes of 0.
+    pub(crate) fn with_zero_order_hold(&self) -> Self {
         Self { slope: vec![0.0; self.len()], ..self.clone() }
     }
 
-    /// Samples whose errors do not count.
+    /// Returns the ranges of samples that are excluded from the criterion.
     #[must_use]
     pub fn excluded(&self) -> &[Excluded] {
         &self.excluded
     }
 
-    /// For each sample whether its current and its speed count; empty when all do.
+    /// Returns a mask \[current, speed\] for each sample, true if its residual counts; empty if all count.
     #[must_use]
     pub fn counting(&self) -> Vec<[bool; 2]> {
         if self.excluded.is_empty() {
@@ -241,32 +244,32 @@ impl Record {
         counting
     }
 
-    /// The part of the samples that count as independent: filters leave less than all.
+    /// Returns the effective sample size over the number of samples, in (0, 1\]: filters correlate the noise.
     #[must_use]
-    pub fn independent(&self) -> f64 {
+    pub fn effective_sample_ratio(&self) -> f64 {
         self.independent
     }
 
-    /// The signals.
+    /// Returns the signals.
     #[must_use]
     pub fn samples(&self) -> &Samples {
         &self.samples
     }
 
-    /// Measured outputs in the order current, speed; a current that is the input is none.
+    /// Returns the measured outputs \[current, speed\]; a current that is the input is not an output.
     #[must_use]
     pub fn measured(&self) -> [Option<&[f64]>; 2] {
         let current = self.samples.current.as_deref().filter(|_| self.driver() == Quantity::Voltage);
         [current, self.samples.speed.as_deref()]
     }
 
-    /// Returns the quantity of the input: the voltage, or the current where no voltage was recorded.
+    /// Returns the input quantity: the voltage, or the current if no voltage was recorded.
     #[must_use]
     pub fn driver(&self) -> Quantity {
         self.samples.driver()
     }
 
-    /// The samples of the input, in V or A.
+    /// Returns the samples of the input, in V or A.
     #[must_use]
     pub fn input(&self) -> &[f64] {
         self.samples.input()
@@ -278,25 +281,25 @@ impl Record {
         self.samples.time_s.len()
     }
 
-    /// Never: a recording has at least two samples.
+    /// Returns false: a recording has at least two samples.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.samples.time_s.is_empty()
     }
 
-    /// The period \[s\]: the median of the steps between samples.
+    /// Returns the sampling period \[s\]: the median step in time.
     #[must_use]
     pub fn period_s(&self) -> f64 {
         self.steps.period_s
     }
 
-    /// The steps between samples.
+    /// Returns the steps in time between samples.
     #[must_use]
     pub fn steps(&self) -> &Steps {
         &self.steps
     }
 
-    /// Where it came from.
+    /// Returns the origin of the recording.
     #[must_use]
     pub fn source(&self) -> &Source {
         &self.source

@@ -1,4 +1,4 @@
-//! Files as prepared recordings: how they are read and what is done to them, in one thing.
+//! Reading and preparation of files in one call, and the parsers of their options.
 
 use super::prepare::check_rate;
 use super::{Offset, Preparation, Quantity, ReadOptions, Record, parse_number, read, read_bytes, read_joined};
@@ -7,20 +7,21 @@ use crate::text::excerpt;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 
-/// Options of reading and preparing files.
+/// Options for reading and preparing files.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Reading {
-    /// Options of reading.
+    /// Options of the import.
     pub options: ReadOptions,
-    /// The preparation of each recording.
+    /// Preparation of each recording.
     pub preparation: Preparation,
 }
 
 impl Reading {
-    /// The recordings of a file, or of `A+B`, which makes one recording of several.
+    /// Reads and prepares the recordings of a file, or the one recording joined from several files `A+B`.
     ///
     /// # Errors
-    /// As [`read`], [`read_joined`] and [`Preparation::apply`].
+    /// `Usage` for a rate below 1e-6 Hz or not finite, or a decimation of 0. Propagates the errors of [`read`],
+    /// [`read_joined`] and [`Preparation::apply`].
     pub fn records(&self, path: &Path) -> Result<Vec<Record>> {
         self.check()?;
         let read = match joined(path) {
@@ -30,22 +31,23 @@ impl Reading {
         self.prepared(read)
     }
 
-    /// The recordings of a file's bytes.
+    /// Reads and prepares the recordings in the bytes of a file.
     ///
     /// # Errors
-    /// As [`read_bytes`] and [`Preparation::apply`].
-    pub fn records_of(&self, bytes: &[u8]) -> Result<Vec<Record>> {
+    /// `Usage` for a rate below 1e-6 Hz or not finite, or a decimation of 0. Propagates the errors of [`read_bytes`]
+    /// and [`Preparation::apply`].
+    pub fn records_from_bytes(&self, bytes: &[u8]) -> Result<Vec<Record>> {
         self.check()?;
         self.prepared(read_bytes(bytes, None, &self.options)?)
     }
 
-    /// Numbers that are none, before anything is read.
+    /// Checks rates and decimation before anything is read.
     fn check(&self) -> Result<()> {
         for rate in [self.options.rate_hz, self.preparation.rate_hz].into_iter().flatten() {
             check_rate(rate)?;
         }
         if self.preparation.decimate == Some(0) {
-            return Err(Error::usage(text!([Decimate] " is 0"), "Give a whole number from 1 on."));
+            return Err(Error::usage(text!([Decimate] " is 0"), "Give a whole number of at least 1."));
         }
         Ok(())
     }
@@ -53,11 +55,11 @@ impl Reading {
     fn prepared(&self, read: Vec<Record>) -> Result<Vec<Record>> {
         let mut records = Vec::with_capacity(read.len());
         for record in read {
-            // Without a time column the rate has been used up.
+            // Without a time column the rate has already defined the times.
             let timed = record.source().columns.iter().any(|column| column.quantity == Quantity::Time);
             let rate_hz = self.preparation.rate_hz.filter(|_| timed);
             let preparation = Preparation { rate_hz, ..self.preparation.clone() };
-            if preparation.is_nothing() {
+            if preparation.is_identity() {
                 records.push(record);
             } else {
                 records.extend(preparation.apply(&record)?);
@@ -66,24 +68,24 @@ impl Reading {
         Ok(records)
     }
 
-    /// The files that a path names: one, or the parts of `A+B`.
+    /// Returns the files that a path names: one, or those joined by `A+B`.
     #[must_use]
     pub fn files(path: &Path) -> Vec<PathBuf> {
         joined(path).unwrap_or_else(|| vec![path.to_path_buf()])
     }
 }
 
-/// The files of `A+B`, unless a file has that name.
+/// Returns the files of `A+B`; `None` if a file has that name or a name is empty.
 fn joined(path: &Path) -> Option<Vec<PathBuf>> {
     let text = path.to_str().filter(|text| text.contains('+') && !path.exists())?;
     let parts: Vec<PathBuf> = text.split('+').map(PathBuf::from).collect();
     parts.iter().all(|part| !part.as_os_str().is_empty()).then_some(parts)
 }
 
-/// Reads `FROM:TO` \[s\], either of which may be open.
+/// Parses `FROM:TO` \[s\]; either time may be omitted.
 ///
 /// # Errors
-/// `Usage` when it is not.
+/// `Usage` if the text has another form, or the first time is not before the second.
 pub fn parse_crop(text: &str) -> Result<[Option<f64>; 2]> {
     let Some((from, to)) = text.split_once(':') else {
         let message = text!([Crop](": \"{}\" is not FROM:TO", excerpt(text)));
@@ -99,15 +101,16 @@ pub fn parse_crop(text: &str) -> Result<[Option<f64>; 2]> {
     Ok(range)
 }
 
+/// Parses a number, naming the setting in the error.
 fn number(text: &str, of: Setting) -> Result<f64> {
     parse_number(text, false)
         .map_err(|found| Error::usage(text!({of} ": {found}"), "Use a decimal point and SI units."))
 }
 
-/// Reads `auto`, or `current=0.02,speed=…`.
+/// Parses `auto` or a list of offsets, as in `current=0.02,speed=-0.1`.
 ///
 /// # Errors
-/// `Usage` when it is neither.
+/// `Usage` if the text is neither, or names an unknown or repeated signal.
 pub fn parse_offset(text: &str) -> Result<Offset> {
     if text.trim() == "auto" {
         return Ok(Offset::Auto);
@@ -120,11 +123,11 @@ pub fn parse_offset(text: &str) -> Result<Offset> {
         };
         let known = [Quantity::Voltage, Quantity::Current, Quantity::Speed, Quantity::Torque];
         let Some(quantity) = known.into_iter().find(|q| q.key() == key) else {
-            let message = text!([Offset](": \"{}\" is no signal", excerpt(key)));
+            let message = text!([Offset](": \"{}\" is not a signal", excerpt(key)));
             return Err(Error::usage(message, "Give voltage, current, speed or load_torque."));
         };
         if list.iter().any(|(q, _)| *q == quantity) {
-            return Err(Error::usage(text!([Offset] " gives {quantity} twice"), "Give each once."));
+            return Err(Error::usage(text!([Offset] " gives {quantity} twice"), "Give each signal once."));
         }
         list.push((quantity, number(value, Setting::Offset)?));
     }

@@ -1,32 +1,34 @@
-//! The signals of a recording.
+//! Signals of a recording, all of one length, in SI units.
 
 use super::Quantity;
 use crate::text::counted;
 use crate::{Error, Result};
 
-/// The signals of a recording, all of one length, SI units; the parts of a [`Record`](super::Record).
+/// Signals of a [`Record`](super::Record): all of one length, in SI units.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Samples {
     /// Time \[s\], increasing.
     pub time_s: Vec<f64>,
-    /// Voltage \[V\]; empty where it was not recorded, and the current is the input.
+    /// Voltage \[V\]; empty if it was not recorded and the current is the input.
     pub voltage: Vec<f64>,
-    /// Load torque \[N·m\].
+    /// Load torque \[N·m\], if it was recorded.
     pub torque: Option<Vec<f64>>,
-    /// Current \[A\].
+    /// Current \[A\], if it was recorded.
     pub current: Option<Vec<f64>>,
-    /// Speed \[rad/s\].
+    /// Speed \[rad/s\], if it was recorded.
     pub speed: Option<Vec<f64>>,
 }
 
-/// The signals of a recording but time.
+/// Signals of a recording without the time, in their fixed order.
 const SIGNALS: [Quantity; 4] = [Quantity::Voltage, Quantity::Torque, Quantity::Current, Quantity::Speed];
 
 impl Samples {
+    /// Returns the input quantity: the voltage, or the current if no voltage was recorded.
     pub(super) fn driver(&self) -> Quantity {
         if self.voltage.is_empty() { Quantity::Current } else { Quantity::Voltage }
     }
 
+    /// Returns the samples of the input, in V or A.
     pub(super) fn input(&self) -> &[f64] {
         match self.driver() {
             Quantity::Current => self.current.as_deref().unwrap_or_default(),
@@ -34,7 +36,7 @@ impl Samples {
         }
     }
 
-    /// The same with another input.
+    /// Returns the signals with another input.
     pub(super) fn with_input(self, input: Vec<f64>) -> Self {
         match self.driver() {
             Quantity::Current => Self { current: Some(input), ..self },
@@ -45,7 +47,7 @@ impl Samples {
     /// Returns the samples of a range.
     ///
     /// # Panics
-    /// When the range is not among the samples, as slices do.
+    /// Panics if the range exceeds the samples.
     #[must_use]
     pub fn slice(&self, range: std::ops::Range<usize>) -> Self {
         let some = |signal: &Option<Vec<f64>>| signal.as_ref().map(|signal| signal[range.clone()].to_vec());
@@ -58,7 +60,7 @@ impl Samples {
         }
     }
 
-    /// A signal, if it is there; none for what a recording does not hold.
+    /// Returns a signal; `None` if it was not recorded.
     pub(super) fn signal(&self, quantity: Quantity) -> Option<&[f64]> {
         match quantity {
             Quantity::Time => Some(&self.time_s),
@@ -70,12 +72,12 @@ impl Samples {
         }
     }
 
-    /// Returns the signals present, time left out, in the order voltage, load torque, current, speed.
+    /// Returns the recorded signals without the time, in the order voltage, load torque, current, speed.
     pub fn signals(&self) -> impl Iterator<Item = (Quantity, &[f64])> {
         SIGNALS.into_iter().filter_map(|quantity| Some((quantity, self.signal(quantity)?)))
     }
 
-    /// Changes the signals present, time left out.
+    /// Applies a function to each recorded signal except the time.
     pub(super) fn change(&mut self, change: impl Fn(Quantity, &mut Vec<f64>)) {
         let voltage = Some(&mut self.voltage).filter(|voltage| !voltage.is_empty());
         let signals = [voltage, self.torque.as_mut(), self.current.as_mut(), self.speed.as_mut()];
@@ -86,7 +88,7 @@ impl Samples {
         }
     }
 
-    /// Returns whether there are samples, of one length, of an input and an output.
+    /// Checks that there are at least two samples, equally many in each signal, of an input and an output.
     pub(super) fn check_shape(&self) -> Result<()> {
         let count = self.time_s.len();
         if count < 2 {
@@ -101,16 +103,15 @@ impl Samples {
         let (message, remedy) = match (!self.voltage.is_empty(), &self.current, &self.speed) {
             (true, None, None) => (
                 "neither current nor speed was recorded",
-                "Record at least one of them; all five parameters need both.",
+                "Record at least one of them; identifying all five parameters takes both.",
             ),
             (false, Some(_), None) => (
-                "the current alone was recorded: nothing tells what it answers or drives",
-                "Record the voltage beside it, which gives R and L, or the speed, which gives the mechanical side.",
+                "only the current was recorded: neither its cause nor its effect is known",
+                "Record the voltage too, which identifies R and L, or the speed, which identifies the mechanical side.",
             ),
-            (false, None, Some(_)) => (
-                "the speed alone was recorded: nothing tells what drives it",
-                "Record the voltage or the current beside it.",
-            ),
+            (false, None, Some(_)) => {
+                ("only the speed was recorded: the input is not known", "Record the voltage or the current too.")
+            }
             (false, None, None) => {
                 ("neither voltage, current nor speed was recorded", "Record voltage, current and speed.")
             }

@@ -1,28 +1,30 @@
-//! A recording as bytes and back, to the last bit: how it travels between processes. Not a format to keep files in.
+//! Serialization of recordings between processes: a JSON header and little-endian f64 values, exact to the last bit.
+//!
+//! The format is bound to one version of the program and is not meant for files that are kept.
 
 use super::{Excluded, Record, SAMPLES_MAX, Samples, Source};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 
-/// The first bytes; another version has others.
+/// First bytes, with the version of the format.
 const MAGIC: &[u8] = b"motorfit record 2\n";
 
-/// The header before the numbers.
+/// Header before the values.
 #[derive(Serialize, Deserialize)]
 struct Head {
     source: Source,
     excluded: Vec<Excluded>,
     independent: f64,
     interpolated: bool,
-    /// Lengths of time, voltage, load torque, current, speed and slope; `None` for a signal that is not there.
+    /// Lengths of time, voltage, load torque, current, speed and slope; `None` for a signal that was not recorded.
     lengths: [Option<usize>; 6],
 }
 
 impl Record {
-    /// The recording as bytes.
+    /// Serializes the recording.
     ///
     /// # Errors
-    /// `Data` when its path is no text.
+    /// `Data` if the path is not valid Unicode.
     pub fn to_stored(&self) -> Result<Vec<u8>> {
         let Samples { time_s, voltage, torque, current, speed } = &self.samples;
         let signals =
@@ -35,16 +37,16 @@ impl Record {
             lengths: signals.map(|signal| signal.map(Vec::len)),
         };
         let head = serde_json::to_string(&head)
-            .map_err(|error| Error::data(format!("the recording cannot travel: {error}"), "Rename its file."))?;
+            .map_err(|error| Error::data(format!("the recording cannot be serialized: {error}"), "Rename its file."))?;
         let mut bytes = [MAGIC, head.as_bytes(), b"\n"].concat();
         signals.iter().copied().flatten().flatten().for_each(|v| bytes.extend_from_slice(&v.to_le_bytes()));
         Ok(bytes)
     }
 
-    /// The recording of bytes, checked as if it were new.
+    /// Deserializes a recording and checks it as a new one.
     ///
     /// # Errors
-    /// `Data` when they are not those of a recording.
+    /// `Data` if the bytes are not a valid recording of this version.
     pub fn from_stored(bytes: &[u8]) -> Result<Self> {
         let wrong = || Error::data("these are not the bytes of a recording of this version", "Read its file again.");
         let text = bytes.strip_prefix(MAGIC).ok_or_else(wrong)?;

@@ -1,4 +1,4 @@
-//! Results as JSON documents. What is not available or not finite is `null`.
+//! Results as JSON documents. Values that are not available or not finite are `null`.
 
 use super::spelling::command_line;
 use crate::evaluate::{Level, Problem, cpu_name};
@@ -10,13 +10,13 @@ use crate::text::{printable_json, shell_quoted};
 use crate::warning::Warning;
 use serde_json::{Value, json as value};
 
-/// A JSON document as text, one line end at its end; control characters that JSON allows raw are escaped too.
+/// Formats a JSON document with a newline at its end. Control characters that JSON allows unescaped are escaped too.
 #[must_use]
 pub fn json(document: &Value) -> String {
     printable_json(&format!("{document:#}\n"))
 }
 
-/// Warnings of a severity: those of a result and, apart from them, remarks.
+/// Returns the warnings of one severity, which separates the warnings of a result from its remarks.
 pub(super) fn warnings(list: &[Warning], severity: Severity) -> Value {
     let one = |w: &Warning| {
         let remedy = w.remedy.as_ref().map(|remedy| remedy.spelled(command_line));
@@ -25,11 +25,11 @@ pub(super) fn warnings(list: &[Warning], severity: Severity) -> Value {
     list.iter().filter(|w| w.severity == severity).map(one).collect()
 }
 
-/// Returns the JSON document of an identification: what was found, with what was asked for.
+/// Returns the JSON document of an identification: its settings and its results.
 #[must_use]
 pub fn identify_document(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Value {
     let mut record = value!(found);
-    // A library's result knows the numbers of its recordings, a document their files.
+    // A result refers to recordings by index, a document by file.
     let named = |entry: &mut Value| {
         let of = entry["record"].as_u64().and_then(|n| records.get(usize::try_from(n).ok()?));
         entry["record"] =
@@ -38,7 +38,7 @@ pub fn identify_document(records: &[Record], spec: &IdentifySpec, found: &Identi
     let parameters = record["parameters"].as_object_mut().into_iter().flatten();
     parameters.filter_map(|(_, entry)| entry.get_mut("recordings")?.as_array_mut()).flatten().for_each(named);
     record["left_out"].as_array_mut().into_iter().flatten().for_each(named);
-    // A library's record has the names of its settings, a document those of flags.
+    // Messages refer to settings; a document spells them as flags.
     record["warnings"] = warnings(&found.warnings, Severity::Report);
     record["remarks"] = warnings(&found.warnings, Severity::Mention);
     for (entry, reason) in record["trust"]["reasons"].as_array_mut().into_iter().flatten().zip(&found.trust.reasons) {
@@ -56,7 +56,7 @@ pub fn identify_document(records: &[Record], spec: &IdentifySpec, found: &Identi
         "generations": spec.generations,
         "criterion": spec.criterion.norm.name(),
         "scale": spec.criterion.scale.name(),
-        // Here among what was asked for; the others come in the order of the record.
+        // This key is placed among the settings; other results follow in their own order.
         "input": null,
         "discretization": null,
         "initial": spec.model.initial.name(),
@@ -64,24 +64,24 @@ pub fn identify_document(records: &[Record], spec: &IdentifySpec, found: &Identi
     joined(asked, record)
 }
 
-/// Returns the command for the next step, of recordings that are files.
+/// Returns the command of the next step, or only its text if a recording is not a file.
 fn next_command(records: &[Record], step: &Text) -> String {
     let step = step.spelled(command_line);
     let path = |record: &Record| Some(shell_quoted(&record.source().path.as_ref()?.to_string_lossy()));
     let Some(mut paths) = records.iter().map(path).collect::<Option<Vec<String>>>() else { return step };
-    // Parts of a file have its path.
+    // Several recordings of one file have the same path.
     paths.dedup();
     let identify = command_line(&Reference::Command(Command::Identify));
     let (operation, flags) = if step.starts_with("--") { (identify, step) } else { (step, String::new()) };
     [operation, paths.join(" "), flags].join(" ").trim_end().to_owned()
 }
 
-/// Values of the five parameters by their symbols.
+/// Returns the values of the five parameters as an object with their symbols as keys.
 pub(super) fn by_symbol(values: [impl Into<Value>; 5]) -> Value {
     Parameter::ALL.iter().zip(values).map(|(p, value)| (p.symbol().to_owned(), value.into())).collect()
 }
 
-/// An object with the entries of another behind its own.
+/// Appends the entries of an object to another.
 pub(super) fn joined(mut first: Value, others: Value) -> Value {
     if let (Value::Object(first), Value::Object(others)) = (&mut first, others) {
         first.extend(others);
@@ -89,18 +89,18 @@ pub(super) fn joined(mut first: Value, others: Value) -> Value {
     first
 }
 
-/// The JSON document of an evaluation.
+/// Facts about an evaluation of candidates for its JSON document.
 pub struct EvaluateDocument {
-    /// The number of candidates evaluated.
+    /// Number of candidates evaluated.
     pub candidates: u64,
-    /// True if the user ended it early.
+    /// True if the user ended the evaluation early.
     pub interrupted: bool,
-    /// In how many seconds, all in all.
+    /// Duration of the evaluation \[s\].
     pub seconds: f64,
 }
 
 impl EvaluateDocument {
-    /// The best candidates (cost, values of the free parameters), with what they were evaluated on.
+    /// Returns the JSON document with the best candidates, each a cost and the values of the free parameters.
     #[must_use]
     pub fn of<'a>(
         &self,
@@ -110,7 +110,7 @@ impl EvaluateDocument {
     ) -> Value {
         let problem = costs.problem();
         let (kind, name, precision) = costs.device();
-        let entry = |(cost, values): (f64, &[f64])| value!({"cost": cost, "parameters": meant(problem, values)});
+        let entry = |(cost, values): (f64, &[f64])| value!({"cost": cost, "parameters": by_name(problem, values)});
         value!({
             "motorfit": env!("CARGO_PKG_VERSION"),
             "records": records,
@@ -127,8 +127,8 @@ impl EvaluateDocument {
     }
 }
 
-/// Returns the values of a candidate by symbol, as lists where each recording has its own.
-fn meant(problem: &Problem, candidate: &[f64]) -> Value {
+/// Returns the parameters of a candidate by symbol, as lists if each recording has its own value.
+fn by_name(problem: &Problem, candidate: &[f64]) -> Value {
     let space = problem.space();
     let extensions = space.free().iter().map(|axis| axis.parameter).chain(space.fixed().iter().map(|(p, _, _)| *p));
     let all = Parameter::ALL.into_iter().chain(extensions.filter(|p| p.is_extension()));
@@ -141,7 +141,7 @@ fn meant(problem: &Problem, candidate: &[f64]) -> Value {
     all.map(entry).collect()
 }
 
-/// Returns the JSON document of what this machine can evaluate on.
+/// Returns the JSON document of the devices of this machine; `threads` is the number of CPU threads.
 #[must_use]
 pub fn devices_document(threads: usize) -> Value {
     let levels: Vec<&str> = Level::available().map(Level::name).collect();

@@ -1,4 +1,4 @@
-//! The figures of reports, as charts.
+//! Figures of reports.
 
 use super::page::Figure;
 use super::plot::{Chart, Line, boxes, chart, correlation, panels};
@@ -11,10 +11,11 @@ use crate::record::{Quantity, Record};
 use crate::report::compare::quartiles;
 use crate::study::compare::{Block, Comparison, MethodEstimates, MethodResult, Reached, reached};
 
-/// Simulates a model under the inputs of a recording: current and speed.
+/// Simulates a motor under the input of a recording and returns current \[A\] and speed \[rad/s\]; both are empty if the
+/// recording cannot be simulated.
 #[must_use]
 pub fn model(record: &Record, parameters: &Parameters, initial: [f64; 2], how: Discretization) -> [Vec<f64>; 2] {
-    // As the fit has it: prepared recordings bring their own inputs.
+    // The inputs are taken from a problem, as in the fit, because preparation may have changed them.
     let criterion = Criterion { scale: Scale::None, ..Criterion::default() };
     let model = Model { discretization: how, initial: Initial::Measured };
     let Ok(problem) = Problem::new(std::slice::from_ref(record), model, Space::table2(), criterion) else {
@@ -25,7 +26,8 @@ pub fn model(record: &Record, parameters: &Parameters, initial: [f64; 2], how: D
 
 const CHANNELS: [(&str, &str); 2] = [("Current", "current [A]"), ("Speed", "speed [rad/s]")];
 
-/// Measured against a named model: both signals, what is left of them, and the transient enlarged.
+/// Returns the figure of measured and modelled signals, their residuals, and the transient enlarged. `name` is the
+/// name of the model in the legend.
 #[must_use]
 pub fn responses(id: &str, record: &Record, name: &str, signals: &[Vec<f64>; 2]) -> Figure {
     let time = &record.samples().time_s;
@@ -40,39 +42,43 @@ pub fn responses(id: &str, record: &Record, name: &str, signals: &[Vec<f64>; 2])
     };
     let chart =
         |title: String, label: &str, lines: Vec<Line>| Chart { lines, ..Chart::new(title, ["time [s]", label]) };
-    let (mut whole, mut left, mut enlarged) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut complete, mut residuals, mut enlarged) = (Vec::new(), Vec::new(), Vec::new());
     let by_current = record.driver() == Quantity::Current;
     for (channel, (title, label)) in CHANNELS.into_iter().enumerate() {
         if by_current && channel == 0 {
-            whole.push(chart(title.to_owned(), label, vec![line("input", record.input())]));
+            complete.push(chart(title.to_owned(), label, vec![line("input", record.input())]));
             continue;
         }
         let (measured, model) = (record.measured()[channel].unwrap_or_default(), &signals[channel]);
         let residual: Vec<f64> = measured.iter().zip(model).map(|(a, b)| a - b).collect();
         let lines = vec![line("measured", measured), line(name, model)];
         enlarged.push(chart(format!("{title}, transient"), label, lines.iter().map(inside).collect()));
-        whole.push(chart(title.to_owned(), label, lines));
-        // Behind an empty line, the residual has the colour of its model.
+        complete.push(chart(title.to_owned(), label, lines));
+        // The empty line gives the residual the colour of its model.
         let lines = vec![Line::default(), line(name, &residual)];
-        left.push(chart(format!("{title}: measured less model"), label, lines));
+        residuals.push(chart(format!("{title} residual"), label, lines));
     }
-    let charts: Vec<Chart> = whole.into_iter().chain(left).chain(enlarged).collect();
+    let charts: Vec<Chart> = complete.into_iter().chain(residuals).chain(enlarged).collect();
     Figure {
         id: id.to_owned(),
         map: false,
         svg: panels(&charts, 2, [560.0, 300.0]),
         alternative: format!("Current and speed over time, measured and by {name}, with residuals"),
         caption: match by_current {
-            true => "Above: the current, which is the input, and the speed with the model. Below: what the model leaves, and \
-                     the transient after the largest change of the input, enlarged.",
-            false => "Above: measured and model. Middle: what the model leaves. Below: the transient after the largest \
-                      change of the voltage, enlarged.",
+            true => {
+                "Top: the current, which is the input, and the measured and modelled speed. Bottom: the residual, and \
+                     the transient after the largest change of the input, enlarged."
+            }
+            false => {
+                "Top: measured and modelled signals. Middle: residuals. Bottom: the transient after the largest \
+                      change of the voltage, enlarged."
+            }
         }
         .to_owned(),
     }
 }
 
-/// From shortly before the largest change of the voltage on, for a while; the beginning where nothing changes.
+/// Returns the interval around the largest change of the input \[s\], or at the start of a constant input.
 fn transient(record: &Record) -> [f64; 2] {
     let samples = record.samples();
     let (time, voltage) = (&samples.time_s, record.input());
@@ -82,12 +88,12 @@ fn transient(record: &Record) -> [f64; 2] {
     [time[at] - 0.005 * whole, time[at] + 0.05 * whole]
 }
 
-/// Correlations of an estimate; `None` without them.
+/// Returns the figure of the correlations of the estimates; `None` without a covariance or with too many parameters.
 #[must_use]
 pub fn correlations(found: &Identification) -> Option<Figure> {
     let uncertainty = found.uncertainty.as_ref()?;
     let free = found.space.free();
-    // Those of many recordings are too many to be seen.
+    // A matrix of the parameters of many recordings would not be legible.
     if free.len() > CORRELATED {
         return None;
     }
@@ -102,7 +108,7 @@ pub fn correlations(found: &Identification) -> Option<Figure> {
     let pairs = (0..free.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
     let strongest = pairs.max_by(|x, y| values[x.0][x.1].abs().total_cmp(&values[y.0][y.1].abs()));
     let caption = strongest.map_or(String::new(), |(a, b)| {
-        format!("The strongest is {:.2}, of {} and {}.", values[a][b], names[a], names[b])
+        format!("The largest in magnitude is {:.2}, between {} and {}.", values[a][b], names[a], names[b])
     });
     Some(Figure {
         id: "correlation".to_owned(),
@@ -113,10 +119,10 @@ pub fn correlations(found: &Identification) -> Option<Figure> {
     })
 }
 
-/// Parameters whose correlations are drawn at most.
+/// Largest number of parameters whose correlations are drawn.
 const CORRELATED: usize = 16;
 
-/// The lowest cost after each generation.
+/// Returns the figure of the lowest cost after each generation; `None` without a search.
 #[must_use]
 pub fn history(found: &Identification, spec: &IdentifySpec) -> Option<Figure> {
     if found.history.len() < 2 {
@@ -134,7 +140,7 @@ pub fn history(found: &Identification, spec: &IdentifySpec) -> Option<Figure> {
     })
 }
 
-/// The lowest cost by generation: median and quartiles over runs.
+/// Returns the figure of the lowest cost after each generation: median and quartiles over runs.
 #[must_use]
 pub fn convergence(id: &str, block: &Block) -> Figure {
     let line = |result: &MethodResult| {
@@ -144,17 +150,17 @@ pub fn convergence(id: &str, block: &Block) -> Figure {
         Line { name: result.method.name().to_owned(), points, band, steps: false }
     };
     let lines = block.results.iter().map(line).collect();
-    let of = Chart { lines, ..Chart::new("Lowest cost so far", ["generation [1]", "cost [1]"]).log([false, true]) };
+    let of = Chart { lines, ..Chart::new("Lowest cost", ["generation [1]", "cost [1]"]).log([false, true]) };
     Figure {
         id: format!("{id}-convergence"),
         map: false,
         svg: chart(&of),
         alternative: "Lowest cost after each generation for each method: median and quartiles over runs".to_owned(),
-        caption: "Median over runs with the band of the middle half (the paper's Figs. 8\u{2013}10).".to_owned(),
+        caption: "Median and interquartile range over runs (the paper's Figs. 8\u{2013}10).".to_owned(),
     }
 }
 
-/// Errors of the parameters over runs; `None` where nothing is known that they could be errors of.
+/// Returns the figure of the relative errors of the parameters over runs; `None` without true or refined parameters.
 #[must_use]
 pub fn errors(id: &str, comparison: &Comparison, block: &Block) -> Option<Figure> {
     let (expected, found) = (comparison.expected()?, comparison.estimates(block));
@@ -170,16 +176,17 @@ pub fn errors(id: &str, comparison: &Comparison, block: &Block) -> Option<Figure
         map: false,
         svg: boxes(Parameter::ALL.map(panel).to_vec(), "relative error [%]"),
         alternative: "Boxes of the relative errors of each parameter over runs, for each method".to_owned(),
-        caption: "Quartiles and median over runs; whiskers reach 1.5 of the box. Steiglitz\u{2013}McBride: over records with new \
+        caption: "Median and quartiles over runs; whiskers extend to 1.5 interquartile ranges. Steiglitz\u{2013}McBride: over records with new \
                   noise."
             .to_owned(),
     })
 }
 
-/// The points of the line of a method.
+/// Function that returns the points of the curve of a method.
 type Points<'a> = dyn Fn(&MethodResult, &Reached) -> Vec<(f64, f64)> + 'a;
 
-/// Distributions: final costs, targets reached by evaluations and by time.
+/// Returns the figure of the empirical distributions of final costs, and of targets reached over evaluations and over
+/// time.
 #[must_use]
 pub fn distributions(id: &str, comparison: &Comparison, block: &Block) -> Figure {
     let (_, reached) = reached(block, comparison.spec.target);
@@ -198,11 +205,11 @@ pub fn distributions(id: &str, comparison: &Comparison, block: &Block) -> Figure
         axis.iter().map(|value| unit * value).zip(reached.share.iter().copied()).collect()
     };
     let charts = [
-        chart("Final costs", ["cost [1]", "share of runs [1]"], &costs).log([true, false]),
-        chart("Targets, equal evaluations", ["evaluations of a run [1]", "share reached [1]"], &|_, reached| {
+        chart("Final costs", ["cost [1]", "fraction of runs [1]"], &costs).log([true, false]),
+        chart("Targets over evaluations", ["evaluations of a run [1]", "fraction reached [1]"], &|_, reached| {
             targets(&reached.evaluations, 1.0, reached)
         }),
-        chart("Targets, equal time", ["time of a run [ms]", "share reached [1]"], &|_, reached| {
+        chart("Targets over time", ["time of a run [ms]", "fraction reached [1]"], &|_, reached| {
             targets(&reached.seconds, 1e3, reached)
         }),
     ];
@@ -211,13 +218,13 @@ pub fn distributions(id: &str, comparison: &Comparison, block: &Block) -> Figure
         map: false,
         svg: panels(&charts, 3, [400.0, 340.0]),
         alternative: "Empirical distributions of final costs and of targets reached over evaluations and time".to_owned(),
-        caption: "Left: how many runs end at a cost or below. Middle and right: share of all pairs of a run and a target reached, \
-                  under equal evaluations and under equal time."
+        caption: "Left: fraction of runs that end at or below a cost. Middle and right: fraction of all pairs of a run and a target \
+                  that are reached, over evaluations and over time."
             .to_owned(),
     }
 }
 
-/// Final costs, run by run, the best first.
+/// Returns the figure of the final costs of all runs in increasing order.
 #[must_use]
 pub fn waterfall(id: &str, block: &Block) -> Figure {
     let line = |result: &MethodResult| {
@@ -231,6 +238,6 @@ pub fn waterfall(id: &str, block: &Block) -> Figure {
         map: false,
         svg: chart(&of),
         alternative: "Final costs of all runs in order, for each method, on a logarithmic axis".to_owned(),
-        caption: "Steps in a curve are optima in which runs are trapped.".to_owned(),
+        caption: "Plateaus are local optima in which runs are trapped.".to_owned(),
     }
 }

@@ -1,4 +1,4 @@
-//! Fitted and held-out recordings side by side.
+//! Fit of the held-out recordings beside that of the fitted ones.
 
 use super::figures::responses;
 use super::identified::{noise_floor_text, verdicts};
@@ -8,10 +8,17 @@ use crate::analysis::{HeldOut, ResidualTests, Validation};
 use crate::identify::Identification;
 use crate::text::{decimals, significant};
 
-const HEADS: [&str; 7] =
-    ["recordings", "current", "speed", "residuals [A, rad/s]", "white", "independent of the voltage", "estimated"];
+const HEADS: [&str; 7] = [
+    "recordings",
+    "current [%]",
+    "speed [%]",
+    "residual σ [A, rad/s]",
+    "white",
+    "independent of the voltage",
+    "estimated",
+];
 
-/// Recordings that were not fitted: their fits beside that of the others, and how they are explained.
+/// Returns the table of fits and a figure for each held-out recording.
 pub(super) fn held_out(found: &Identification, validation: &Validation) -> Vec<Part> {
     let plot = |(n, held): (usize, &HeldOut)| {
         Part::Figure(responses(&format!("held-out-{n}"), &held.record, "model", &held.simulated))
@@ -21,12 +28,12 @@ pub(super) fn held_out(found: &Identification, validation: &Validation) -> Vec<P
 }
 
 fn table(found: &Identification, validation: &Validation) -> Table {
-    let mut table = Table::new("held-out", "Fit of what was fitted and of what was held out [%]", &HEADS);
+    let mut table = Table::new("held-out", "Fit of the fitted and the held-out recordings", &HEADS);
     let mut row = |name: String, fit: [Option<f64>; 2], sigma: [Option<f64>; 2], tests: &[ResidualTests], own| {
         let [current, speed] = fit.map(|f| f.map_or_else(dash, |f| decimals(f, 2)));
-        let left = sigma.map(|s| s.map_or_else(dash, |s| significant(s, 3))).join(", ");
+        let deviation = sigma.map(|s| s.map_or_else(dash, |s| significant(s, 3))).join(", ");
         let [white, independent] = if tests.is_empty() { Default::default() } else { verdicts(tests) };
-        table.row([name, current, speed, left, white, independent, own]);
+        table.row([name, current, speed, deviation, white, independent, own]);
     };
     let held = &validation.held_out;
     row("fitted".to_owned(), found.fit_percent, found.residual_sigma, &found.residual_tests, String::new());
@@ -37,20 +44,21 @@ fn table(found: &Identification, validation: &Validation) -> Table {
         row(name_of(n, held), held.fit_percent, held.residual_sigma, &[held.residual_tests], own(held));
     }
     if let Some(of) = &found.noise_floor {
-        row("ceiling".to_owned(), of.best_achievable_percent, of.sigma, &[], String::new());
+        row("noise floor".to_owned(), of.best_achievable_percent, of.sigma, &[], String::new());
     }
     table.note(
-        "Held-out recordings are simulated with the parameters found; what is estimated from one itself stands beside \
-         it: its state where it begins in motion, and parameters that each recording has for itself. White and independent of the voltage: whether the residuals of current and \
-         speed are, as those of a model that misses nothing.",
+        "Held-out recordings are simulated with the estimated parameters. The last column lists the quantities that are \
+         estimated from the held-out recording: its initial state if it begins in motion, and parameters that each \
+         recording has of its own. White and independent of the voltage are the verdicts on the residuals of current and \
+         speed; the residuals of an adequate model are both.",
     );
     if let Some(of) = &found.noise_floor {
-        table.note(format!("Ceiling: {}.", noise_floor_text(of)));
+        table.note(format!("Noise floor: {}.", noise_floor_text(of)));
     }
     table
 }
 
-/// Lists what is estimated from the held-out recording itself.
+/// Lists the quantities that are estimated from the held-out recording itself.
 fn own(held: &HeldOut) -> String {
     let initial = held.initial_is_estimated.then(|| "initial state".to_owned());
     let values = held.own.iter().map(|(p, v)| format!("{} = {} {}", p.symbol(), significant(*v, 3), p.unit()));

@@ -1,11 +1,10 @@
-//! Parts of an identification in words: feedforward characteristics, tests of the residuals,
-//! repeatability.
+//! Parts of an identification as text: feedforward characteristics, residual tests and the noise floor.
 
 use crate::analysis::{Characteristic, Characteristics, NoiseFloor, Regression, ResidualTest, ResidualTests};
 use crate::identify::Identification;
 use crate::text::{engineering, significant};
 
-/// The characteristics in lines, and one for the widest difference of a regression.
+/// Returns the characteristics as labelled lines, the last of which has the regression over the widest window.
 #[must_use]
 pub fn characteristics_lines(found: &Identification) -> Vec<(&'static str, String)> {
     let of = |list: &[(&str, &str, Option<Characteristic>)]| {
@@ -30,19 +29,20 @@ pub(super) fn window(regression: &Regression) -> String {
     format!("{}, {} samples", engineering(regression.window_s, "s", 3), regression.window_samples)
 }
 
-/// A value to five digits, with its standard error where it has one.
+/// Formats a value to five significant digits, with its standard error if it has one.
 pub(super) fn with_error(c: Characteristic) -> String {
     let error = c.std_error.map_or(String::new(), |e| format!(" \u{b1} {}", significant(e, 2)));
     format!("{}{error}", significant(c.value, 5))
 }
 
-/// Returns whether residuals are white and independent of the voltage, over recordings: both channels, where they are tested.
+/// Returns the verdicts over recordings whether the residuals are white and independent of the voltage, each for
+/// current and speed; a dash stands for a channel without a test.
 #[must_use]
 pub fn verdicts(tests: &[ResidualTests]) -> [String; 2] {
     let of = |verdict: &dyn Fn(&ResidualTest) -> Option<bool>| {
         let channel = |channel: usize| {
-            let told: Vec<bool> = tests.iter().filter_map(|t| verdict(t[channel].as_ref()?)).collect();
-            match (told.iter().filter(|good| !**good).count(), told.len()) {
+            let verdicts: Vec<bool> = tests.iter().filter_map(|t| verdict(t[channel].as_ref()?)).collect();
+            match (verdicts.iter().filter(|good| !**good).count(), verdicts.len()) {
                 (_, 0) => "\u{2013}".to_owned(),
                 (0, _) => "yes".to_owned(),
                 (_, 1) => "no".to_owned(),
@@ -54,11 +54,14 @@ pub fn verdicts(tests: &[ResidualTests]) -> [String; 2] {
     [of(&|test| Some(test.whiteness.is_white)), of(&|test| test.voltage.map(|v| v.is_independent))]
 }
 
-/// The repeatability in words.
+/// Describes the noise floor.
 #[must_use]
 pub fn noise_floor_text(found: &NoiseFloor) -> String {
     let channels = ["current", "speed"].into_iter().zip(found.best_achievable_percent);
     let to: Vec<String> = channels.filter_map(|(name, p)| Some(format!("{name} {:.2} %", p?))).collect();
     let count: usize = found.groups.iter().map(Vec::len).sum();
-    format!("{count} recordings with the same input repeat to {}: no model is expected to fit better", to.join(", "))
+    format!(
+        "{count} recordings with the same input limit the fit to {}; no model is expected to fit better",
+        to.join(", ")
+    )
 }

@@ -1,4 +1,4 @@
-//! Tables of an identification: parameters, fit, feedforward characteristics, the selection of a model.
+//! Tables of an identification: parameters, fit, feedforward characteristics, model selection.
 
 use super::identified::{window, with_error};
 use super::table::{Table, dash};
@@ -7,7 +7,7 @@ use crate::identify::{Identification, IdentifySpec, SelectionStep};
 use crate::motor::{Discretization, Extension, Input, Scope};
 use crate::text::{decimals, significant};
 
-/// The parameters with what is known of them.
+/// Returns the table of parameters with their uncertainty.
 pub(super) fn parameters_table(found: &Identification) -> Table {
     let heads = ["parameter", "value", "unit", "standard error", "95 % interval", "remark"];
     let mut table = Table::new("parameters", "Parameters", &heads);
@@ -15,8 +15,9 @@ pub(super) fn parameters_table(found: &Identification) -> Table {
         let p = e.parameter;
         let remark = match (e.value, e.at_bound) {
             (None, _) => "not identifiable".to_owned(),
-            _ if e.fixed => "held".to_owned(),
-            (_, Some(side)) => format!("at its {side}"),
+            _ if e.fixed => "fixed".to_owned(),
+            (_, Some("max")) => "at its upper bound".to_owned(),
+            (_, Some(_)) => "at its lower bound".to_owned(),
             _ => String::new(),
         };
         let of = if let Scope::Recording(n) = e.scope {
@@ -36,9 +37,9 @@ pub(super) fn parameters_table(found: &Identification) -> Table {
     table
 }
 
-/// The fit of each channel.
+/// Returns the table of the fit of each channel.
 pub(super) fn fit_table(found: &Identification, spec: &IdentifySpec) -> Table {
-    let mut table = Table::new("fit", "Fit", &["channel", "fit [%]", "residual", "residual white"]);
+    let mut table = Table::new("fit", "Fit", &["channel", "fit [%]", "residual σ", "residuals white"]);
     for (channel, (name, unit)) in [("current", "A"), ("speed", "rad/s")].into_iter().enumerate() {
         let white = found.uncertainty.as_ref().and_then(|u| u.whiteness[channel].as_ref());
         let white = white.map_or_else(dash, |w| if w.is_white { "yes" } else { "no" }.to_owned());
@@ -51,7 +52,7 @@ pub(super) fn fit_table(found: &Identification, spec: &IdentifySpec) -> Table {
     table
 }
 
-/// The characteristics as a table.
+/// Returns the table of the feedforward characteristics.
 pub(super) fn characteristics_table(found: &Identification) -> Table {
     let mut heads = vec!["characteristic".to_owned(), "unit".to_owned(), "output error".to_owned()];
     heads.extend(found.regressions.iter().map(|r| format!("regression over {}", window(r))));
@@ -62,58 +63,59 @@ pub(super) fn characteristics_table(found: &Identification) -> Table {
         table.named_row(&name.replace('_', " "), [unit.to_owned(), cell(by_error)].into_iter().chain(by_regression));
     }
     let beside = match found.regressions.is_empty() {
-        true => "A regression of the speed's differences has too little to tell them apart here.",
+        true => "A regression on differences of the measured speed does not identify them here.",
         false => {
-            "The regression takes differences of the measured speed, which flatten what is fast; noise and inductance bias \
+            "The regression uses differences of the measured speed, which attenuate fast dynamics; noise and inductance bias \
              it."
         }
     };
     let symbol = if found.input == Input::Current { "i" } else { "v" };
     table.note(format!(
-        "{symbol} = kS sgn(\u{3c9}) + kG + kV \u{3c9} + kA d\u{3c9}/dt. By output error they follow from the parameters. {beside}"
+        "{symbol} = kS sgn(\u{3c9}) + kG + kV \u{3c9} + kA d\u{3c9}/dt. The output-error values follow from the parameters. {beside}"
     ));
     table
 }
 
-/// The models that were tried, in their order.
+/// Returns the table of the models that the selection fitted, in their order.
 #[must_use]
 pub fn selection_table(selection: &[SelectionStep]) -> Table {
-    let heads = ["extensions", "free", "current [%]", "speed [%]", "criterion", ""];
-    let mut table = Table::new("ladder", "Models that were tried", &heads);
+    let heads = ["extensions", "free", "current [%]", "speed [%]", "ΔBIC", ""];
+    let mut table = Table::new("selection", "Model selection", &heads);
     for step in selection {
         let [current, speed] = step.fit_percent.map(|fit| fit.map_or_else(dash, |fit| decimals(fit, 2)));
         let gain = step.gain.map_or_else(String::new, |gain| significant(gain, 3));
-        let taken = if step.taken { "taken" } else { "" };
+        let taken = if step.taken { "selected" } else { "" };
         let extensions = step.with.iter().map(|e| e.name()).collect::<Vec<_>>();
         let name = if extensions.is_empty() { "none".to_owned() } else { extensions.join(", ") };
         table.row([name, step.free.to_string(), current, speed, gain, taken.to_owned()]);
     }
     table.note(
-        "Fits in percent. Criterion: Schwarz's, with as many samples as the residuals have independent ones, less that of \
-         the model one extension smaller; the lowest is taken while it is well below zero.",
+        "free: number of free parameters. ΔBIC: Bayesian information criterion at the effective sample size of the residuals, \
+         less that of the model selected before. A model is selected if it lowers the criterion enough, for the residuals or \
+         for their innovations.",
     );
     table
 }
 
-/// The selection in a line: what was taken, and how many models were tried.
+/// Describes the selection in a line: the selected model, and the number of models that were fitted.
 #[must_use]
 pub fn selection_text(found: &Identification) -> Option<String> {
     let tried = found.selection.as_ref()?.len();
-    Some(format!("{}; {tried} models were tried (-v shows them)", selected(found)))
+    Some(format!("{}; {tried} models were compared (-v lists them)", selected(found)))
 }
 
-/// The model that was selected: its extensions, the voltage between samples, the samples that were left out.
+/// Describes the selected model: its extensions, the intersample behaviour of the voltage, and the excluded samples.
 pub(super) fn selected(found: &Identification) -> String {
     let taken: Vec<&str> = found.extensions().into_iter().map(Extension::name).collect();
     let what = if taken.is_empty() { "no extension".to_owned() } else { taken.join(", ") };
-    let course = match found.model.discretization {
-        Discretization::Foh => "; the voltage is a line between its samples",
+    let intersample = match found.model.discretization {
+        Discretization::Foh => "; first-order hold of the voltage",
         _ => "",
     };
     let samples: usize = found.left_out.iter().map(|of| of.samples).sum();
     let left_out = match samples {
         0 => String::new(),
-        _ => format!("; {samples} samples left out, where the voltage is undersampled"),
+        _ => format!("; {samples} samples excluded, where the voltage is undersampled"),
     };
-    format!("{what}{course}{left_out}")
+    format!("{what}{intersample}{left_out}")
 }

@@ -1,4 +1,4 @@
-//! Results as others read them.
+//! Presentation of results: JSON documents, tables, figures, HTML pages, and the command-line spelling of settings.
 
 mod bench;
 #[cfg(feature = "report")]
@@ -18,6 +18,8 @@ mod page;
 mod pages;
 #[cfg(feature = "report")]
 pub mod plot;
+#[cfg(feature = "report")]
+mod residual_panels;
 mod spelling;
 #[cfg(feature = "report")]
 pub mod sweep;
@@ -36,6 +38,8 @@ pub use inspect::{SignalFacts, inspect_document};
 pub use page::{Figure, Item, Page, Part, Section};
 #[cfg(feature = "report")]
 pub use pages::{Reproduced, compare_page, identify_page};
+#[cfg(feature = "report")]
+pub use residual_panels::{ResidualRow, residual_panels};
 pub use spelling::command_line;
 #[cfg(feature = "report")]
 pub use table::{Table, folded};

@@ -1,4 +1,4 @@
-//! One self-contained page: no script, nothing from outside, light and dark, for screen and print.
+//! Self-contained HTML pages: no scripts and no external resources, light and dark, for screen and print.
 
 use super::Table;
 use crate::text::{hexadecimal, printable};
@@ -9,74 +9,75 @@ use sha2::{Digest as _, Sha256};
 /// A figure of a page.
 #[derive(Debug, Clone)]
 pub struct Figure {
-    /// A short name for files and links.
+    /// Identifier for files and links.
     pub id: String,
-    /// The drawing, as our plots make it.
+    /// Drawing from the `plot` module.
     pub svg: String,
-    /// The alternative text, for readers who do not see it.
+    /// Alternative text for readers who cannot see the drawing.
     pub alternative: String,
-    /// The caption.
+    /// Caption.
     pub caption: String,
-    /// True if it is a map with writing on its colours: small, and on paper white also in the dark.
+    /// True if the drawing is a map with text on its colours, which is shown small and on white, also in the dark
+    /// scheme.
     pub map: bool,
 }
 
-/// A part of a section.
+/// Element of a section.
 #[derive(Debug, Clone)]
 pub enum Part {
-    /// A paragraph.
+    /// Paragraph.
     Text(String),
-    /// A remark that must not be overlooked.
+    /// Highlighted warning.
     Warning(String),
-    /// A table.
+    /// Table.
     Table(Table),
-    /// A figure.
+    /// Figure.
     Figure(Figure),
-    /// Names and what belongs to them.
+    /// List of names and values.
     List(Vec<(String, String)>),
-    /// Text as it is typed.
+    /// Preformatted text, such as a command.
     Typed(String),
-    /// Things found, one after the other.
+    /// List of findings.
     Items(Vec<Item>),
 }
 
-/// Something found.
+/// A finding.
 #[derive(Debug, Clone)]
 pub struct Item {
-    /// Its number and sort.
+    /// Number and kind.
     pub name: String,
-    /// True if it must not be overlooked.
+    /// True if the finding is highlighted.
     pub grave: bool,
-    /// A description.
+    /// Description.
     pub text: String,
-    /// Where it is, and what else there is to say.
+    /// Names and values, such as the location and the remedy.
     pub details: Vec<(String, String)>,
 }
 
-/// A section under a heading.
+/// A section with a heading.
 #[derive(Debug, Clone)]
 pub struct Section {
-    /// The heading.
+    /// Heading.
     pub heading: String,
-    /// The quantity that it holds.
+    /// Elements of the section.
     pub parts: Vec<Part>,
 }
 
-/// A page.
+/// A page of a report.
 #[derive(Debug, Clone)]
 pub struct Page {
-    /// The title.
+    /// Title.
     pub title: String,
-    /// The answer in one sentence.
+    /// Result in one sentence.
     pub answer: String,
-    /// The sections.
+    /// Sections.
     pub sections: Vec<Section>,
 }
 
 const STYLE: &str = include_str!("page.css");
 
 impl Page {
-    /// The page as HTML.
+    /// Renders the page as HTML.
     #[must_use]
     pub fn html(&self) -> String {
         let digest = base64::engine::general_purpose::STANDARD.encode(Sha256::digest(STYLE));
@@ -112,7 +113,7 @@ impl Page {
     }
 }
 
-/// A text with a capital at its beginning.
+/// Returns a text with its first letter in upper case.
 pub(super) fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
@@ -148,7 +149,7 @@ fn item(item: &Item) -> Markup {
     }
 }
 
-/// Returns whether a column of a table holds words rather than numbers.
+/// Returns true if a column of a table has words rather than numbers.
 fn is_words(table: &Table, column: usize) -> bool {
     let number = |cell: &String| cell.starts_with(|c: char| c.is_ascii_digit() || "+-−±–∞<>≤≥".contains(c));
     let cells = || table.rows.iter().filter_map(|row| row.get(column)).filter(|cell| !cell.is_empty());
@@ -188,8 +189,8 @@ fn table(table: &Table) -> Markup {
 }
 
 impl Figure {
-    /// Its SVG that takes the width there is, up to its own, with a name for those who do not see it; `attributes` are
-    /// more of the drawing's.
+    /// Returns the SVG scaled to the available width, up to its own, with its alternative text; `attributes` are added
+    /// to the `svg` element.
     #[must_use]
     pub fn scaled(&self, attributes: &str) -> String {
         let Some((head, rest)) = self.svg.split_once('>') else { return String::new() };
@@ -205,11 +206,11 @@ impl Figure {
     }
 }
 
-/// The beginning of kuva's names of clip paths, before a number that goes on from drawing to drawing.
+/// Prefix of kuva's identifiers of clip paths, which is followed by a number that increases from drawing to drawing.
 const CLIP: &str = "kuva-clip-";
 
-/// A drawing whose own names follow from what it draws: the same drawing is the same text, and two on one page do not
-/// take each other's.
+/// Replaces the identifiers in a drawing by ones that depend on its content. Equal drawings are then equal texts, and
+/// identifiers of different drawings on one page do not collide.
 fn named(svg: &str) -> String {
     let mut known = Vec::new();
     let mut parts = svg.split(CLIP);
@@ -239,7 +240,7 @@ mod tests {
                 "<svg><g id=\"kuva-clip-{a}\"/><g id=\"kuva-clip-{b}\" width=\"{width}\"/><p clip-path=\"url(#kuva-clip-{a})\"/></svg>"
             ))
         };
-        // Whichever drawing of the process it is; also where a number is the beginning of another.
+        // Identifiers do not depend on the running number, even if one number is a prefix of another.
         assert_eq!(drawn(0, 5), drawn(9, 5));
         let (here, other) = (drawn(0, 5), drawn(0, 6));
         let name = |svg: &str| svg.split('"').nth(1).unwrap().to_owned();
@@ -270,7 +271,7 @@ mod tests {
         assert!(!page.contains("<script") && !page.contains('\u{1b}') && !page.contains('\u{202e}'), "{page}");
         assert!(page.contains("&lt;script&gt;"));
         assert!(page.contains("viewBox=\"0 0 10 20\"") && page.contains("<g id=\"clip-"));
-        // The digest in the policy is that of what stands between the tags.
+        // The digest in the policy is that of the text between the tags.
         let (_, rest) = page.split_once("<style>").unwrap();
         let (style, _) = rest.split_once("</style>").unwrap();
         let digest = base64::engine::general_purpose::STANDARD.encode(Sha256::digest(style));

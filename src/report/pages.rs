@@ -1,4 +1,5 @@
-//! The pages of `identify` and `compare`: the answer first, then how sure, then the plots, then how to reproduce it.
+//! Pages of `identify` and `compare`: the result first, then its reliability, the plots, and the command that
+//! reproduces it.
 
 use super::compare::{best, paper_tables, setting_name, tables};
 use super::figures;
@@ -15,12 +16,12 @@ use crate::study::compare::{Block, Comparison};
 use crate::text::{engineering, significant};
 use crate::warning::Warning;
 
-/// The command and the settings that reproduce a result.
+/// Command and settings that reproduce a result.
 #[derive(Debug, Clone)]
 pub struct Reproduced {
-    /// The command line.
+    /// Command line.
     pub command: String,
-    /// All options, by name.
+    /// Names and values of all options.
     pub options: Vec<(String, String)>,
 }
 
@@ -32,7 +33,7 @@ fn warnings(list: &[Warning]) -> Vec<Part> {
     list.iter().filter(|w| w.severity == Severity::Report).map(|w| Part::Warning(w.spelled(command_line))).collect()
 }
 
-/// Returns the section on reproducing a result.
+/// Returns the section with the command, settings, device and recordings that reproduce a result.
 pub(super) fn reproduce<'a>(
     records: impl IntoIterator<Item = &'a Record>,
     how: &Reproduced,
@@ -48,10 +49,10 @@ pub(super) fn reproduce<'a>(
         list.push(("recording".to_owned(), format!("{path}: {} samples{period}{digest}", record.len())));
     }
     list.extend(how.options.iter().cloned());
-    section("How to reproduce it", vec![Part::Typed(how.command.clone()), Part::List(list)])
+    section("Reproduction", vec![Part::Typed(how.command.clone()), Part::List(list)])
 }
 
-/// The page of an identification.
+/// Returns the page of an identification.
 #[must_use]
 pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identification, how: &Reproduced) -> Page {
     let value = |e: &ParameterEstimate| {
@@ -60,12 +61,12 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
         Some(format!("{} = {}{spread}{unit}", e.parameter.symbol(), significant(e.value?, 5)))
     };
     let shared = |e: &&ParameterEstimate| e.scope == Scope::Shared || records.len() == 1;
-    // Where the parameters are not told, the characteristics are the answer.
-    let told = |(name, unit, c): &Named| Some(format!("{} = {} {unit}", name.replace('_', " "), with_error((*c)?)));
+    // The result has the characteristics if parameters are not identifiable.
+    let shown = |(name, unit, c): &Named| Some(format!("{} = {} {unit}", name.replace('_', " "), with_error((*c)?)));
     let characteristics = Characteristics::named_of(found);
-    let instead = characteristics.iter().filter(|_| !found.unidentified.is_empty()).filter_map(told);
-    let parameters_told = found.estimates();
-    let answer = parameters_told.iter().filter(shared).filter_map(value).chain(instead).collect::<Vec<_>>().join(", ");
+    let instead = characteristics.iter().filter(|_| !found.unidentified.is_empty()).filter_map(shown);
+    let estimates = found.estimates();
+    let answer = estimates.iter().filter(shared).filter_map(value).chain(instead).collect::<Vec<_>>().join(", ");
     let tail = if found.uncertainty.is_some() { " (95 % intervals)" } else { " (without a polish: no intervals)" };
     let mut sure = vec![Part::Text(trust_text(found)), Part::Text(verdict(found).to_owned())];
     sure.extend(warnings(&found.warnings));
@@ -85,10 +86,10 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
         .chain(figures::history(found, spec))
         .map(Part::Figure)
         .collect();
-    let mut sections = vec![section("How sure this is", sure), section("Measured and modelled", plots)];
-    sections.extend(found.validation.as_ref().map(|held| section("Held out", held_out(found, held))));
+    let mut sections = vec![section("Reliability", sure), section("Measured and modelled", plots)];
+    sections.extend(found.validation.as_ref().map(|held| section("Held-out recordings", held_out(found, held))));
     if let (Some(of), None) = (&found.noise_floor, &found.validation) {
-        sections.push(section("Repeatability", vec![Part::Text(format!("{}.", noise_floor_text(of)))]));
+        sections.push(section("Noise floor", vec![Part::Text(format!("{}.", noise_floor_text(of)))]));
     }
     sections.push(reproduce(records, how, Some((&found.device, found.precision))));
     let name = records.first().and_then(|record| record.source().path.as_ref()?.file_name());
@@ -96,7 +97,7 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
     Page { title: format!("Motor of {name}"), answer: format!("{answer}{tail}."), sections }
 }
 
-/// Returns how far the result can be believed, and why not further.
+/// Describes the level of trust in the result, with its reasons and the next step.
 fn trust_text(found: &Identification) -> String {
     let reasons: Vec<String> = found.trust.reasons.iter().map(|reason| reason.message.spelled(command_line)).collect();
     let level = found.trust.level.name();
@@ -111,34 +112,34 @@ fn trust_text(found: &Identification) -> String {
 fn verdict(found: &Identification) -> &'static str {
     let check = &found.verification;
     match check.status {
-        Status::Agrees => "A search of the whole box finds the same optimum.",
+        Status::Agrees => "A global search finds the same optimum.",
         Status::SearchStuck if check.refined_agrees => {
-            "The search was stuck in another optimum; the refinement left it, and a search of the whole box agrees."
+            "The search was stuck in another optimum; the refinement left it, and a global search agrees."
         }
-        Status::SearchStuck => "The search is stuck: there is a better optimum than this.",
-        Status::ReferenceFailed => "The search of the whole box ended in a worse optimum: it says nothing.",
-        Status::NotApplicable => "There is no independent search to hold this against.",
+        Status::SearchStuck => "The search is stuck: a better optimum exists.",
+        Status::ReferenceFailed => "The global search ended in a worse optimum and is inconclusive.",
+        Status::NotApplicable => "No global search verifies the result.",
     }
 }
 
-/// The page of a comparison.
+/// Returns the page of a comparison; with `paper` it includes the paper's tables.
 #[must_use]
 pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> Page {
     let mut sections = Vec::new();
     let mut sure = warnings(&comparison.warnings);
     if comparison.interrupted {
-        sure.push(Part::Warning("This comparison was interrupted: it shows the best so far.".to_owned()));
+        sure.push(Part::Warning("This comparison was interrupted: the results are incomplete.".to_owned()));
     }
     let missing = comparison.reference.as_ref().err().map(|e| e.spelled(command_line));
     sure.extend(missing.map(|why| Part::Warning(format!("There is no refined estimate: {why}"))));
     let failed = comparison.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().err());
-    sure.extend(failed.map(|e| Part::Warning(format!("Steiglitz\u{2013}McBride cannot serve: {e}."))));
+    sure.extend(failed.map(|e| Part::Warning(format!("Steiglitz\u{2013}McBride gives no estimate: {e}."))));
     if !sure.is_empty() {
-        sections.push(section("What to know first", sure));
+        sections.push(section("Warnings", sure));
     }
     if paper {
         let tables = paper_tables(comparison).into_iter().map(Part::Table).collect();
-        sections.push(section("The paper's tables, ours beside", tables));
+        sections.push(section("The paper's tables and these results", tables));
     }
     for (n, block) in comparison.blocks.iter().enumerate() {
         let id = format!("block{}", n + 1);
@@ -160,13 +161,13 @@ pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> P
     Page { title: "Methods compared".to_owned(), answer: answer(comparison), sections }
 }
 
-/// Who ends lowest, block by block.
+/// Names the method with the lowest median cost of each block.
 fn answer(comparison: &Comparison) -> String {
     let one = |block: &Block| {
         if !block.has_results() {
             let is_run = block.results.iter().any(|c| !c.runs.is_empty());
-            let why = if is_run { "finds nothing that does not diverge" } else { "was not run" };
-            return format!("Under {}: {why}.", setting_name(&block.setting));
+            let why = if is_run { "every candidate diverged" } else { "was not run" };
+            return format!("For {}: {why}.", setting_name(&block.setting));
         }
         let ranking = block.ranking();
         let name = |n: usize| block.results[n].method.name();
@@ -177,18 +178,19 @@ fn answer(comparison: &Comparison) -> String {
             Some(pair) if pair.p_holm < 0.05 && pair.superiority > 0.5 => {
                 format!(", ahead of {} (significant at 5 %)", name(pair.methods[1]))
             }
-            Some(pair) => format!(", though no lead over {} is shown", name(pair.methods[1])),
+            Some(pair) => format!(", but its lead over {} is not significant", name(pair.methods[1])),
             None => String::new(),
         };
         let cost = significant(median, 3);
-        format!("Under {} {} ends lowest (median cost {cost}){sure}.", setting_name(&block.setting), name(first))
+        format!("For {}: {} has the lowest median cost ({cost}){sure}.", setting_name(&block.setting), name(first))
     };
     let sm = comparison.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok().map(|_| sm.seconds));
     let sm = sm.map_or(String::new(), |s| format!(" Steiglitz\u{2013}McBride takes {}.", engineering(s, "s", 2)));
     comparison.blocks.iter().map(one).collect::<Vec<_>>().join(" ") + &sm
 }
 
-/// Each method's best run under the first setting against what was measured (the paper's Figs. 11–18).
+/// Returns the figures of the best run of each method under the first setting, with the measured signals (the paper's
+/// Figs. 11–18).
 fn responses(comparison: &Comparison) -> Vec<Part> {
     let (Some(block), Some(record)) = (comparison.blocks.first(), comparison.subject.records.first()) else {
         return Vec::new();

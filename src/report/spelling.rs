@@ -1,5 +1,5 @@
-//! The program's words for the settings that texts of the library refer to. Documents and pages use them too: they are
-//! those of the program, whoever makes them.
+//! Command-line spelling of the settings and commands to which texts of the library refer. Documents and pages use it
+//! whichever front end creates them.
 
 use crate::setting::{Command, Reference, Setting};
 use crate::text::shell_quoted;
@@ -10,7 +10,7 @@ pub fn command_line(reference: &Reference) -> String {
     match reference {
         Reference::Setting(setting, value) => {
             let flag = format!("--{}", setting.name().replace('_', "-"));
-            // Formulas have signs that a shell takes for its own.
+            // Formulas contain characters that are special in a shell.
             let quote = |value: &String| if *setting == Setting::Columns { shell_quoted(value) } else { value.clone() };
             value.as_ref().map_or(flag.clone(), |value| format!("{flag} {}", quote(value)))
         }

@@ -1,25 +1,25 @@
-//! Tables: made once, shown in the terminal, on a page and as CSV.
+//! Tables for the terminal, pages and CSV files.
 
 use crate::text::printable;
 use std::fmt::Write as _;
 
-/// A table of texts; the first column names its rows.
+/// A table of texts whose first column names the rows.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Table {
-    /// A short name for files and links.
+    /// Identifier for files and links.
     pub id: String,
-    /// The title, with the unit.
+    /// Title.
     pub title: String,
-    /// Headings.
+    /// Headings of the columns.
     pub heads: Vec<String>,
-    /// Rows of as many cells.
+    /// Rows, each with one cell per heading.
     pub rows: Vec<Vec<String>>,
-    /// Notes below it.
+    /// Notes below the table.
     pub notes: Vec<String>,
 }
 
 impl Table {
-    /// An empty table.
+    /// Creates an empty table.
     #[must_use]
     pub fn new(id: impl Into<String>, title: impl Into<String>, heads: &[impl AsRef<str>]) -> Self {
         let heads = heads.iter().map(|head| head.as_ref().to_owned()).collect();
@@ -31,7 +31,7 @@ impl Table {
         self.rows.push(cells.into_iter().collect());
     }
 
-    /// Adds a row with its name.
+    /// Adds a row with a name and its other cells.
     pub(super) fn named_row(&mut self, name: &str, cells: impl IntoIterator<Item = String>) {
         self.row(std::iter::once(name.to_owned()).chain(cells));
     }
@@ -41,7 +41,7 @@ impl Table {
         self.notes.push(note.into());
     }
 
-    /// For the terminal: columns that line up, numbers to the right; notes broken at `width`.
+    /// Formats the table for the terminal, with aligned columns and notes wrapped at `width` characters.
     #[must_use]
     pub fn text(&self, width: usize) -> String {
         let mut table = comfy_table::Table::new();
@@ -66,7 +66,8 @@ impl Table {
         text
     }
 
-    /// As CSV with a heading; a cell that is no number but begins as a formula has an apostrophe before it.
+    /// Formats the table as CSV with a heading. A cell that a spreadsheet would take for a formula gets an apostrophe
+    /// in front.
     #[must_use]
     pub fn csv(&self) -> String {
         let cell = |cell: &String| quoted(&guarded(printable(cell)));
@@ -75,12 +76,12 @@ impl Table {
     }
 }
 
-/// A cell without a value.
+/// Returns the cell for a missing value.
 pub(super) fn dash() -> String {
     "\u{2013}".to_owned()
 }
 
-/// Returns a cell that no spreadsheet takes for a formula: a name may begin with the sign of one.
+/// Returns a cell that no spreadsheet takes for a formula, for names that begin with a sign.
 fn guarded(cell: String) -> String {
     let is_number = |word: &str| {
         word.trim_start_matches('±').trim_end_matches(['%', ',']).parse::<f64>().is_ok()
@@ -92,12 +93,12 @@ fn guarded(cell: String) -> String {
     cell
 }
 
-/// A cell of CSV.
+/// Quotes a cell for CSV if necessary.
 fn quoted(cell: &str) -> String {
     if cell.contains([',', '"', '\n', '\r']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.to_owned() }
 }
 
-/// A paragraph, indented, in lines of `width` at most where words allow it.
+/// Wraps a paragraph at `width` characters, indented by two spaces; longer words are not broken.
 #[must_use]
 pub fn folded(text: &str, width: usize) -> String {
     let (mut lines, mut line) = (String::new(), String::from(" "));

@@ -1,4 +1,4 @@
-//! Settings as they were given.
+//! Values of settings as a front end received them.
 
 use crate::named::Named;
 use crate::setting::Setting;
@@ -11,15 +11,15 @@ pub enum Value {
     Switch(bool),
     /// A number.
     Number(f64),
-    /// A whole number, 0 or more.
+    /// A non-negative integer.
     Count(u64),
     /// A text, or the name of a choice.
     Text(String),
-    /// Texts.
+    /// A list of texts.
     List(Vec<String>),
 }
 
-/// An error with the setting that it is of.
+/// An error in the value of a setting.
 #[derive(Debug, Clone)]
 pub struct Fault {
     /// The setting.
@@ -34,7 +34,7 @@ impl From<Fault> for Error {
     }
 }
 
-/// Settings with their values. One that was not given has the usual value.
+/// Settings with their values. A setting that is missing takes its default.
 #[derive(Debug, Clone, Default)]
 pub struct Given(Vec<(Setting, Value)>);
 
@@ -44,7 +44,7 @@ impl Given {
         self.0.push((setting, value));
     }
 
-    /// Returns these settings and others.
+    /// Returns these settings followed by those of `other`; the first value of a setting counts.
     #[must_use]
     pub fn and(&self, other: &Self) -> Self {
         Self([&self.0[..], &other.0].concat())
@@ -54,47 +54,47 @@ impl Given {
         self.0.iter().find(|(of, _)| *of == setting).map(|(_, value)| value)
     }
 
-    /// Returns whether a setting was given.
+    /// Returns true if a setting was given.
     #[must_use]
     pub fn has(&self, setting: Setting) -> bool {
         self.get(setting).is_some()
     }
 
-    /// Returns whether a switch is on.
+    /// Returns true if a switch is on.
     #[must_use]
     pub fn switch(&self, setting: Setting) -> bool {
         self.get(setting) == Some(&Value::Switch(true))
     }
 
-    /// Returns a number.
+    /// Returns the value of a numeric setting, `None` if it was not given.
     #[must_use]
     pub fn number(&self, setting: Setting) -> Option<f64> {
         if let Some(Value::Number(number)) = self.get(setting) { Some(*number) } else { None }
     }
 
-    /// Returns a count.
+    /// Returns the value of an integer setting, `None` if it was not given.
     #[must_use]
     pub fn count(&self, setting: Setting) -> Option<usize> {
         let Some(Value::Count(count)) = self.get(setting) else { return None };
         Some(usize::try_from(*count).unwrap_or(usize::MAX))
     }
 
-    /// Returns a text.
+    /// Returns the value of a text setting, `None` if it was not given.
     #[must_use]
     pub fn text(&self, setting: Setting) -> Option<&str> {
         if let Some(Value::Text(text)) = self.get(setting) { Some(text) } else { None }
     }
 
-    /// Returns the texts of a list, none where it was not given.
+    /// Returns the texts of a list setting, empty if it was not given.
     #[must_use]
     pub fn list(&self, setting: Setting) -> &[String] {
         if let Some(Value::List(list)) = self.get(setting) { list } else { &[] }
     }
 
-    /// Reads a text.
+    /// Parses the value of a text setting with `read`, `None` if it was not given.
     ///
     /// # Errors
-    /// Those of `read`, with the setting.
+    /// Propagates the errors of `read`, with the setting.
     pub fn read<T>(
         &self,
         setting: Setting,
@@ -103,10 +103,10 @@ impl Given {
         self.text(setting).map(|text| read(text).map_err(|error| Fault { setting, error })).transpose()
     }
 
-    /// Reads a list, empty where it was not given.
+    /// Parses the value of a list setting with `read`, which gets an empty list if it was not given.
     ///
     /// # Errors
-    /// Those of `read`, with the setting.
+    /// Propagates the errors of `read`, with the setting.
     pub fn items<T>(
         &self,
         setting: Setting,
@@ -115,10 +115,10 @@ impl Given {
         read(self.list(setting)).map_err(|error| Fault { setting, error })
     }
 
-    /// Reads a choice by its name.
+    /// Parses a choice by its name, `None` if it was not given.
     ///
     /// # Errors
-    /// `Usage` for a name that there is not.
+    /// Returns a usage error if no row of `T` has the name.
     pub fn choice<T: Named>(&self, setting: Setting) -> std::result::Result<Option<T>, Fault> {
         self.read(setting, |name| T::named(setting.name(), name))
     }

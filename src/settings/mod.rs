@@ -1,7 +1,7 @@
-//! The settings that the command line, studies and Python share: one table of their forms, defaults and texts, and one
-//! reader that makes the library's types of them.
+//! Settings that the command line, studies and Python share: one table of their value types, defaults and help texts, and one
+//! reader that converts them to the library's types.
 //!
-//! A front end makes a [`Value`] of what it was given, by the [`Kind`] of the row, and keeps them in [`Given`].
+//! A front end parses each argument into a [`Value`] by the [`Kind`] of its row and collects the values in [`Given`].
 
 mod given;
 mod read;

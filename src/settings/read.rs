@@ -1,4 +1,4 @@
-//! The reader: settings become what an identification asks for, and how files are read.
+//! Conversion of settings to an [`IdentifySpec`] and to the options for reading and preparing files.
 
 use super::values;
 use super::{Fault, Given};
@@ -15,22 +15,22 @@ use crate::{Error, Result};
 
 type Read<T> = std::result::Result<T, Fault>;
 
-/// Returns how files are read and prepared; an input between samples goes on as the discretization has it, where that is
-/// given.
+/// Returns the options for reading and preparing files. If a discretization is given, it decides the intersample behaviour of
+/// the input in resampling.
 ///
 /// # Errors
-/// `Usage` for a value that cannot be.
+/// Returns a usage error if a value is invalid.
 pub fn reading(given: &Given) -> Read<Reading> {
     let rate_hz = given.number(Setting::Rate);
     let wrong = |setting: Setting, message: String, remedy: &str| {
         Err(Fault { setting, error: Error::usage(text!({setting} " is {message}"), remedy) })
     };
     if let Some(rate) = rate_hz.filter(|rate| !(*rate > 0.0 && rate.is_finite())) {
-        return wrong(Setting::Rate, rate.to_string(), "Give samples per second, more than 0.");
+        return wrong(Setting::Rate, rate.to_string(), "Give a positive number of samples per second.");
     }
     let decimate = given.count(Setting::Decimate);
     if decimate == Some(0) {
-        return wrong(Setting::Decimate, "0".to_owned(), "Give a whole number from 1 on.");
+        return wrong(Setting::Decimate, "0".to_owned(), "Give a whole number of at least 1.");
     }
     let discretization: Option<Discretization> = given.choice(Setting::Discretization)?;
     Ok(Reading {
@@ -54,10 +54,10 @@ pub fn reading(given: &Given) -> Read<Reading> {
     })
 }
 
-/// Returns what candidates are evaluated on and by what, as the part of a spec that it is.
+/// Returns a spec with the criterion, model, search space and device set; the other fields have their defaults.
 ///
 /// # Errors
-/// `Usage` for a value that cannot be.
+/// Returns a usage error if a value is invalid.
 pub fn problem(given: &Given) -> Read<IdentifySpec> {
     let time_origin_s = given.number(Setting::TimeOrigin);
     if time_origin_s.is_some_and(|time| !time.is_finite()) {
@@ -65,7 +65,7 @@ pub fn problem(given: &Given) -> Read<IdentifySpec> {
         return Err(Fault { setting: Setting::TimeOrigin, error });
     }
     let with = given.items(Setting::With, With::parse)?;
-    // What is held may be all of the motor where extensions are asked for.
+    // With extensions all parameters of the linear motor may be fixed.
     let space = if with == With::default() { Space::table2_with } else { Space::table2_to_extend };
     let limits = given.items(Setting::Bounds, values::bounds)?;
     let fixed = given.items(Setting::Fix, |items| values::parameters(items, Setting::Fix))?;
@@ -90,10 +90,10 @@ pub fn problem(given: &Given) -> Read<IdentifySpec> {
     })
 }
 
-/// Returns what evaluates, as the part of a spec that it is, without measured throughputs.
+/// Returns a spec with device, precision and threads set, without a throughput profile; the other fields have their defaults.
 ///
 /// # Errors
-/// `Usage` for a value that cannot be.
+/// Returns a usage error if a value is invalid.
 pub fn device(given: &Given) -> Read<IdentifySpec> {
     let count = given.count(Setting::Threads);
     check_threads(count).map_err(|error| Fault { setting: Setting::Threads, error })?;
@@ -105,10 +105,10 @@ pub fn device(given: &Given) -> Read<IdentifySpec> {
     })
 }
 
-/// Returns all that an identification asks for.
+/// Returns the spec of an identification, with all settings.
 ///
 /// # Errors
-/// `Usage` for a value that cannot be.
+/// Returns a usage error if a value is invalid.
 pub fn identify(given: &Given) -> Read<IdentifySpec> {
     let usual = IdentifySpec::default();
     let name = given.text(Setting::Method).unwrap_or(usual.method.name());
@@ -123,10 +123,10 @@ pub fn identify(given: &Given) -> Read<IdentifySpec> {
     })
 }
 
-/// Returns the method of a name with settings of its own, `KEY=VALUE` or `METHOD.KEY=VALUE`.
+/// Returns the method with a name and with its settings, `KEY=VALUE` or `METHOD.KEY=VALUE`, applied.
 ///
 /// # Errors
-/// `Usage` for a method or a setting that there is not, and a value that cannot be.
+/// Returns a usage error for an unknown method, an unknown setting or an invalid value.
 pub fn method(name: &str, settings: &[String]) -> Result<Method> {
     let mut method = Method::named(Setting::Method.name(), name)?;
     for item in settings {

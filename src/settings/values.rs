@@ -1,4 +1,4 @@
-//! Values of settings that are small languages of their own: parameters, bounds, noise. `of` is the setting that errors name.
+//! Parsers for structured values of settings: parameters, bounds, noise. `of` is the setting that errors name.
 
 use crate::criterion::Noise;
 use crate::motor::{Extended, Parameter, Parameters};
@@ -6,10 +6,10 @@ use crate::setting::{Setting, text};
 use crate::text::excerpt;
 use crate::{Error, Result};
 
-/// `KEY=VALUE` in its two parts.
+/// Splits `KEY=VALUE` into key and value, without surrounding spaces.
 ///
 /// # Errors
-/// `Usage` when it is not.
+/// Returns a usage error with the `example` if there is no `=`.
 pub fn pair<'a>(item: &'a str, of: Setting, example: &str) -> Result<(&'a str, &'a str)> {
     item.split_once('=').map(|(key, value)| (key.trim(), value.trim())).ok_or_else(|| {
         let message = text!({ of }(": \"{}\" is not KEY=VALUE", excerpt(item)));
@@ -17,19 +17,19 @@ pub fn pair<'a>(item: &'a str, of: Setting, example: &str) -> Result<(&'a str, &
     })
 }
 
-/// A finite number.
+/// Parses a finite number.
 ///
 /// # Errors
-/// `Usage` when it is not.
+/// Returns a usage error if the text is not a finite number.
 pub fn number(text: &str, of: Setting) -> Result<f64> {
     crate::record::parse_number(text, false)
         .map_err(|found| Error::usage(text!({of} ": {found}"), "Use a decimal point and SI units."))
 }
 
-/// `R=0.92,L=…`, positive values, each parameter at most once.
+/// Parses values of parameters, `R=0.92`, `L=…`, each parameter at most once.
 ///
 /// # Errors
-/// `Usage` when it is not.
+/// Returns a usage error for an unknown or repeated parameter, and for a value outside the parameter's domain.
 pub fn parameters(items: &[String], of: Setting) -> Result<Vec<(Parameter, f64)>> {
     let mut list: Vec<(Parameter, f64)> = Vec::new();
     for item in items.iter().filter(|item| !item.trim().is_empty()) {
@@ -48,10 +48,10 @@ pub fn parameters(items: &[String], of: Setting) -> Result<Vec<(Parameter, f64)>
     Ok(list)
 }
 
-/// All five parameters of a motor, or `m2`; with it parameters of extensions.
+/// Parses a motor: all five parameters or `m2`, optionally followed by parameters that replace those of `m2` or extend it.
 ///
 /// # Errors
-/// `Usage` when it is not.
+/// Returns a usage error if one of the five is missing, and as [`parameters`].
 pub fn motor(text: &str) -> Result<Extended> {
     let is_m2 = |item: &str| item.trim().eq_ignore_ascii_case("m2");
     let named: Vec<String> = text.split(',').filter(|item| !is_m2(item)).map(str::to_owned).collect();
@@ -65,10 +65,10 @@ pub fn motor(text: &str) -> Result<Extended> {
     Ok(list.iter().fold(Extended::from(&Parameters::M2), |motor, (parameter, value)| motor.with(*parameter, *value)))
 }
 
-/// The parameters without bounds of their own that follow the estimate: all such, or none under `table2`.
+/// Returns the parameters whose bounds follow the estimate: those without given bounds, or none if `table2` is among the items.
 ///
 /// # Errors
-/// `Usage` when it is not.
+/// Returns a usage error if bounds cannot be parsed, see [`bounds`].
 pub fn auto_bounds(items: &[String]) -> Result<Vec<Parameter>> {
     if items.iter().any(|item| item.trim() == "table2") {
         return Ok(Vec::new());
@@ -77,19 +77,19 @@ pub fn auto_bounds(items: &[String]) -> Result<Vec<Parameter>> {
     Ok(Parameter::ALL.into_iter().filter(|p| !given.iter().any(|(of, _, _)| of == p)).collect())
 }
 
-/// `table2`, `auto`, `R=0.1:1`, …: the bounds that differ from Table 2.
+/// Parses bounds, `table2`, `auto` or `R=0.1:1`, …, and returns those that differ from Table 2 as (parameter, min, max).
 ///
 /// # Errors
-/// `Usage` when it is not.
+/// Returns a usage error if an item is neither a name nor `PARAMETER=MIN:MAX`, or repeats a parameter.
 pub fn bounds(items: &[String]) -> Result<Vec<(Parameter, f64, f64)>> {
     let own = |item: &&String| !matches!(item.trim(), "auto" | "table2");
     ranges(&items.iter().filter(own).cloned().collect::<Vec<_>>(), Setting::Bounds)
 }
 
-/// `R=0.1:1`, …: ranges of parameters.
+/// Parses ranges of parameters, `R=0.1:1`, …, as (parameter, min, max).
 ///
 /// # Errors
-/// `Usage` when it is not.
+/// Returns a usage error if an item is not `PARAMETER=MIN:MAX`, or repeats a parameter.
 pub fn ranges(items: &[String], of: Setting) -> Result<Vec<(Parameter, f64, f64)>> {
     let mut list = Vec::new();
     for item in items.iter().map(|item| item.trim()).filter(|item| !item.is_empty()) {
@@ -108,19 +108,19 @@ pub fn ranges(items: &[String], of: Setting) -> Result<Vec<(Parameter, f64, f64)
     Ok(list)
 }
 
-/// `TL,K`, …: parameters by their symbols.
+/// Parses parameters by their symbols, `TL`, `K`, ….
 ///
 /// # Errors
-/// `Usage` when it is not.
+/// Returns a usage error for an unknown symbol.
 pub fn named(items: &[String], of: Setting) -> Result<Vec<Parameter>> {
     let names = items.iter().map(|item| item.trim()).filter(|item| !item.is_empty());
     names.map(|name| name.parse().map_err(|e: Error| Error::usage(text!({of} ": " {e.text()}), e.hint()))).collect()
 }
 
-/// `40dB`, or `i=0.05,w=0.5`.
+/// Parses noise: a signal-to-noise ratio, `40dB`, or standard deviations in A and rad/s, `i=0.05,w=0.5`.
 ///
 /// # Errors
-/// `Usage` when it is not.
+/// Returns a usage error if the text has neither form, or a standard deviation is negative.
 pub fn noise(text: &str) -> Result<Noise> {
     let hint = || text!("Write " [Noise = "40dB"] ", or " [Noise = "i=0.05,w=0.5"] " in A and rad/s.");
     let bad = |what: String| Error::usage(text!([Noise] ": {what}"), hint());

@@ -1,4 +1,4 @@
-//! The evaluators of this machine, each under its full name.
+//! The evaluators that a throughput benchmark compares: the CPU kernels and every GPU adapter in each precision.
 
 use crate::device::check_threads;
 use crate::evaluate::{Batch, Evaluator, Group, Level, Scalar, Simd, cpu_name};
@@ -7,37 +7,37 @@ use crate::setting::text;
 use crate::{Error, Result};
 use std::time::Instant;
 
-/// An evaluator under its full name.
+/// An evaluator that is benchmarked, with the facts that identify it in the results.
 pub struct Contender {
-    /// Device, numbers, and for a CPU level and threads.
+    /// Full name: device, precision, and for a CPU the kernel and the number of threads.
     pub name: String,
-    /// The device alone.
+    /// Name of the device.
     pub device: String,
-    /// cpu, or the kind of adapter: discrete, integrated, virtual, software, other.
+    /// `cpu`, or the kind of adapter: `discrete`, `integrated`, `virtual`, `software` or `other`.
     pub kind: &'static str,
-    /// f32, f32-plain or f64.
+    /// Precision: `f32`, `f32-plain` or `f64`.
     pub precision: &'static str,
-    /// Threads; 0 for a GPU.
+    /// Number of CPU threads; 0 for a GPU.
     pub threads: usize,
-    /// Interface and driver of an adapter.
+    /// Graphics API and driver of an adapter; `None` for a CPU.
     pub driver: Option<(String, String)>,
-    /// Operations (multiply–adds, additions, multiplications) that it needs for a candidate-step.
+    /// Operations (multiply–adds, additions, multiplications) per candidate-step.
     pub operations: f64,
-    /// Seconds until it was open and checked.
+    /// Time to open and check the device \[s\].
     pub opening_s: f64,
     evaluator: Box<dyn Evaluator>,
     pool: Option<rayon::ThreadPool>,
 }
 
-/// Those of the SIMD kernel: 4 multiply–adds for the states, 2 subtractions and 2 multiply–adds for the errors (the input's
-/// gain is added once a span).
+/// Operations of the SIMD kernel per candidate-step: 4 multiply–adds for the states, 2 subtractions and 2 multiply–adds
+/// for the errors. The gain of the input is added once per segment of constant input.
 const CPU_OPERATIONS: f64 = 8.0;
 
 impl Contender {
-    /// An evaluator that runs on so many threads of the CPU, under a name.
+    /// Creates an entry for an evaluator that runs on `threads` threads of the CPU.
     ///
     /// # Errors
-    /// `Usage` when threads cannot be started.
+    /// Returns a `Usage` error if the number of threads is out of range or the threads cannot be started.
     pub fn on_cpu(name: String, evaluator: Box<dyn Evaluator>, threads: usize) -> Result<Self> {
         check_threads(Some(threads))?;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -48,7 +48,7 @@ impl Contender {
         Ok(Self { name, device, kind, precision, threads, driver, operations, opening_s: 0.0, evaluator, pool })
     }
 
-    /// Seconds of one evaluation of `repeats`.
+    /// Returns the mean time of one evaluation over `repeats` evaluations \[s\].
     pub(super) fn seconds(&mut self, groups: &[Group<'_>], costs: &mut [f64], repeats: usize) -> Result<f64> {
         self.run(|evaluator| {
             let begun = Instant::now();
@@ -59,7 +59,8 @@ impl Contender {
         })
     }
 
-    /// Seconds that its device computes in one evaluation, and those of the whole; `None` without a clock of its own.
+    /// Returns the time that the device computes in one evaluation and the time of that evaluation end to end \[s\];
+    /// `None` if the device has no clock.
     pub(super) fn kernel_seconds(&mut self, groups: &[Group<'_>], costs: &mut [f64]) -> Result<Option<[f64; 2]>> {
         self.run(|evaluator| {
             let begun = Instant::now();
@@ -77,14 +78,14 @@ impl Contender {
     }
 }
 
-/// Who takes part in a bench, and the adapters that could not, with the reason.
+/// The evaluators of a benchmark, and the errors of the adapters that could not be opened.
 pub type Contenders = (Vec<Contender>, Vec<String>);
 
-/// The evaluators of this machine: scalar, SIMD on one thread, on `threads`, and every adapter in all its
-/// numbers, with `plain` also f32 without deviations.
+/// Returns the evaluators of this machine: the scalar kernel, the SIMD kernel on one thread and on `threads` threads,
+/// and with `adapters` every GPU adapter in each of its precisions; `plain` adds f32 without the deviation form.
 ///
 /// # Errors
-/// `Usage` when threads cannot be started.
+/// Returns a `Usage` error if the number of threads is out of range or the threads cannot be started.
 pub fn contenders(threads: usize, adapters: bool, plain: bool) -> Result<Contenders> {
     check_threads(Some(threads))?;
     let (cpu, level) = (cpu_name(), Level::best());

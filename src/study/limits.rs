@@ -7,10 +7,10 @@ use crate::record::SAMPLES_MAX;
 /// Returns the limits of studies, comparisons and benchmarks.
 #[must_use]
 pub fn limits() -> Vec<Limit> {
-    let own = [
+    let limits = [
         limit_of("runs of each method of a comparison", compare::RUNS_MAX, "refused"),
         limit_of("candidates of a population of a benchmark", throughput::POPULATION_MAX, "refused"),
         limit_of("samples of a benchmark", SAMPLES_MAX, "refused"),
     ];
-    sweep::LIMITS.into_iter().chain(own).collect()
+    sweep::LIMITS.into_iter().chain(limits).collect()
 }

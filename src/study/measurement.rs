@@ -1,32 +1,32 @@
-//! Measurements of a bench, and conclusions from them.
+//! Measurements of a throughput benchmark and the conclusions from them.
 //!
-//! A figure is the median over rounds with its interval of 95 % by order statistics, which supposes nothing about how
-//! times are distributed. One contender is measured twice, as a control: where the two differ by more than their
-//! intervals, those are too narrow for this machine.
+//! Each time is a median over rounds with a distribution-free 95 % confidence interval from order statistics. The
+//! baseline is measured twice as a control: if the two measurements differ by more than their intervals, the intervals
+//! are too narrow for this machine.
 
 use super::contender::Contender;
 use crate::device::{AdapterThroughput, ThroughputCurve, ThroughputProfile};
 use crate::numeric;
 
-/// A contender at one population and recording.
+/// Time of one evaluator for one population size and one length of the recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measurement {
-    /// Which contender.
+    /// Index of the evaluator in [`Throughput::contenders`].
     pub contender: usize,
-    /// Candidates.
+    /// Number of candidates.
     pub population: usize,
-    /// Samples.
+    /// Number of samples of the recording.
     pub samples: usize,
-    /// Median seconds of a batch; `None` where the budget does not allow one.
+    /// Median time of a batch \[s\]; `None` if the time budget does not allow a round.
     pub seconds: Option<f64>,
-    /// An interval that covers the median with 95 %; NaN below six rounds, which cannot have one.
+    /// 95 % confidence interval of the median \[s\]; NaN with fewer than six rounds, which cannot give one.
     pub interval: [f64; 2],
-    /// Rounds.
+    /// Number of rounds.
     pub rounds: usize,
-    /// Seconds that the device computed in an evaluation, by its own clock, and those of that evaluation from end to end;
-    /// `None` without a clock.
+    /// Time that the device computed in one evaluation, by its own clock, and the time of that evaluation end to end
+    /// \[s\]; `None` if the device has no clock.
     pub kernel: Option<[f64; 2]>,
-    /// Median and interval of the same once more, as a control; of the baseline only.
+    /// Median and interval of the control, the second measurement of the baseline \[s\]; `None` for other evaluators.
     pub again: Option<(f64, [f64; 2])>,
 }
 
@@ -35,7 +35,7 @@ impl Measurement {
         times.sort_by(f64::total_cmp);
         let rounds = times.len();
         let seconds = (rounds > 0).then(|| numeric::median(&times));
-        let interval = if rounds < FEWEST {
+        let interval = if rounds < ROUNDS_MIN {
             [f64::NAN; 2]
         } else {
             let outside = outside(rounds);
@@ -44,28 +44,31 @@ impl Measurement {
         Self { contender, population, samples, seconds, interval, rounds, kernel: None, again: None }
     }
 
-    /// Candidate-steps a second.
+    /// Returns the throughput end to end \[candidate-steps/s\].
     #[must_use]
     pub fn rate(&self) -> Option<f64> {
         self.seconds.map(|seconds| self.steps() / seconds)
     }
 
-    /// Candidate-steps a second of the device's own time.
+    /// Returns the throughput by the device's own clock \[candidate-steps/s\].
     #[must_use]
     pub fn kernel_rate(&self) -> Option<f64> {
         self.kernel.map(|[seconds, _]| self.steps() / seconds)
     }
 
-    /// Half the interval, relative to the median; `None` below six rounds.
+    /// Returns half the width of the interval relative to the median; `None` with fewer than six rounds.
     #[must_use]
     pub fn spread(&self) -> Option<f64> {
         let half = 0.5 * (self.interval[1] - self.interval[0]);
         self.seconds.map(|median| half / median).filter(|spread| spread.is_finite())
     }
 
-    /// From where to where the time may be: the interval, or what a single round is trusted for.
+    /// Returns the bounds of the time \[s\]: the interval or, with fewer than six rounds, the median divided and
+    /// multiplied by [`UNCERTAINTY_FACTOR`].
     fn limits(&self) -> Option<[f64; 2]> {
-        self.seconds.map(|s| if self.interval[0].is_nan() { [s / ONCE, s * ONCE] } else { self.interval })
+        self.seconds.map(|s| {
+            if self.interval[0].is_nan() { [s / UNCERTAINTY_FACTOR, s * UNCERTAINTY_FACTOR] } else { self.interval }
+        })
     }
 
     fn steps(&self) -> f64 {
@@ -73,23 +76,24 @@ impl Measurement {
     }
 }
 
-/// Rounds below which no interval covers the median with 95 %, and by which factor a single one may be off.
-const FEWEST: usize = 6;
-const ONCE: f64 = 1.25;
+/// Fewest rounds that give a 95 % interval of the median.
+const ROUNDS_MIN: usize = 6;
+/// Largest assumed error of a time measured in fewer rounds, as a factor.
+const UNCERTAINTY_FACTOR: f64 = 1.25;
 
-/// From which population on a contender is faster than another.
+/// Smallest population size from which one evaluator is faster than another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Crossover {
-    /// From here on, wherever both were measured.
+    /// Faster from this population size on, wherever both were measured.
     From(usize),
-    /// Not at the largest population where both were measured.
+    /// Not faster at the largest population size at which both were measured.
     Never,
-    /// They were nowhere measured both.
+    /// No population size was measured for both.
     Unknown,
 }
 
-/// Returns the number of `n` sorted values outside an interval that covers the median with 95 % on each side: as many as n
-/// coins show heads at most with a chance of 2.5 %.
+/// Returns the number of the `n` sorted values that are outside, on each side, a 95 % confidence interval of the
+/// median: the largest number of heads whose cumulative probability in `n` tosses of a fair coin is at most 2.5 %.
 fn outside(n: usize) -> usize {
     let mut probability = 0.5_f64.powi(i32::try_from(n).unwrap_or(i32::MAX));
     let (mut sum, mut count) = (probability, 0);
@@ -101,53 +105,53 @@ fn outside(n: usize) -> usize {
     count.saturating_sub(1).min((n - 1) / 2)
 }
 
-/// A contender against its control, over all cases.
+/// Comparison of the baseline with its control over all cases.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Control {
-    /// The contender that was measured twice.
+    /// Index of the evaluator that was measured twice.
     pub contender: usize,
-    /// Cases.
+    /// Number of cases.
     pub cases: usize,
-    /// Those where the two intervals do not meet.
+    /// Number of cases in which the two intervals do not overlap.
     pub apart: usize,
-    /// The median and the largest difference of the two, relative.
+    /// Median and largest relative difference between the two measurements.
     pub difference: [f64; 2],
 }
 
-/// The result of a bench.
+/// Result of a throughput benchmark.
 pub struct Throughput {
-    /// Who took part.
+    /// The evaluators that were measured.
     pub contenders: Vec<Contender>,
-    /// Adapters that could not take part, and why.
+    /// Error messages of evaluators that could not be opened or failed in a measurement.
     pub refused: Vec<String>,
-    /// Every case of every contender.
+    /// One measurement per evaluator and case.
     pub measurements: Vec<Measurement>,
-    /// Multiply–adds a second of one core, measured in the same run; `None` without FMA.
+    /// Peak rate of one core, measured in the same run \[multiply–adds/s\]; `None` without FMA instructions.
     pub fma_peak: Option<f64>,
-    /// True if the observer ended it early.
+    /// True if the observer ended the benchmark early.
     pub interrupted: bool,
 }
 
 impl Throughput {
-    /// Measurements of a contender.
+    /// Returns the measurements of an evaluator.
     pub fn of(&self, contender: usize) -> impl Iterator<Item = &Measurement> {
         self.measurements.iter().filter(move |m| m.contender == contender)
     }
 
-    /// A case of a contender.
+    /// Returns the measurement of an evaluator for a population size and a number of samples, if there is one.
     #[must_use]
     pub fn case(&self, contender: usize, population: usize, samples: usize) -> Option<&Measurement> {
         self.of(contender).find(|m| m.population == population && m.samples == samples)
     }
 
-    /// The CPU at its best: what adapters are held against.
+    /// Returns the index of the CPU evaluator that adapters are compared with: the last one, SIMD on all threads.
     #[must_use]
     pub fn baseline(&self) -> Option<usize> {
         self.contenders.iter().rposition(|c| c.kind == "cpu")
     }
 
-    /// From which population on a contender is faster than another on recordings of so many samples, by more than both
-    /// intervals.
+    /// Returns the population size from which `contender` is faster than `baseline` on recordings of `samples` samples,
+    /// by more than both intervals.
     #[must_use]
     pub fn crossover(&self, contender: usize, baseline: usize, samples: usize) -> Crossover {
         let limits = |who: usize, population: usize| self.case(who, population, samples).and_then(Measurement::limits);
@@ -158,7 +162,7 @@ impl Throughput {
             }
         }
         both.sort_unstable();
-        // From there on: not a lucky case among losses.
+        // A win at a population size below a loss does not count.
         let first = both.iter().rposition(|(_, wins)| !wins).map_or(0, |last| last + 1);
         match (both.is_empty(), both.get(first)) {
             (true, _) => Crossover::Unknown,
@@ -167,12 +171,12 @@ impl Throughput {
         }
     }
 
-    /// Returns the difference between two measurements of the same evaluator.
+    /// Compares the two measurements of the baseline; `None` if no case has an interval.
     #[must_use]
     pub fn control(&self) -> Option<Control> {
         let contender = self.baseline()?;
         let pair = |m: &Measurement| {
-            let (seconds, (again, interval)) = (m.seconds.filter(|_| m.rounds >= FEWEST)?, m.again?);
+            let (seconds, (again, interval)) = (m.seconds.filter(|_| m.rounds >= ROUNDS_MIN)?, m.again?);
             let apart = m.interval[1] < interval[0] || interval[1] < m.interval[0];
             Some(((again - seconds).abs() / seconds, apart))
         };
@@ -183,9 +187,9 @@ impl Throughput {
         Some(Control { contender, cases: pairs.len(), apart, difference })
     }
 
-    /// Returns the throughput by which `auto` chooses; `None` where the CPU was not measured.
+    /// Returns the throughput profile from which `auto` chooses a device; `None` if the CPU was not measured.
     #[must_use]
-    pub fn paces(&self) -> Option<ThroughputProfile> {
+    pub fn throughput_profile(&self) -> Option<ThroughputProfile> {
         let pace = |n: usize| {
             let point = |m: &Measurement| Some((m.samples as u64, m.population as u64, m.seconds?));
             ThroughputCurve { points: self.of(n).filter_map(point).collect() }
@@ -218,7 +222,7 @@ mod tests {
     use super::*;
     use crate::evaluate::Scalar;
 
-    /// A contender that is never run.
+    /// Returns an evaluator that is never run.
     fn named(name: &str) -> Contender {
         Contender::on_cpu(name.to_owned(), Box::new(Scalar), 1).unwrap()
     }
@@ -228,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn a_crossover_is_from_where_on_it_wins_and_stays() {
+    fn a_crossover_needs_a_win_at_every_larger_population() {
         let seconds = [[1.0, 2.0, 10.0, 40.0], [3.0, 1.5, 12.0, 20.0], [0.5, 1.0, 5.0, 20.0]];
         let mut measurements = Vec::new();
         for (contender, seconds) in seconds.iter().enumerate() {
@@ -237,16 +241,16 @@ mod tests {
             }
         }
         let mut result = result(["base", "late", "always"].map(named).into(), measurements);
-        // It wins at 10, loses at 100, wins at 1000: from 1000 on.
+        // The win at 10 is followed by a loss at 100, so only 1000 counts.
         assert_eq!(result.crossover(1, 0, 10), Crossover::From(1000));
         assert_eq!(result.crossover(2, 0, 10), Crossover::From(1));
         assert_eq!(result.crossover(0, 2, 10), Crossover::Never);
         assert_eq!(result.crossover(1, 0, 99), Crossover::Unknown);
         assert_eq!(result.measurements[0].rate(), Some(10.0));
-        // A lead within the intervals is none.
+        // A lead smaller than the intervals does not count.
         result.measurements[7].interval = [10.0, 50.0];
         assert_eq!(result.crossover(1, 0, 10), Crossover::Never);
-        // What one of them could not afford is no loss and no win of the other.
+        // A case that only one of the two measured counts for neither.
         result.measurements[7].interval = [f64::NAN; 2];
         result.measurements[3].seconds = None;
         assert_eq!(result.crossover(1, 0, 10), Crossover::Never);
@@ -255,7 +259,7 @@ mod tests {
 
     #[test]
     fn intervals_cover_the_median() {
-        // Tables of order statistics: of n, how many lie outside on each side at 95 %.
+        // Tabulated order statistics: values outside the 95 % interval on each side, for n values.
         for (n, expected) in [(1, 0), (5, 0), (6, 0), (8, 0), (9, 1), (11, 1), (12, 2), (15, 3), (20, 5), (25, 7)] {
             assert_eq!(outside(n), expected, "{n}");
         }
@@ -267,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn a_control_tells_intervals_that_are_too_narrow() {
+    fn a_control_reveals_intervals_that_are_too_narrow() {
         let times = |from: f64| (0..9).map(|n| from + f64::from(n)).collect::<Vec<f64>>();
         let case = |population: usize, again: f64| {
             let control = Measurement::of(0, population, 9, times(again));

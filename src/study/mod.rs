@@ -1,4 +1,4 @@
-//! Studies: many runs, seen together.
+//! Studies of many runs: comparisons of methods, sweeps, cost maps, and the throughput of evaluators.
 
 pub mod compare;
 mod contender;

@@ -1,4 +1,4 @@
-//! The cost around an optimum, over two parameters.
+//! Cost maps: the criterion over two parameters around the optimum.
 
 use crate::identify::{BatchCosts, Identification, IdentifySpec, identify, needs_voltage};
 use crate::motor::Parameter;
@@ -7,43 +7,45 @@ use crate::record::Record;
 use crate::setting::text;
 use crate::{Error, Result};
 
-/// Costs over two parameters, all others at the optimum.
+/// Costs over a grid of two parameters, all others at the optimum.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CostMap {
-    /// Which parameters.
+    /// The two parameters.
     pub parameters: [Parameter; 2],
-    /// From where to where each goes.
+    /// Range `[min, max]` of each parameter, in its SI unit.
     pub ranges: [[f64; 2]; 2],
-    /// The cost at the points of a grid that includes the ends: row by row, the first parameter along a row.
+    /// Cost at each point of the grid, range ends included, shape `[side, side]`; the first parameter varies along a
+    /// row.
     pub costs: Vec<Vec<f64>>,
-    /// The identification.
+    /// Identification with the optimum.
     pub found: Identification,
 }
 
-/// Standard errors that a map reaches to each side where nobody gave bounds.
+/// Half-width of a map without given bounds \[standard errors\].
 const REACH: f64 = 8.0;
 /// The 95 % quantile of χ² with two degrees of freedom.
 const CHI2: f64 = 5.991_464_547_107_98;
 
 impl CostMap {
-    /// Returns the value of a parameter (0 or 1) at a place of the grid; NaN where the grid has one point.
+    /// Returns the value of parameter `which` (0 or 1) at an index of the grid; NaN if the grid has one point.
     ///
     /// # Panics
-    /// For other parameters than 0 and 1.
+    /// Panics if `which` is neither 0 nor 1.
     #[must_use]
-    pub fn value(&self, which: usize, place: usize) -> f64 {
+    pub fn value(&self, which: usize, index: usize) -> f64 {
         let [low, high] = self.ranges[which];
-        let share = count(place) / count(self.costs.len().saturating_sub(1));
-        low + (high - low) * share
+        let fraction = count(index) / count(self.costs.len().saturating_sub(1));
+        low + (high - low) * fraction
     }
 
-    /// The optimum.
+    /// Returns the values of the two parameters at the optimum.
     #[must_use]
     pub fn optimum(&self) -> [f64; 2] {
         self.parameters.map(|p| self.found.parameters.get(p))
     }
 
-    /// The ellipse that covers both parameters together with 95 %, closed; empty where they are not known so well.
+    /// Returns the joint 95 % confidence ellipse of the two parameters as a closed curve; empty if their covariance is
+    /// not available.
     #[must_use]
     pub fn ellipse(&self) -> Vec<(f64, f64)> {
         let known = || {
@@ -64,23 +66,24 @@ impl CostMap {
     }
 }
 
-/// Identifies the motor and evaluates a grid of `side` by `side` points around it: within the bounds that the spec gives
-/// for the two parameters, or eight standard errors to each side.
+/// Identifies the motor and evaluates the criterion on a grid of `side` × `side` points around the optimum, within the
+/// given bounds of the two parameters or eight standard errors to each side.
 ///
 /// # Errors
-/// As for an identification; `Usage` when the parameters are the same or held, or the grid is smaller than 2.
+/// Propagates the errors of [`identify`]. Returns a `Usage` error if the parameters are equal or one of them is fixed,
+/// or if `side` is not within 2 to 4096.
 pub fn cost_map(records: &[Record], spec: &IdentifySpec, parameters: [Parameter; 2], side: usize) -> Result<CostMap> {
     needs_voltage(records)?;
     if parameters[0] == parameters[1] || !(2..=4096).contains(&side) {
         let message =
-            format!("a slice of {} and {} with {side} points a side", parameters[0].symbol(), parameters[1].symbol());
+            format!("a slice of {} and {} with {side} points per side", parameters[0].symbol(), parameters[1].symbol());
         let hint = text!("Name two different parameters and 2 to 4096 points, as in " [Slice = "R,L"] ".");
         return Err(Error::usage(message, hint));
     }
     let axes = spec.space.free().to_vec();
     let place = |p: Parameter| {
         axes.iter().position(|axis| axis.parameter == p).ok_or_else(|| {
-            let message = format!("{} is held: there is nothing to vary", p.symbol());
+            let message = format!("{} is fixed and cannot be varied", p.symbol());
             Error::usage(message, text!("Leave it out of " [Fix] "."))
         })
     };
@@ -93,7 +96,7 @@ pub fn cost_map(records: &[Record], spec: &IdentifySpec, parameters: [Parameter;
         }
         let value = found.parameters.get(p);
         let error = found.uncertainty.as_ref().and_then(|u| u.std_error[place]).unwrap_or(0.05 * value);
-        // A millionth of the value at least: without noise there would be nothing to see.
+        // Without noise the standard errors vanish; the map then reaches 1e-6 of the value to each side.
         let reach = (REACH * error).max(1e-6 * value);
         [(value - reach).max(0.01 * value), value + reach]
     };
@@ -126,7 +129,7 @@ mod tests {
         let step = Excitation::step(10.5, 0.1, 1.0, 0.001).unwrap();
         let clean = simulated(&Parameters::M2, &step, Discretization::Zoh).unwrap();
         let records = [with_noise(&clean, [0.02, 1.0], 1).unwrap()];
-        // Weighted by the noise, as the optimum is.
+        // The criterion has the noise weights with which the optimum is estimated.
         let noise = crate::criterion::Noise::Sigma([Some(0.02), Some(1.0)]);
         let criterion =
             crate::criterion::Criterion { scale: crate::criterion::Scale::Noise, noise, ..Default::default() };

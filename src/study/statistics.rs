@@ -1,13 +1,15 @@
-//! Statistics of runs: bootstrap intervals, a paired test and its correction for many comparisons.
+//! Statistics of repeated runs: bootstrap confidence intervals, Wilcoxon's signed-rank test, Holm's correction and the
+//! probability of superiority.
 
 use crate::numeric::{count, quantile, sorted, whole};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Resamples of a bootstrap.
+/// Number of bootstrap resamples.
 const RESAMPLES: usize = 4000;
 
-/// The 95 % percentile bootstrap interval of the median (B. Efron 1979), the same for the same seed.
+/// Returns the 95 % percentile bootstrap confidence interval of the median (Efron 1979), NaN without values. The same
+/// seed gives the same interval.
 pub(super) fn median_interval(values: &[f64], seed: u64) -> [f64; 2] {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut resample = vec![0.0; values.len()];
@@ -23,8 +25,9 @@ pub(super) fn median_interval(values: &[f64], seed: u64) -> [f64; 2] {
     [0.025, 0.975].map(|p| quantile(&medians, p))
 }
 
-/// Wilcoxon's signed-rank test, two-sided: how likely differences so far to one side are if both sides are alike. Zeros are
-/// left out; exact up to 50 differences without ties, else by the normal approximation with tie correction.
+/// Returns the two-sided p-value of Wilcoxon's signed-rank test (Wilcoxon 1945) for paired differences. Zeros and NaN
+/// are omitted. The distribution is exact up to 50 differences without ties; otherwise it is the normal approximation
+/// with a correction for ties.
 pub(super) fn wilcoxon(differences: &[f64]) -> f64 {
     let mut kept: Vec<f64> = differences.iter().copied().filter(|d| *d != 0.0 && !d.is_nan()).collect();
     kept.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
@@ -49,7 +52,8 @@ pub(super) fn wilcoxon(differences: &[f64]) -> f64 {
     libm::erfc((0.5 * all - smaller) / (2.0 * variance).sqrt()).min(1.0)
 }
 
-/// Twice the chance that `n` ranks with random signs sum up to `sum` at most.
+/// Returns twice the probability, at most 1, that `n` ranks with random signs have a sum of positive ranks of at most
+/// `sum`.
 fn exact(n: usize, sum: f64) -> f64 {
     let most = n * (n + 1) / 2;
     let mut ways = vec![0.0; most + 1];
@@ -63,21 +67,20 @@ fn exact(n: usize, sum: f64) -> f64 {
     (2.0 * within / 2.0_f64.powi(i32::try_from(n).unwrap_or(i32::MAX))).min(1.0)
 }
 
-/// Chances corrected for their number by Holm's step-down method (S. Holm 1979), in their order.
+/// Returns p-values adjusted for multiple comparisons by Holm's step-down method (Holm 1979), in the same order.
 pub(super) fn holm(p_values: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..p_values.len()).collect();
     order.sort_by(|a, b| p_values[*a].total_cmp(&p_values[*b]));
     let mut adjusted = vec![0.0; p_values.len()];
     let mut least: f64 = 0.0;
-    for (place, &n) in order.iter().enumerate() {
-        least = least.max((count(p_values.len() - place) * p_values[n]).min(1.0));
+    for (rank, &n) in order.iter().enumerate() {
+        least = least.max((count(p_values.len() - rank) * p_values[n]).min(1.0));
         adjusted[n] = least;
     }
     adjusted
 }
 
-/// Returns the probability that a value of `a` is smaller than one of `b`, ties half (A. Vargha, H. D. Delaney 2000); NaN
-/// without values.
+/// Returns the probability of superiority `P(a < b) + P(a = b) / 2` (Vargha and Delaney 2000); NaN without values.
 pub(super) fn superiority(a: &[f64], b: &[f64]) -> f64 {
     let pairs = a.iter().flat_map(|x| b.iter().map(move |y| (x, y)));
     let wins = pairs.map(|(x, y)| match x.total_cmp(y) {
@@ -104,14 +107,15 @@ mod tests {
         let d: Vec<f64> = (0..60).map(|n| f64::from((n * 37) % 61) - 24.0 + 0.01 * f64::from(n)).collect();
         assert!((wilcoxon(&d) - 0.012_575_018_443_691_98).abs() < 1e-12, "{}", wilcoxon(&d));
         assert_eq!((wilcoxon(&[0.0; 9]), wilcoxon(&[])), (1.0, 1.0));
-        // All of n to one side: 2/2^n.
+        // If all n differences have the same sign, p = 2/2^n.
         let one_side: Vec<f64> = (1..=50).map(f64::from).collect();
         assert!((wilcoxon(&one_side) / 2.0_f64.powi(-49) - 1.0).abs() < 1e-12);
     }
 
     #[test]
     fn the_test_is_right_as_often_as_it_says() {
-        // Differences that are symmetric about zero: at 5 % some 5 % of 2000 tests reject, ± 3 standard deviations.
+        // Under symmetric differences about 5 % of 2000 tests reject at the 5 % level; the tolerance is 3 standard
+        // deviations.
         let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
         let mut rejects = |shift: f64| {
             let mut draw = || random.random::<f64>() + random.random::<f64>() - 1.0 + shift;
@@ -126,12 +130,12 @@ mod tests {
     fn intervals_cover_the_median_as_often_as_they_say() {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(6);
         let covered = (0..400).filter(|&n| {
-            // Exponential: median ln 2.
+            // The median of the exponential distribution is ln 2.
             let values: Vec<f64> = (0..50).map(|_| -(1.0 - random.random::<f64>()).ln()).collect();
             let [low, high] = median_interval(&values, n);
             (low..=high).contains(&std::f64::consts::LN_2)
         });
-        // 95 % of 400 is 380 ± 4.4; percentile intervals of a median are a little off.
+        // The expectation is 380 ± 4.4; percentile intervals of a median deviate a little from their level.
         let covered = covered.count();
         assert!((362..=394).contains(&covered), "{covered} of 400");
         assert_eq!(median_interval(&[1.0, 2.0, 9.0], 1), median_interval(&[1.0, 2.0, 9.0], 1));

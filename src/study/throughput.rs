@@ -1,9 +1,9 @@
 //! Throughput of this machine's evaluators in candidate-steps per second, end to end, over population sizes.
 //!
-//! All contenders of a case are measured in turn, in an order drawn anew for every second round and then taken backwards,
-//! so that a machine that slows down or speeds up does so for all, and nobody always follows the same neighbour. Short
-//! evaluations are repeated until a round takes some milliseconds: what is measured is a stream of batches, as a search
-//! makes them, not the waking of sleeping threads.
+//! The evaluators of a case are measured in turn. Their order is drawn at random for every second round and reversed
+//! for the next, so that drifts of the machine's speed affect all of them alike and none always follows the same one.
+//! Short evaluations are repeated until a round takes some milliseconds. This measures a stream of batches, as in a
+//! search, and not the time to wake idle threads.
 
 use super::contender::Contenders;
 use super::measurement::{Measurement, Throughput};
@@ -23,32 +23,34 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Settings of a bench.
+/// Settings of a throughput benchmark.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ThroughputSpec {
-    /// Candidates in a batch.
+    /// Population sizes \[candidates\].
     pub populations: Vec<usize>,
-    /// Samples of the recordings, all of them simulated.
+    /// Lengths of the recordings \[samples\]; every sample is simulated.
     pub samples: Vec<usize>,
-    /// Seconds that measuring may take, about.
+    /// Approximate time budget \[s\].
     pub budget_s: f64,
 }
 
-/// Rounds of a case at least (fewer have no interval of 95 %) and at most; a case that cannot have so many has one.
+/// Fewest rounds of a case, below which there is no 95 % interval, and most. A case that cannot afford the fewest has
+/// one.
 const ROUNDS: (usize, usize) = (6, 25);
-/// Seconds of a round at least, and evaluations in it at most.
+/// Shortest round \[s\].
 const ROUND_S: f64 = 0.003;
+/// Most evaluations in a round.
 const REPEATS: f64 = 3000.0;
-/// Evaluations whose kernel time is taken.
+/// Evaluations whose kernel time is measured.
 const TIMED: usize = 5;
-/// The most candidates: 1 GiB of them.
+/// Largest population \[candidates\]: 1 GiB of values.
 pub(super) const POPULATION_MAX: usize = (1 << 27) / 5;
 
 impl ThroughputSpec {
-    /// Returns whether it can be measured; the same size twice is one.
+    /// Checks the settings and returns them without duplicate sizes.
     ///
     /// # Errors
-    /// `Usage` where not.
+    /// Returns a `Usage` error if a list is empty, a size is out of range or the budget is not positive.
     pub fn checked(mut self) -> Result<Self> {
         let bad = |name: Setting, n: usize, range: &str| {
             Err(Error::usage(text!({name} ": {n} cannot be measured"), format!("Give {range}.")))
@@ -60,7 +62,7 @@ impl ThroughputSpec {
             return bad(Setting::Samples, n, &format!("2 to {SAMPLES_MAX} samples"));
         }
         if self.populations.is_empty() || self.samples.is_empty() {
-            let message = text!("a bench needs " [Populations] " and " [Samples]);
+            let message = text!("a benchmark needs " [Populations] " and " [Samples]);
             return Err(Error::usage(message, "Give at least one of each."));
         }
         if !(self.budget_s.is_finite() && self.budget_s > 0.0) {
@@ -75,11 +77,11 @@ impl ThroughputSpec {
     }
 }
 
-/// Measures contenders over all cases. `observe` sees cases done and cases in all, and may end it. A contender that fails
-/// on the way leaves the field and is named.
+/// Measures the evaluators over all cases. `observe` receives the number of finished cases and of all cases, and may
+/// end the benchmark. An evaluator that fails is excluded from then on and listed in [`Throughput::refused`].
 ///
 /// # Errors
-/// `Usage` for a spec that cannot be.
+/// Returns a `Usage` error for invalid settings.
 pub fn throughput(
     spec: &ThroughputSpec,
     (contenders, refused): Contenders,
@@ -108,7 +110,7 @@ pub fn throughput(
     Ok(result)
 }
 
-/// One core's multiply–adds a second: the best of some tries.
+/// Returns the highest rate of multiply–adds of one core over 15 trials \[1/s\]; `None` without FMA instructions.
 fn fma_peak() -> Option<f64> {
     let level = Level::best();
     let try_once = || {
@@ -118,7 +120,7 @@ fn fma_peak() -> Option<f64> {
     (0..15).filter_map(|_| try_once()).max_by(f64::total_cmp)
 }
 
-/// One population on one recording: all contenders in turn, `share` seconds for each.
+/// One population size on one recording, with a budget of `share` seconds for each evaluator.
 struct Case<'a> {
     problem: Arc<Problem>,
     values: Vec<f64>,
@@ -126,14 +128,14 @@ struct Case<'a> {
     samples: usize,
     population: usize,
     share: f64,
-    /// Contenders that have failed before.
+    /// True for each evaluator that has failed.
     failed: &'a mut [bool],
 }
 
 impl Case<'_> {
-    /// Measures and adds to the result.
+    /// Measures all evaluators and adds the measurements to the result.
     fn measure(&mut self, result: &mut Throughput, observe: &mut dyn FnMut() -> ControlFlow<()>) -> ControlFlow<()> {
-        // The last place is the baseline's, once more.
+        // The last index is the control, a second measurement of the baseline.
         let count = result.contenders.len();
         let baseline = result.baseline();
         let (mut rounds, mut repeats) = (vec![0; count + 1], vec![1; count + 1]);
@@ -163,14 +165,16 @@ impl Case<'_> {
         ControlFlow::Continue(())
     }
 
-    /// Rounds, and evaluations in a round, that a contender can have in its share; no rounds where it cannot have one.
+    /// Returns the numbers of rounds and of evaluations per round that an evaluator's budget allows; no rounds if it
+    /// does not allow one.
     fn plan(&mut self, result: &mut Throughput, contender: usize) -> (usize, usize) {
-        // What a part of the population takes tells whether all of it can be afforded: latency is not scaled up.
+        // The time of a smaller population decides whether the complete one is affordable. Times below a round are
+        // mostly latency and are not extrapolated.
         let mut size = self.population.min(1000);
         let mut seconds = 0.0;
         let skipped = result.of(contender).any(|m| m.samples == self.samples && m.seconds.is_none());
         while !self.failed[contender] && !skipped {
-            // The first run makes buffers and compiles shaders.
+            // The first evaluation allocates buffers and compiles shaders.
             let first = self.seconds(result, contender, size, 1).unwrap_or(f64::INFINITY);
             seconds =
                 if first > self.share { first } else { self.seconds(result, contender, size, 1).unwrap_or(first) };
@@ -191,7 +195,8 @@ impl Case<'_> {
         (if affordable < ROUNDS.0 { 1 } else { affordable.min(ROUNDS.1) }, whole(repeats))
     }
 
-    /// Seconds of an evaluation of the first `size` candidates; `None` where the contender fails, which ends it.
+    /// Returns the mean time of an evaluation of the first `size` candidates \[s\]; `None` if the evaluator fails, which
+    /// excludes it from then on.
     fn seconds(&mut self, result: &mut Throughput, contender: usize, size: usize, repeats: usize) -> Option<f64> {
         let candidates = Candidates::new(&self.values[..5 * size], 5);
         let groups = [Group { problem: &self.problem, candidates, reference: None }];
@@ -206,7 +211,7 @@ impl Case<'_> {
         seconds.ok()
     }
 
-    /// Adds the measurements of all contenders, with the times that devices computed.
+    /// Adds the measurements of all evaluators, with the times by the devices' own clocks.
     fn add(&mut self, result: &mut Throughput, mut times: Vec<Vec<f64>>) {
         let (population, samples) = (self.population, self.samples);
         let again = times.pop().filter(|times| !times.is_empty());
@@ -221,7 +226,7 @@ impl Case<'_> {
             }
             let mut kernel = Vec::new();
             for _ in 0..TIMED.min(rounds).min(if result.contenders[n].driver.is_some() { TIMED } else { 0 }) {
-                // A device that fails now has been measured all the same.
+                // The measurement of a device that fails here is kept.
                 let timed = result.contenders[n].kernel_seconds(&groups, &mut self.costs);
                 kernel.extend(timed.ok().flatten().filter(|[kernel, _]| *kernel > 0.0));
             }
@@ -232,7 +237,8 @@ impl Case<'_> {
     }
 }
 
-/// The paper's motor under a step at once: every sample is simulated.
+/// Returns the problem of the paper's motor M2 under a voltage step at the first sample, so that every sample is
+/// simulated.
 fn problem(samples: usize) -> Result<Arc<Problem>> {
     let excitation = Excitation::step(10.5, 0.0, count(samples - 1) * 0.001, 0.001)?;
     let record = simulated(&Parameters::M2, &excitation, Discretization::Zoh)?;

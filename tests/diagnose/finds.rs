@@ -1,14 +1,14 @@
-//! Proves: findings name samples and values; `auto` masks outliers of the channel alone and a fit then finds the motor; units
-//! that no motor has are reported whatever the heading says; findings are named before the hint of a failed fit.
+//! Proves: findings name samples and values; the mask `auto` excludes outliers only in their channel, and a fit then finds the
+//! motor; implausible units are reported even if a heading names them; findings precede the hint of a failed fit.
 
 use super::support::changed;
 use super::{each, find, folder, only, steps};
 use motorfit::identify::{IdentifySpec, identify};
 use motorfit::motor::{Extension, Parameter, With};
-use motorfit::record::{Mask, Preparation, Quantity, Record, Severity, diagnose, explains_failure, read_csv};
+use motorfit::record::{Mask, Preparation, Quantity, Record, Severity, can_cause_poor_fit, diagnose, read_recording};
 use rand::RngExt as _;
 
-/// The recording with everything masked that is found.
+/// Applies the mask `auto`.
 fn masked(record: &Record) -> Record {
     Preparation { mask: vec![Mask::Auto], ..Preparation::default() }.apply(record).unwrap().remove(0)
 }
@@ -21,12 +21,12 @@ fn outliers_are_named_with_samples_and_values() {
     let finding = only(&spoiled, "outliers");
     assert_eq!((finding.quantity, &finding.places), (Quantity::Speed, &vec![700..701, 3200..3202]));
     assert!(finding.message.to_string().contains("400.0 instead of"), "{}", finding.message);
-    assert!(explains_failure(finding.code) && finding.severity == Severity::Report);
+    assert!(can_cause_poor_fit(finding.code) && finding.severity == Severity::Report);
     let of_voltage = changed(&steps(), |s| s.voltage[2300] = 20.0);
     let finding = only(&of_voltage, "outliers");
     let [place] = &finding.places[..] else { panic!("{finding:?}") };
     assert_eq!((finding.quantity, place), (Quantity::Voltage, &(2300..2301)));
-    // A pulse that the motor got is none, and so are a step and a peak of the current.
+    // Pulses of the drive voltage, steps, and peaks of the current are not outliers.
     assert_eq!(find(&super::steps_through(|_, v| v), "outliers"), None);
 }
 
@@ -64,7 +64,7 @@ fn a_sensor_of_one_sign_is_found_without_a_speed_too() {
 }
 
 #[test]
-fn a_motor_that_stands_under_a_constant_voltage_is_named() {
+fn a_motor_at_rest_under_a_constant_voltage_is_found() {
     let still = changed(&steps(), |s| {
         s.voltage.fill(6.0);
         s.current = None;
@@ -75,9 +75,9 @@ fn a_motor_that_stands_under_a_constant_voltage_is_named() {
 }
 
 #[test]
-fn real_newcomers() {
+fn real_logs_of_newcomers() {
     let Some(folder) = folder() else { return };
-    let read = |name: &str| read_csv(&folder.join("newcomer-logs").join(name), &[]).unwrap();
+    let read = |name: &str| read_recording(&folder.join("newcomer-logs").join(name), &[]).unwrap();
     let glitches = read("glitch.csv");
     let finding = diagnose(&glitches).remove(0);
     assert_eq!((finding.code, &finding.places), ("outliers", &vec![60..61, 150..151]));
@@ -85,7 +85,7 @@ fn real_newcomers() {
     let error = identify(std::slice::from_ref(&glitches), &spec).unwrap_err();
     assert!(error.hint().to_string().contains("99999 instead of"), "{}", error.hint());
     let found = identify(&[masked(&glitches)], &spec).unwrap();
-    // The voltage is logged up to a sample late, which costs up to 3 %.
+    // The voltage is logged up to one sample late, which biases K by up to 3 %.
     let estimates = found.estimates();
     let k = estimates.iter().find(|e| e.parameter == Parameter::K).and_then(|e| e.value).unwrap();
     assert!((k / 0.02 - 1.0).abs() < 0.03, "K {k}");

@@ -1,5 +1,5 @@
-//! Proves: faults of such a strength that they move a parameter by 3, 10 and 30 standard errors are found: outliers by a rule, a
-//! drive that wakes up late by `auto`, which then finds the motor.
+//! Proves: faults that change a parameter by 3, 10 and 30 standard errors are found at the rates below: outliers by a rule, a
+//! late start of the drive by `auto`, which then finds the motor.
 
 use super::faults::{Bench, EXCITATIONS, spread};
 use super::rates::{FOUND, MOTORS, first_seed};
@@ -8,13 +8,13 @@ use motorfit::motor::{Parameter, Space, With};
 use motorfit::record::{Record, diagnose};
 use rand::RngExt as _;
 
-/// Strengths: standard errors by which the parameter moves that moves most.
+/// Strengths of a fault: largest change of a parameter, in standard errors.
 const STRENGTHS: [f64; 3] = [3.0, 10.0, 30.0];
 
-/// A fault of an amount, put into the recording of a bench; `None` where the excitation cannot have it.
+/// Adds a fault of an amount to the recording of a bench; `None` if the excitation does not allow it.
 type Graded = fn(&mut Bench, f64) -> Option<Record>;
 
-/// Returns the settings of a fit: where the speed alone is measured, the winding and the motor constant are known.
+/// Returns the settings of a fit; if only the speed is measured, R, L and K are fixed at their true values.
 fn spec(bench: &Bench, has_current: bool, with: With) -> IdentifySpec {
     let motor = bench.varied.motor;
     let known = [(Parameter::R, motor.r), (Parameter::L, motor.l), (Parameter::K, motor.k)];
@@ -27,12 +27,12 @@ fn fitted(seed: u64, kind: &'static str, record: &Record, with: With) -> Option<
     identify(std::slice::from_ref(record), &spec(&Bench::new(seed, kind), has_current, with)).ok()
 }
 
-/// Value and standard error of each parameter that is estimated.
+/// Returns the value and the standard error of each estimated parameter.
 fn pairs(found: &Identification) -> Vec<(f64, f64)> {
     found.estimates().iter().filter_map(|of| of.value.zip(of.std_error)).collect()
 }
 
-/// The recording with the smallest amount between two that moves a parameter by so many standard errors.
+/// Returns the recording with the smallest amount within `range` that changes a parameter by `strength` standard errors.
 fn at_strength(seed: u64, kind: &'static str, fault: Graded, range: [f64; 2], strength: f64) -> Option<Record> {
     let with = |amount: f64| fault(&mut Bench::new(seed, kind), amount);
     let linear = |record: &Record| fitted(seed, kind, record, With::default()).map(|found| pairs(&found));
@@ -48,7 +48,7 @@ fn at_strength(seed: u64, kind: &'static str, fault: Graded, range: [f64; 2], st
     if moved(high) < strength {
         return None;
     }
-    // Within an eighth: the amounts differ by motors a hundredfold.
+    // To 12 %, because the amounts differ between motors by a factor of 100.
     while high > 1.12 * low {
         let middle = (low * high).sqrt();
         if moved(middle) < strength { low = middle } else { high = middle }
@@ -56,7 +56,7 @@ fn at_strength(seed: u64, kind: &'static str, fault: Graded, range: [f64; 2], st
     with(high)
 }
 
-/// Three outliers of one to three samples, each of a part of the signal's spread.
+/// Adds three outliers of one to three samples, each of `part` times the standard deviation of the signal or more.
 fn outliers(bench: &mut Bench, part: f64, signal: impl Fn(&mut motorfit::record::Samples) -> &mut [f64]) -> Record {
     let mut samples = bench.clean().samples().clone();
     let values = signal(&mut samples);
@@ -69,7 +69,7 @@ fn outliers(bench: &mut Bench, part: f64, signal: impl Fn(&mut motorfit::record:
     Record::new(samples).unwrap()
 }
 
-/// Outliers of the voltage, if it is not so fast that its own turns and pulses look like them.
+/// Adds outliers to the voltage, unless it is so fast that its extremes and pulses resemble outliers.
 fn of_voltage(bench: &mut Bench, part: f64) -> Option<Record> {
     let v = &bench.excitation.voltage;
     let fastest = v.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max);
@@ -81,11 +81,11 @@ fn of_voltage(bench: &mut Bench, part: f64) -> Option<Record> {
     is_slow.then(|| outliers(bench, part, |s| &mut s.voltage))
 }
 
-/// A smooth voltage is slow if no step is above this part of its spread: some 25 samples a period.
+/// Largest step of a slow smooth voltage relative to its standard deviation: some 25 samples per period.
 const SLOW: f64 = 0.4;
 
-/// The outliers of each signal, and the part of them that must be found at each strength. Outliers of a voltage beside its own
-/// changes are not told from these.
+/// Outliers of each signal, and the fraction to be found at each strength. Outliers of a voltage next to its own changes
+/// cannot be distinguished from these.
 const OUTLIERS: [(&str, Graded, [f64; 3]); 3] = [
     ("voltage", of_voltage, [0.8, 0.9, 0.9]),
     ("current", |bench, part| Some(outliers(bench, part, |s| s.current.as_mut().unwrap())), [0.91, FOUND, FOUND]),
@@ -117,10 +117,10 @@ fn outliers_that_move_a_parameter_are_found() {
     assert!(missed.is_empty(), "{missed:#?}");
 }
 
-/// A drive that gives nothing for the first part of the recording from the first voltage on.
+/// Switches the drive off for a fraction `part` of the recording, from the first voltage on.
 fn off(bench: &mut Bench, part: f64, has_current: bool) -> Option<Record> {
     let count = bench.excitation.voltage.len();
-    // The voltage comes with the first sample, or after a rest.
+    // The voltage starts at the first sample, or after a rest.
     let begin = bench.numbers.random_range(0..2) * bench.excitation.voltage.iter().position(|v| *v != 0.0)?;
     bench.excitation.voltage.rotate_left(begin);
     let first = bench.excitation.voltage.iter().position(|v| *v != 0.0)?;
@@ -138,7 +138,7 @@ const LATE: [(&str, Graded); 2] =
     [("current and speed", |bench, part| off(bench, part, true)), ("speed", |bench, part| off(bench, part, false))];
 
 #[test]
-fn auto_finds_a_drive_that_wakes_up_late_and_the_motor() {
+fn auto_finds_a_late_start_of_the_drive_and_the_motor() {
     const FEWER: u64 = 6;
     for (name, fault) in LATE {
         let [mut named, mut right, mut wrong, mut all] = [0, 0, 0, 0];
@@ -157,7 +157,7 @@ fn auto_finds_a_drive_that_wakes_up_late_and_the_motor() {
             all += 1;
         }
         println!("late by {name}: named {named}, inertia right {right}, wrong under good {wrong} of {all}");
-        // Now and then it takes another extension beside, which its errors do not cover.
+        // A few fits select another extension as well, whose choice the standard errors do not include.
         assert!(named as f64 >= FOUND * all as f64 && right as f64 >= 0.9 * all as f64 && wrong == 0);
     }
 }

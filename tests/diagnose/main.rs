@@ -1,6 +1,6 @@
-//! Proves: each rule finds what it is for in a recording made for it and is quiet on the same recording without;
-//! rates of false alarms and of detection on simulated recordings of all sorts; what real recordings are known for
-//! (with MOTORFIT_RECORDINGS).
+//! Proves: each diagnostic rule finds its fault in a recording with it and raises no alarm on the same recording without it;
+//! false-alarm and detection rates on random simulated recordings; known properties of real recordings are found (with
+//! MOTORFIT_RECORDINGS).
 //! Does not prove: that thresholds suit every logger.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
@@ -16,7 +16,7 @@ mod support;
 #[path = "../support/varied.rs"]
 mod varied;
 
-use motorfit::record::{Finding, Quantity, Record, Samples, Severity, diagnose, parse_columns, read_csv};
+use motorfit::record::{Finding, Quantity, Record, Samples, Severity, diagnose, parse_columns, read_recording};
 use rand::RngExt as _;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -25,7 +25,8 @@ use support::{changed, driven, m2_record};
 
 const LEVELS: [f64; 12] = [0.0, 6.0, 10.0, 3.0, -5.0, 0.0, 8.0, -8.0, 4.0, 9.0, 5.0, 0.0];
 
-/// The M2 motor at 1 kHz under steps of half a second, 40 dB of noise, the voltage as the drive makes it of a command.
+/// Returns a recording of the M2 motor at 1 kHz under steps of 0.5 s, with 40 dB of noise; `drive(n, command)` is the voltage
+/// that acts on the motor.
 fn steps_through(drive: impl Fn(usize, f64) -> f64) -> Record {
     let command: Vec<f64> = (0..6000).map(|n| LEVELS[n / 500]).collect();
     under(&command, drive)
@@ -177,7 +178,7 @@ fn motors_and_drives() {
     only(&clipped, "current_clipped");
 }
 
-/// A motor without inductance behind a drive that gives the current i = drive(n, v, (v − Kω)/R).
+/// Returns a recording of a motor without inductance, whose drive supplies the current i = drive(n, v, (v − Kω)/R).
 fn behind(drive: impl Fn(usize, f64, f64) -> f64) -> Record {
     let [r, k, b, j, h] = [1.0, 0.05, 1e-5, 1e-4, 1e-3];
     let mut speed = 0.0;
@@ -240,7 +241,7 @@ fn short_and_empty_recordings_are_fine() {
 }
 
 #[test]
-fn a_pulse_that_was_not_recorded_is_motion_without_input() {
+fn an_unrecorded_pulse_is_motion_without_input() {
     let slow = |drive: &dyn Fn(usize, f64) -> f64| {
         let p = motorfit::motor::Parameters { j: 0.005, ..motorfit::motor::Parameters::M2 };
         let time_s: Vec<f64> = (0..6000).map(|n| f64::from(n) * 1e-3).collect();
@@ -269,7 +270,7 @@ fn a_pulse_that_was_not_recorded_is_motion_without_input() {
 }
 
 #[test]
-fn reversed_signs_show_under_any_excitation() {
+fn reversed_signs_are_found_under_any_excitation() {
     let mut seen: BTreeMap<&str, [u32; 2]> = BTreeMap::new();
     let mut wrong = 0;
     for seed in 0..400 {
@@ -302,7 +303,7 @@ fn false_alarms_are_rare() {
     for seed in 0..COUNT {
         let varied = varied::varied(seed);
         for finding in diagnose(&varied.record) {
-            // True of the excitation.
+            // Findings that are true for this excitation.
             let true_of_it = match finding.code {
                 "single_edge" => true,
                 "undersampled_input" => varied.kind == "prbs" && varied.hold == 1,
@@ -341,7 +342,7 @@ fn averages_are_detected() {
     }
 }
 
-/// The folder of real recordings.
+/// Returns the folder of real recordings.
 fn folder() -> Option<PathBuf> {
     let folder = std::env::var_os("MOTORFIT_RECORDINGS").map(PathBuf::from);
     if folder.is_none() {
@@ -354,14 +355,14 @@ fn folder() -> Option<PathBuf> {
     folder
 }
 
-/// All findings in a folder, by file.
+/// Returns all findings in a folder, by file.
 fn findings(folder: &Path, read: impl Fn(&Path) -> Record) -> BTreeMap<String, Vec<Finding>> {
     let paths = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let files = paths.filter(|path| path.extension().is_some_and(|e| e == "csv"));
     files.map(|path| (path.file_stem().unwrap().to_str().unwrap().to_owned(), diagnose(&read(&path)))).collect()
 }
 
-/// The files in which `test` holds for a finding.
+/// Returns the files with a finding for which `test` is true.
 fn files(findings: &BTreeMap<String, Vec<Finding>>, test: impl Fn(&Finding) -> bool) -> Vec<&str> {
     findings.iter().filter(|(_, list)| list.iter().any(&test)).map(|(name, _)| name.as_str()).collect()
 }
@@ -370,7 +371,7 @@ fn files(findings: &BTreeMap<String, Vec<Finding>>, test: impl Fn(&Finding) -> b
 fn real_waam() {
     let Some(folder) = folder() else { return };
     let columns = parse_columns("time=Tempo:s,current=Corrente:mA,speed=Velocidade:rad/s,voltage=Degrau:V").unwrap();
-    let found = findings(&folder.join("waam-ufjf-ensaio-frequencia"), |path| read_csv(path, &columns).unwrap());
+    let found = findings(&folder.join("waam-ufjf-ensaio-frequencia"), |path| read_recording(path, &columns).unwrap());
     for quantity in [Quantity::Current, Quantity::Speed] {
         let right = |f: &Finding| f.quantity == quantity && (127.0..=129.0).contains(&figure(f, "window"));
         assert_eq!(files(&found, |f| f.code == "averaged_sensor" && right(f)).len(), 12, "{quantity}");
@@ -382,7 +383,7 @@ fn real_waam() {
 fn real_tutla53() {
     let Some(folder) = folder() else { return };
     let columns = parse_columns("time=Timestamp(ms):ms,speed=Motor_Speed(RPM):rpm,voltage=Commanded_PWM:V").unwrap();
-    let found = findings(&folder.join("tutla53-dc-motor"), |path| read_csv(path, &columns).unwrap());
+    let found = findings(&folder.join("tutla53-dc-motor"), |path| read_recording(path, &columns).unwrap());
     let of = |code: &str| files(&found, |f| f.code == code);
     let still = of("no_motion");
     assert_eq!((still.len(), of("input_reset").len(), of("idle_input").len()), (17, 15, 104));
@@ -397,7 +398,7 @@ fn real_tutla53() {
 fn real_labmrd() {
     let Some(folder) = folder() else { return };
     let columns = parse_columns("time=timestep (8Hz):8kHz").unwrap();
-    let found = findings(&folder.join("labmrd-odrive"), |path| read_csv(path, &columns).unwrap());
+    let found = findings(&folder.join("labmrd-odrive"), |path| read_recording(path, &columns).unwrap());
     let of = |code: &str| files(&found, |f| f.code == code && f.severity == Severity::Report);
     assert_eq!(of("jitter").len(), 20);
     assert_eq!(of("motion_without_input"), ["impulse2", "impulse3", "impulse4", "impulse5"]);

@@ -1,4 +1,4 @@
-//! Every evaluator of the CPU against the oracle, with any extensions.
+//! Proves: the SIMD evaluator agrees with the scalar oracle for single and combined extensions, at every feature level.
 
 use super::support::suite::{agree, mixed_records};
 use super::support::{costs, driven, m2_record};
@@ -8,7 +8,7 @@ use motorfit::motor::{Axis, Discretization, Parameter, Parameters, Scope, Space}
 use motorfit::record::{Mask, Preparation, Record};
 use std::sync::Arc;
 
-/// Bounds within which the extensions of these tests vary.
+/// Bounds of the extensions' parameters in these tests, in SI units.
 pub const RANGES: [(Parameter, f64, f64); 11] = [
     (Parameter::Coulomb, 0.0, 0.05),
     (Parameter::Load, -0.02, 0.02),
@@ -23,7 +23,7 @@ pub const RANGES: [(Parameter, f64, f64); 11] = [
     (Parameter::SpeedAverage, 1.0, 70.0),
 ];
 
-/// All five parameters of the motor and these extensions, the latency apart for each recording.
+/// Returns a space of the motor's five parameters and these extensions, with one latency per recording.
 pub fn space(extensions: &[Parameter], recordings: usize) -> Space {
     let mut axes = Space::table2().free().to_vec();
     for (parameter, min, max) in RANGES {
@@ -34,7 +34,7 @@ pub fn space(extensions: &[Parameter], recordings: usize) -> Space {
     Space::new(axes, Vec::new()).unwrap().per_recording(&[Parameter::Latency], recordings).unwrap()
 }
 
-/// Candidates all over the bounds of extensions, near the motor of the paper.
+/// Returns candidates near the paper's motor, with extensions over their full bounds.
 pub fn candidates(space: &Space, count: usize, seed: usize) -> Vec<f64> {
     let m2 = Parameters::M2;
     let wave = |n: usize| 0.5 + 0.5 * ((n * 37 + seed * 11 + 1) as f64 * 1.37).sin();
@@ -43,7 +43,7 @@ pub fn candidates(space: &Space, count: usize, seed: usize) -> Vec<f64> {
         for (n, axis) in space.free().iter().enumerate() {
             let share = wave(row * 17 + n * 5);
             let own = if axis.parameter.is_extension() {
-                // The ends of the range belong to it.
+                // Includes both bounds.
                 axis.min + (axis.max - axis.min) * (1.2 * share - 0.1).clamp(0.0, 1.0)
             } else {
                 m2.get(axis.parameter) * (0.7 + 0.6 * share)
@@ -54,7 +54,7 @@ pub fn candidates(space: &Space, count: usize, seed: usize) -> Vec<f64> {
     values
 }
 
-/// Recordings of all sorts, held and as lines, even and not, masked and prepared.
+/// Returns recordings with zero-order and first-order hold, regular and irregular sampling, masked and prepared.
 fn records() -> Vec<Record> {
     let mask = Mask::Time { channels: [true, false], from: 0.1, to: 1.02 };
     let masked = Preparation { mask: vec![mask], ..Preparation::default() };
@@ -65,7 +65,7 @@ fn records() -> Vec<Record> {
     mixed_records().into_iter().chain(prepared).chain([short]).collect()
 }
 
-/// Alone, in pairs that imitate each other, and all together.
+/// Returns sets of extensions: single, pairs that are hard to tell apart, and all together.
 pub fn sets() -> Vec<Vec<Parameter>> {
     use Parameter as P;
     let mut sets: Vec<Vec<Parameter>> = P::EXTENSIONS.into_iter().map(|p| vec![p]).collect();
@@ -76,12 +76,12 @@ pub fn sets() -> Vec<Vec<Parameter>> {
     sets
 }
 
-/// Compares an evaluator with the oracle on all extensions; `relative` is what it may be off.
+/// Compares an evaluator with the oracle on all extensions, with relative tolerance `relative`.
 pub fn check(evaluator: &mut dyn Evaluator, relative: f64) {
     check_on(evaluator, relative, &records());
 }
 
-/// The same on these recordings.
+/// Compares an evaluator with the oracle on all extensions and the given recordings.
 pub fn check_on(evaluator: &mut dyn Evaluator, relative: f64, records: &[Record]) {
     let criteria = [(Norm::Nrmse, Scale::Std), (Norm::Itae, Scale::Peak)];
     let mut worst = 0.0_f64;
@@ -115,7 +115,7 @@ pub fn check_on(evaluator: &mut dyn Evaluator, relative: f64, records: &[Record]
 }
 
 #[test]
-fn simd_means_the_same_at_every_level() {
+fn simd_agrees_with_the_oracle_with_extensions() {
     for level in Level::available() {
         check(&mut Simd::at(level), 0.0);
     }

@@ -1,4 +1,4 @@
-//! The evaluators of GPUs against the oracle, with any extensions.
+//! Proves: the GPU evaluators agree with the scalar oracle for extensions, in f64 to 1e-12 and in f32 to 3e-4.
 
 use super::contract::{RANGES, candidates, check, check_on};
 use super::support::adapter::open;
@@ -11,8 +11,8 @@ use motorfit::motor::{Axis, Parameter, Parameters, Scope, Space};
 use motorfit::record::Record;
 use std::sync::Arc;
 
-/// The tolerance of each precision, ten times the error of a software adapter: in f64 sums are in another order; f32 keeps 6e-8
-/// of a signal, grown by thousands of steps.
+/// Relative tolerance of each precision, ten times the error of a software adapter: in f64 the order of sums differs; in f32 a
+/// rounding error of 6e-8 grows over thousands of steps.
 const PRECISIONS: [(Precision, f64); 2] = [(Precision::F64, 1e-12), (Precision::F32, 3e-4)];
 
 fn each(test: impl Fn(&mut Gpu, f64)) {
@@ -24,8 +24,8 @@ fn each(test: impl Fn(&mut Gpu, f64)) {
     }
 }
 
-/// Even clocks, so that late inputs are evaluated on the device: switched with torque; a ramp at another period; a step
-/// that is masked; from the middle of a movement.
+/// Returns recordings with regular sampling, so that delayed inputs are evaluated on the device: a switched voltage with load
+/// torque; a ramp at another period; a masked step; one that starts in motion.
 fn even() -> Vec<Record> {
     let times = |count: u32, h: f64| -> Vec<f64> { (0..count).map(|n| f64::from(n) * h).collect() };
     let switched = (0..701_u32).map(|n| if (n / 37 * 7919) % 3 == 0 { 8.0 } else { -3.0 }).collect();
@@ -49,16 +49,16 @@ fn even() -> Vec<Record> {
 }
 
 #[test]
-fn all_precisions_mean_the_same() {
+fn all_precisions_agree_with_the_oracle() {
     each(|gpu, relative| check(gpu, relative));
 }
 
 #[test]
-fn late_inputs_mean_the_same_on_the_device() {
+fn delayed_inputs_agree_with_the_oracle() {
     each(|gpu, relative| check_on(gpu, relative, &even()));
 }
 
-/// A problem with these extensions, as free within bounds.
+/// Returns a problem with these extensions, free within bounds.
 fn problem_with(records: &[Record], extensions: &[(Parameter, f64, f64)]) -> Arc<Problem> {
     let mut axes = Space::table2().free().to_vec();
     axes.extend(extensions.iter().map(|&(parameter, min, max)| Axis { parameter, scope: Scope::Shared, min, max }));
@@ -66,7 +66,7 @@ fn problem_with(records: &[Record], extensions: &[(Parameter, f64, f64)]) -> Arc
     Arc::new(Problem::new(records, Model::default(), space, Criterion::default()).unwrap())
 }
 
-/// The ranges of these parameters.
+/// Returns the bounds of these parameters.
 fn ranges(parameters: &[Parameter]) -> Vec<(Parameter, f64, f64)> {
     RANGES.into_iter().filter(|range| parameters.contains(&range.0)).collect()
 }
@@ -86,7 +86,7 @@ fn agree(ours: &[f64], oracle: &[f64], relative: f64) {
 }
 
 #[test]
-fn plain_f32_is_what_f32_takes() {
+fn f32_is_evaluated_without_deviations() {
     let (Some(mut f32), Some(mut plain)) = (open(Precision::F32), open(Precision::F32Plain)) else { return };
     let problem = problem_with(&even(), &RANGES);
     let values = candidates(problem.space(), 33, 1);
@@ -102,7 +102,7 @@ fn mixed_batches_keep_their_order() {
         let problems = [
             problem_with(&even(), &ranges(&[P::Coulomb, P::Load])),
             problem(&[m2_record()], Model::default(), Criterion::default()),
-            // Late on an uneven clock: the CPU's.
+            // Dead time with irregular sampling is evaluated on the CPU.
             problem_with(&[m2_record(), uneven.clone()], &ranges(&[P::DeadTime, P::Coulomb])),
             problem_with(&even(), &ranges(&[P::DeadTime, P::Latency])),
             problem_with(std::slice::from_ref(&uneven), &ranges(&[P::Coulomb, P::SpeedAverage])),
@@ -114,7 +114,7 @@ fn mixed_batches_keep_their_order() {
         let groups: Vec<Group<'_>> = problems.iter().zip(&values).map(|(p, values)| group(p, values)).collect();
         let ours = batch(gpu, &groups).unwrap();
         agree(&ours, &batch(&mut Scalar, &groups).unwrap(), relative);
-        // A cost depends neither on the batch nor on the place in it.
+        // A cost depends neither on the batch nor on the index in it.
         assert_eq!(batch(gpu, &groups[3..4]).unwrap(), ours[137..207]);
         assert_eq!(batch(gpu, &groups[2..3]).unwrap(), ours[132..137]);
         assert_eq!(batch(gpu, &groups).unwrap(), ours);
@@ -124,7 +124,7 @@ fn mixed_batches_keep_their_order() {
 }
 
 #[test]
-fn recordings_of_many_rounds_go_on_where_they_were() {
+fn long_recordings_take_several_dispatches() {
     let times: Vec<f64> = (0..200_001_u32).map(|n| f64::from(n) * 1e-3).collect();
     let stairs = (0..200_001_u32).map(|n| if (n / 700) % 2 == 1 { 9.0 } else { -2.0 }).collect();
     let torque = (0..200_001_u32).map(|n| if n % 60_000 < 1000 { 0.01 } else { 0.0 }).collect();
@@ -136,18 +136,18 @@ fn recordings_of_many_rounds_go_on_where_they_were() {
     each(|gpu, relative| {
         for problem in [&problem, &undelayed] {
             let values = candidates(problem.space(), 9, 4);
-            // Running sums of the averages are rounded 200,000 times.
+            // The running sums of the moving averages are rounded 200,000 times.
             agree(&costs(gpu, problem, &values), &costs(&mut Scalar, problem, &values), 10.0 * relative);
         }
     });
 }
 
 #[test]
-fn long_windows_go_in_parts_and_those_beyond_all_bounds_to_the_cpu() {
+fn long_windows_are_split_and_the_longest_go_to_the_cpu() {
     let windows = [(Parameter::CurrentAverage, 1.0, 2500.0), (Parameter::SpeedAverage, 1.0, 1e9)];
     let problem = problem_with(&[m2_record()], &windows);
     let mut values = candidates(problem.space(), 2500, 2);
-    // From a window of one sample to all samples and more.
+    // Windows from one sample to more than the recording.
     values.chunks_exact_mut(7).enumerate().for_each(|(n, row)| row[6] = 1.0 + 2.7 * n as f64);
     each(|gpu, relative| {
         agree(&costs(gpu, &problem, &values), &costs(&mut Simd::default(), &problem, &values), relative);
@@ -158,7 +158,7 @@ fn long_windows_go_in_parts_and_those_beyond_all_bounds_to_the_cpu() {
 }
 
 #[test]
-fn candidates_that_are_none_leave_their_neighbours_alone() {
+fn invalid_candidates_do_not_affect_others() {
     let problem = problem_with(&even()[..1], &RANGES);
     let width = problem.space().free().len();
     let motor = candidates(problem.space(), 1, 7);

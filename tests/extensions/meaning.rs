@@ -1,4 +1,4 @@
-//! The meaning of each extension in the oracle.
+//! Proves: each extension follows its equation in the scalar simulation.
 
 use super::{driven, excitation, with};
 use motorfit::experiment::{Excitation, simulated};
@@ -10,14 +10,14 @@ fn signals(record: &motorfit::record::Record) -> [Vec<f64>; 2] {
     record.measured().map(|signal| signal.unwrap().to_vec())
 }
 
-/// Largest difference of two signals from sample `from` on.
+/// Returns the largest difference of two signals from sample `from` on.
 fn apart(a: &[f64], b: &[f64], from: usize) -> f64 {
     a.iter().zip(b).skip(from).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
 }
 
 #[test]
-fn friction_holds_the_motor_up_to_its_torque() {
-    // At standstill the torque is K v/R: below Tc nothing moves, and the current is that of the resistance alone.
+fn the_motor_sticks_up_to_the_friction_torque() {
+    // At standstill the torque is K v/R. Below Tc the motor sticks, and the current is v/R.
     let torque = 0.04;
     let volts = torque * M2.r / M2.k;
     let still = driven(&with(&[(Parameter::Coulomb, torque)]), &excitation(500, 1e-3, |_| 0.99 * volts));
@@ -25,7 +25,7 @@ fn friction_holds_the_motor_up_to_its_torque() {
     assert!(speed.iter().all(|w| *w == 0.0), "it moves");
     assert!((current[499] - 0.99 * volts / M2.r).abs() < 1e-6, "{}", current[499]);
     let moving = driven(&with(&[(Parameter::Coulomb, torque)]), &excitation(2000, 1e-3, |_| 1.01 * volts));
-    // In the steady state it runs as under a load of Tc.
+    // The steady state is that under a load torque Tc.
     let [steady_current, steady_speed] = M2.steady_state(1.01 * volts, torque);
     let [current, speed] = signals(&moving);
     assert!((speed[1999] - steady_speed).abs() < 1e-6 * steady_speed + 1e-9, "{} {steady_speed}", speed[1999]);
@@ -34,7 +34,7 @@ fn friction_holds_the_motor_up_to_its_torque() {
 
 #[test]
 fn friction_stops_a_motor_for_good() {
-    // Behind a pulse it comes to rest and stays there, while without friction it goes on for ever.
+    // After a pulse the motor stops and sticks; without Coulomb friction it would never stop.
     let pulse = excitation(3000, 1e-3, |n| if n < 300 { 8.0 } else { 0.0 });
     let [current, speed] = signals(&driven(&with(&[(Parameter::Coulomb, 0.01)]), &pulse));
     let stopped = speed.iter().rposition(|w| *w != 0.0).unwrap() + 1;
@@ -43,9 +43,9 @@ fn friction_stops_a_motor_for_good() {
 }
 
 #[test]
-fn held_friction_is_that_of_a_finer_simulation() {
-    // Reversals and stops among movements, under an input held for 1 ms. Where the speed crosses zero within a step the
-    // reaction is a mean over it: an error of first order, Tc h/J = 0.07 rad/s for a crossing at 1 ms.
+fn friction_converges_with_the_step() {
+    // Reversals and stops under an input with a zero-order hold of 1 ms. In a step in which the speed crosses zero the
+    // friction is a mean over the step: a first-order error of Tc h/J = 0.07 rad/s per crossing at 1 ms.
     let volts = |t: f64| 3.0 * (9.0 * t).sin() + 1.5 * (31.0 * t).sin();
     let speed = |fine: u32| -> Vec<f64> {
         let held = |n: u32| volts(f64::from(n / fine) * 1e-3);
@@ -61,15 +61,15 @@ fn held_friction_is_that_of_a_finer_simulation() {
 }
 
 #[test]
-fn brushes_take_their_drop() {
-    // Below vb no current flows; above it the motor sees v − vb.
+fn brushes_reduce_the_voltage_by_their_drop() {
+    // Below vb no current flows; above it v − vb acts on the motor.
     let brushes = with(&[(Parameter::BrushDrop, 0.8)]);
     let [current, _] = signals(&driven(&brushes, &excitation(200, 1e-3, |_| 0.7)));
     assert!(current.iter().all(|i| *i == 0.0), "current flows");
     let [current, speed] = signals(&driven(&brushes, &excitation(2000, 1e-3, |_| 5.8)));
     let [i, w] = M2.steady_state(5.0, 0.0);
     assert!((current[1999] - i).abs() < 1e-8 && (speed[1999] - w).abs() < 1e-6, "{} {}", current[1999], speed[1999]);
-    // The other way round it is the same with the other sign.
+    // The response is odd.
     let [turned, _] = signals(&driven(&brushes, &excitation(2000, 1e-3, |_| -5.8)));
     assert!(apart(&current.iter().map(|i| -i).collect::<Vec<_>>(), &turned, 0) < 1e-12);
 }
@@ -88,9 +88,9 @@ fn whole_steps_of_dead_time_shift_the_input() {
 }
 
 #[test]
-fn parts_of_a_step_are_those_of_a_finer_simulation() {
-    // Steps late by 33 tenths of a period, or early by 6 tenths, against the same at a tenth of the period, where these are
-    // whole steps: exact up to rounding, also where a period is far longer than R and L let the current last.
+fn fractional_delays_are_those_of_a_finer_simulation() {
+    // Delays of 3.3 and −0.6 periods. The oracle is a simulation with a tenth of the period, in which they are integers:
+    // equal up to rounding, also if the period is much longer than the electrical time constant.
     for (h, late, stiff) in [(1e-3, 33, 1.0), (1e-3, -6, 1.0), (0.01, 33, 0.1), (0.01, -6, 0.1), (0.01, -10, 0.1)] {
         let base = Parameters { l: stiff * M2.l, ..M2 };
         let volts = |n: i64| if n < 100 { 0.0 } else { [10.5, 4.0, -7.0][usize::try_from(n / 100).unwrap() % 3] };
@@ -106,9 +106,9 @@ fn parts_of_a_step_are_those_of_a_finer_simulation() {
 }
 
 #[test]
-fn an_irregular_clock_delays_likewise() {
-    // The samples of a fine even clock that remain when most are left out, with the voltage in between that of the last one
-    // kept: what a dead time, also a negative one, makes of it is the same as on the fine clock.
+fn delays_on_an_irregular_clock_are_those_of_a_finer_simulation() {
+    // An irregular subset of the samples of a fine regular clock, with a zero-order hold between them. The oracle is the
+    // simulation on the fine clock, also for a negative dead time.
     let kept: Vec<u32> = (0..200_u32)
         .scan(0, |n, step| {
             *n += 3 + step * step % 7;
@@ -135,7 +135,7 @@ fn an_irregular_clock_delays_likewise() {
 }
 
 #[test]
-fn latency_moves_the_first_movement_alone() {
+fn latency_delays_the_first_change_only() {
     let volts = |n: u32| match n {
         0..100 => 0.0,
         100..300 => 4.0,
@@ -147,7 +147,7 @@ fn latency_moves_the_first_movement_alone() {
     for (a, b) in signals(&late).iter().zip(signals(&exact)) {
         assert!(apart(a, &b, 0) < 1e-9);
     }
-    // With a dead time the first movement is later by both.
+    // Latency and dead time add for the first change of the input.
     let both = with(&[(Parameter::Latency, 0.055), (Parameter::DeadTime, 0.02)]);
     let shifted = |n: u32| if n < 175 { 0.0 } else { volts(n - 20) };
     let (late, exact) =
@@ -158,8 +158,8 @@ fn latency_moves_the_first_movement_alone() {
 }
 
 #[test]
-fn lines_come_late_as_lines() {
-    // A ramp of straight lines, late by any time, is the ramp at that time.
+fn delayed_first_order_holds_stay_linear() {
+    // With a first-order hold a delayed ramp is a later ramp.
     let ramp = |late: f64| Excitation {
         time_s: (0..600_u32).map(|n| f64::from(n) * 1e-3).collect(),
         voltage: (0..600_u32).map(|n| 0.02 * (f64::from(n) - late).max(0.0)).collect(),
@@ -169,13 +169,13 @@ fn lines_come_late_as_lines() {
     let ours = simulated(late, &ramp(0.0), Discretization::Foh).unwrap();
     let exact = simulated(&M2, &ramp(27.4), Discretization::Foh).unwrap();
     for (a, b) in signals(&ours).iter().zip(signals(&exact)) {
-        // The line of the exact one begins at a sample, not within the step.
+        // In the oracle the ramp begins at a sample instead of within the step.
         assert!(apart(a, &b, 0) < 2e-3 && apart(a, &b, 200) < 1e-7, "{:e} {:e}", apart(a, &b, 0), apart(a, &b, 200));
     }
 }
 
 #[test]
-fn drives_lose_and_limit_what_they_are_told() {
+fn deadband_saturation_and_gain_change_the_voltage() {
     let told = |n: u32| -8.0 + 0.02 * f64::from(n);
     let drive = with(&[(Parameter::Deadband, 1.5), (Parameter::Saturation, 6.0), (Parameter::NegativeGain, 0.8)]);
     let given = |v: f64| {
@@ -187,7 +187,7 @@ fn drives_lose_and_limit_what_they_are_told() {
     for (a, b) in signals(&ours).iter().zip(signals(&exact)) {
         assert!(apart(a, &b, 0) < 1e-11);
     }
-    // An offset is a voltage more, a load a torque more.
+    // An offset adds to the voltage, a load to the torque.
     let offset = driven(&with(&[(Parameter::Offset, 0.3)]), &excitation(800, 1e-3, told));
     let more = driven(&with(&[]), &excitation(800, 1e-3, |n| told(n) + 0.3));
     assert!(apart(&signals(&offset)[1], &signals(&more)[1], 0) < 1e-10);
@@ -197,7 +197,7 @@ fn drives_lose_and_limit_what_they_are_told() {
 }
 
 #[test]
-fn sensors_show_means() {
+fn sensors_measure_moving_averages() {
     let volts = |n: u32| if n % 90 < 50 { 7.0 } else { -2.0 };
     let plain = signals(&driven(&with(&[]), &excitation(600, 1e-3, volts)));
     let averaged = signals(&driven(
@@ -212,15 +212,15 @@ fn sensors_show_means() {
     }
 }
 
-/// A straight-line input from the first sample on, `volts` of the time in seconds.
+/// Returns an excitation of `volts(t)` \[V\] with the period `h` \[s\], for a first-order hold.
 fn lined(count: u32, h: f64, volts: impl Fn(f64) -> f64) -> Excitation {
     excitation(count, h, |n| volts(f64::from(n) * h))
 }
 
 #[test]
-fn a_jump_at_the_first_sample_comes_late_whole() {
-    // A motor at rest whose first sample has a voltage: before it there was none, and the jump comes late as a jump, not as
-    // a ramp over the step before. What a constant voltage does is then what it does on time, so much later.
+fn a_jump_at_the_first_sample_stays_a_jump() {
+    // The first sample of a motor at rest has a voltage: it is a jump from zero, which stays a jump when delayed, and
+    // does not become a ramp over the step before. The response to a constant voltage is the undelayed one, shifted.
     let constant = lined(900, 1e-3, |_| 6.0);
     let on_time = |h: f64, count| simulated(&M2, &lined(count, h, |_| 6.0), Discretization::Foh).unwrap();
     let exact = signals(&on_time(1e-3, 900));
@@ -229,7 +229,7 @@ fn a_jump_at_the_first_sample_comes_late_whole() {
         assert!(late[..=7].iter().all(|v| *v == 0.0) && late[8] != 0.0, "{:?}", &late[..10]);
         assert!(apart(&late[7..], exact, 0) < 1e-9, "{:e}", apart(&late[7..], exact, 0));
     }
-    // By parts of a step: the same at a tenth of the period, where 2.4 ms are whole steps.
+    // A delay of 2.4 periods. The oracle has a tenth of the period, in which the delay is an integer.
     let late = simulated(with(&[(Parameter::DeadTime, 2.4e-3)]), &constant, Discretization::Foh).unwrap();
     let fine = signals(&on_time(1e-4, 9000));
     let off: Vec<f64> = signals(&late)
@@ -245,16 +245,16 @@ fn a_jump_at_the_first_sample_comes_late_whole() {
 }
 
 #[test]
-fn latency_of_lines_ends_in_a_jump() {
-    // Until the first movement and the latency are over, the voltage is that before; from then on it is the line where that
-    // is by now: a jump. With a dead time all that is later still. Held in steps of a hundredth of a period, at their
-    // middles, a line misses h²/24 of its curvature: nothing; a jump stands at the edge of a step.
+fn latency_of_a_first_order_hold_ends_in_a_jump() {
+    // Until the first change of the input plus the latency, the voltage keeps its value; then it jumps to the current value
+    // of the ramp. A dead time delays both. The oracle is a zero-order hold at the midpoints of steps of a fiftieth of a
+    // period, with an error of order h²/24; the jump is at the edge of a step.
     const FINE: u32 = 50;
     let ramp = |t: f64| (43.0 * (t - 0.1)).clamp(0.0, 8.0);
     for (latency, dead_time) in [(0.055, 0.0), (0.0323, 0.0), (0.04, 0.0125)] {
         let motor = with(&[(Parameter::Latency, latency), (Parameter::DeadTime, dead_time)]);
         let late = simulated(motor, &lined(600, 1e-3, ramp), Discretization::Foh).unwrap();
-        // The first movement is the piece from the sample on that is more than a twentieth of the way: 0.43 V at 110 ms.
+        // The first change of the input is the sample beyond 5 % of its range: 0.43 V at 110 ms.
         let moves = 0.11;
         let acts = |t: f64| {
             let t = t - dead_time;

@@ -1,10 +1,10 @@
-//! Hostile arguments.
+//! Hostile arguments: numbers, counts, texts, signals and recordings.
 
 use motorfit::experiment::{Excitation, simulated};
 use motorfit::motor::{Discretization, Parameters};
 use motorfit::record::{Record, Samples};
 
-/// Numbers at the edges of double precision, and plain ones.
+/// Numbers at the limits of double precision, and ordinary ones.
 pub const NUMBERS: [f64; 17] = [
     f64::NAN,
     f64::INFINITY,
@@ -25,17 +25,17 @@ pub const NUMBERS: [f64; 17] = [
     1e-3,
 ];
 
-/// A few of them, where more arguments are crossed.
+/// A few numbers, for functions of several arguments.
 pub const FEW: [f64; 7] = [f64::NAN, f64::INFINITY, -1.0, 0.0, 5e-324, 1.0, f64::MAX];
 
 /// Counts, indices and sizes.
 pub const COUNTS: [usize; 10] =
     [0, 1, 2, 3, 7, 1000, u32::MAX as usize, usize::MAX / 2 + 1, usize::MAX - 1, usize::MAX];
 
-/// The same in 64 bits.
+/// Counts of 64 bits.
 pub const WIDE: [u64; 9] = [0, 1, 2, 7, 1000, 1 << 53, u64::MAX / 2 + 1, u64::MAX - 1, u64::MAX];
 
-/// Texts that are none of what is expected, and some that nearly are.
+/// Returns texts that are invalid for any parser, and some that are nearly valid.
 #[expect(clippy::too_many_lines, reason = "a list")]
 pub fn texts() -> Vec<String> {
     let short = [
@@ -130,7 +130,7 @@ pub fn texts() -> Vec<String> {
     texts
 }
 
-/// Signals of all kinds of values and lengths.
+/// Returns signals of various values and lengths.
 pub fn signals() -> Vec<Vec<f64>> {
     let mut all: Vec<Vec<f64>> = NUMBERS.iter().map(|number| vec![*number]).collect();
     all.push(Vec::new());
@@ -146,7 +146,7 @@ pub fn signals() -> Vec<Vec<f64>> {
     all
 }
 
-/// Recordings that are accepted, as odd as they can be.
+/// Returns extreme recordings that are accepted.
 pub fn records() -> Vec<Record> {
     let even = |count: u32, period: f64| -> Vec<f64> { (0..count).map(|n| f64::from(n) * period).collect() };
     let wave = |count: u32, size: f64| -> Vec<f64> { (0..count).map(|n| size * f64::from(n % 5) - size).collect() };
@@ -170,7 +170,7 @@ pub fn records() -> Vec<Record> {
     accepted
 }
 
-/// A step of the M2 motor over so many samples.
+/// Returns a step response of the M2 motor.
 pub fn step(samples: u32) -> Record {
     let step = Excitation::step(10.5, 0.005, f64::from(samples - 1) * 1e-3, 1e-3).unwrap();
     simulated(&Parameters::M2, &step, Discretization::Zoh).unwrap()

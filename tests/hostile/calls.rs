@@ -1,4 +1,4 @@
-//! Calls of public functions, each under its name, and the faults that they showed.
+//! Calls of public functions with hostile arguments, and the faults that they reveal.
 
 use motorfit::Error;
 use std::collections::BTreeSet;
@@ -6,22 +6,22 @@ use std::fmt::Debug;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
-/// A call that takes longer hangs: the slowest takes some seconds where a machine is busy.
+/// Time after which a call counts as hanging; the slowest takes some seconds on a busy machine.
 const HANG: Duration = Duration::from_secs(60);
 
-/// Names of the functions that were called, and what went wrong.
+/// Record of the calls and their faults.
 #[derive(Default)]
 pub struct Calls {
-    /// Functions called, by their public paths.
+    /// Public paths of the called functions.
     pub called: BTreeSet<&'static str>,
-    /// Functions that panicked where it is said that they may.
+    /// Functions with a documented panic that occurred.
     pub panicked: BTreeSet<&'static str>,
-    /// Panics that nothing announces, errors without a remedy, calls that hung.
+    /// Undocumented panics, errors without a remedy, and calls that hung.
     pub faults: Vec<String>,
 }
 
 impl Calls {
-    /// Calls a function that answers whatever its arguments are.
+    /// Calls a function that must return for all arguments.
     pub fn call<T>(&mut self, name: &'static str, with: &dyn Debug, work: impl FnOnce() -> T) -> Option<T> {
         let start = Instant::now();
         let answer = self.caught(name, work);
@@ -33,7 +33,7 @@ impl Calls {
         answer.ok()
     }
 
-    /// Calls a function that may refuse its arguments: with a message and a remedy that a terminal can show.
+    /// Calls a function that may return an error, with a message and a remedy without control characters.
     pub fn ask<T>(
         &mut self,
         name: &'static str,
@@ -51,7 +51,7 @@ impl Calls {
         }
     }
 
-    /// Calls a function whose documentation says for which arguments it panics.
+    /// Calls a function whose documentation has a section on panics.
     pub fn may_panic<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> Option<T> {
         let answer = self.caught(name, work);
         if answer.is_err() {
@@ -71,7 +71,7 @@ impl Calls {
     }
 }
 
-/// The fault of an error: no remedy, or characters that steer a terminal.
+/// Returns the fault of an error: no remedy, or control characters.
 fn fault_of(error: &Error) -> Option<String> {
     let shown = format!("{error} {}", error.hint());
     if error.message().is_empty() || error.hint().is_empty() {
@@ -80,7 +80,7 @@ fn fault_of(error: &Error) -> Option<String> {
     shown.chars().any(|c| motorfit::text::is_unsafe(c) && c != '\n').then(|| format!("is refused with {shown:?}"))
 }
 
-/// Drives functions that answer whatever their arguments are: `drive!(calls, (arguments); "name" => call, …)`.
+/// Calls functions that must return for all arguments: `drive!(calls, (arguments); "name" => call, …)`.
 macro_rules! drive {
     ($calls:expr, $with:expr; $($name:literal => $work:expr),+ $(,)?) => {
         $($calls.call($name, &$with, || { std::hint::black_box(&$work); });)+
@@ -88,7 +88,7 @@ macro_rules! drive {
 }
 pub(crate) use drive;
 
-/// The same for functions that may refuse them.
+/// Calls functions that may return an error: `ask!(calls, (arguments); "name" => call, …)`.
 macro_rules! ask {
     ($calls:expr, $with:expr; $($name:literal => $work:expr),+ $(,)?) => {
         $($calls.ask($name, &$with, || $work);)+

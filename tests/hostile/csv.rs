@@ -1,5 +1,4 @@
-//! Recordings as text that no logger should write, a hundred thousand of them: read whole, or refused with the file and a
-//! remedy.
+//! Proves: 100,000 random malformed recordings as text are read completely, or rejected with the file and a remedy.
 
 use motorfit::record::{BadRows, Gaps, ReadOptions, Record, parse_columns, read_bytes};
 use rand::{RngExt as _, SeedableRng as _};
@@ -92,7 +91,7 @@ impl Maker {
         self.below(times) == 0
     }
 
-    /// A time that mostly goes on.
+    /// Returns a time that increases in most rows.
     fn time(&mut self, row: usize) -> String {
         match self.below(60) {
             0 => "0".to_owned(),
@@ -176,7 +175,7 @@ fn check(record: &Record) -> bool {
 }
 
 #[test]
-fn odd_recordings_are_read_whole_or_refused() {
+fn odd_recordings_are_read_completely_or_rejected() {
     let path = Path::new("odd.csv");
     let mut maker = Maker(Xoshiro256PlusPlus::seed_from_u64(24));
     let (mut read, mut with_line) = (0, 0);
@@ -195,6 +194,6 @@ fn odd_recordings_are_read_whole_or_refused() {
             }
         }
     }
-    // Neither side is empty: the generator reaches what is behind headings and numbers.
+    // Both outcomes occur, so the generator reaches the code behind headings and numbers.
     assert!(read > 2000 && with_line > 10_000, "{read} read, {with_line} refused at a line");
 }

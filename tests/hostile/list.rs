@@ -1,32 +1,33 @@
-//! The public functions, methods and constructors of the library, read from its sources: the table of `covered.rs` is
-//! compared with them.
+//! List of the public functions, methods and constructors of the library, parsed from its sources, for comparison with the
+//! calls of the drivers.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use syn::{Attribute, ImplItem, Item, ItemImpl, TraitItem, Type, UseTree, Visibility};
 
 type Module = Vec<String>;
-/// Public functions by the place where they are defined: the path that they are called by, and whether they panic.
+/// Public functions by module and name of their definition: public path, and true if their documentation has a section on
+/// panics.
 type Found = BTreeMap<Module, (String, bool)>;
 
-/// The items of one module.
+/// Items of one module.
 #[derive(Default)]
 struct Scope {
-    /// Public functions, and which say when they panic.
+    /// Public functions; true if their documentation has a section on panics.
     functions: BTreeMap<String, bool>,
-    /// Public types with their public methods, public traits with theirs.
+    /// Public types and traits with their public methods.
     types: BTreeMap<String, BTreeMap<String, bool>>,
-    /// Types of the crate's own.
+    /// Private types.
     private: BTreeSet<String>,
-    /// Child modules, and which are public.
+    /// Child modules; true if public.
     modules: BTreeMap<String, bool>,
-    /// Public re-exports: the name here and the path that it stands for; `*` for all of it.
+    /// Public re-exports: name and path; `*` for a glob.
     exports: Vec<(String, Vec<String>)>,
-    /// Methods of types that may be defined elsewhere.
+    /// Methods in `impl` blocks, with their type, which may be defined in another module.
     methods: Vec<(String, String, bool)>,
 }
 
-/// The functions that a user of the crate can call, by their public paths, and which have a section "# Panics".
+/// Returns the functions that a user of the crate can call, by public path; true for those with a section "# Panics".
 pub fn public_functions(source: &Path) -> BTreeMap<String, bool> {
     let mut scopes = BTreeMap::new();
     load(&source.join("lib.rs"), source, Vec::new(), &mut scopes);
@@ -40,7 +41,7 @@ fn is_public(visibility: &Visibility) -> bool {
     matches!(visibility, Visibility::Public(_))
 }
 
-/// Code of unit tests is no part of the library.
+/// Returns true for code of unit tests.
 fn is_test(attributes: &[Attribute]) -> bool {
     attributes.iter().any(|attribute| {
         let meta = &attribute.meta;
@@ -112,7 +113,7 @@ fn of_type(visibility: &Visibility, name: &syn::Ident, scope: &mut Scope) {
     }
 }
 
-/// Public methods of a type, and what it is made from by `FromStr`, `TryFrom` and `From`.
+/// Collects the public methods of a type, and its conversions by `FromStr`, `TryFrom` and `From`.
 fn of_impl(block: &ItemImpl, scope: &mut Scope) {
     let Type::Path(path) = &*block.self_ty else { return };
     let Some(name) = path.path.segments.last().map(|segment| segment.ident.to_string()) else { return };
@@ -126,8 +127,7 @@ fn of_impl(block: &ItemImpl, scope: &mut Scope) {
     }
 }
 
-/// Enums that are tables: the macro `named!` gives each a name and reads it. Others are written out in the one macro that
-/// makes them.
+/// Collects the methods that macros define: those of `named!` for enums with names, and those of the macros listed here.
 fn of_macro(item: &syn::ItemMacro, scope: &mut Scope) {
     let tokens = item.mac.tokens.to_string();
     let words: Vec<&str> =
@@ -174,7 +174,7 @@ fn exports(tree: &UseTree, path: &mut Vec<String>, all: &mut Vec<(String, Vec<St
     }
 }
 
-/// Puts methods at their types: those of the same module, or else the nearest of that name.
+/// Assigns methods to their types: the one of the same module, or else the nearest of that name.
 fn attach_methods(scopes: &mut BTreeMap<Module, Scope>) {
     let methods = |(module, scope): (&Module, &Scope)| -> Vec<_> {
         scope.methods.iter().map(|of| (module.clone(), of.clone())).collect()
@@ -192,7 +192,7 @@ fn attach_methods(scopes: &mut BTreeMap<Module, Scope>) {
     }
 }
 
-/// The module and name that a path means, seen from a module.
+/// Resolves a path relative to a module to the module and name of its definition.
 fn resolve(scopes: &BTreeMap<Module, Scope>, from: &[String], path: &[String]) -> Option<Module> {
     let absolute = match path.first()?.as_str() {
         "crate" => path[1..].to_vec(),
@@ -205,7 +205,7 @@ fn resolve(scopes: &BTreeMap<Module, Scope>, from: &[String], path: &[String]) -
     Some(absolute)
 }
 
-/// Every public function of a module, by the place where it is defined; its first path stays.
+/// Collects the public functions of a module, by definition; the first path found is kept.
 fn reach(scopes: &BTreeMap<Module, Scope>, module: &[String], prefix: &str, found: &mut Found) {
     let scope = &scopes[module];
     let names = scope.functions.keys().chain(scope.types.keys());
@@ -228,7 +228,7 @@ fn reach(scopes: &BTreeMap<Module, Scope>, module: &[String], prefix: &str, foun
     }
 }
 
-/// One name of a module: a function, a type with its methods, or a re-export of one.
+/// Collects one name of a module: a function, a type with its methods, or a re-export.
 #[expect(clippy::too_many_arguments, reason = "what a walk carries with it")]
 fn item(scopes: &BTreeMap<Module, Scope>, home: &[String], name: &str, prefix: &str, shown: &str, found: &mut Found) {
     let Some(scope) = scopes.get(home) else { return };

@@ -1,7 +1,7 @@
-//! Proves: public functions of the library answer hostile arguments with an error that names what was found, clamp them where
-//! that is their only meaning, or give values that are not finite; none panics, and none accepts them without a word.
+//! Proves: for hostile arguments public functions of the library return an error that names the value, clamp it if that is its
+//! only meaning, or return values that are not finite; none panics without documentation, and none accepts them silently.
 //! Every public function is called with hostile arguments, or is on a list with the reason why not (`covered`).
-//! Does not prove: the same of arguments that nobody thought of, nor of faults of indexing that documentation names as panics.
+//! Does not prove: the same for arguments that are not listed.
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 #![allow(clippy::float_cmp, reason = "exact equality is meant")]
 
@@ -18,10 +18,10 @@ use motorfit::Error;
 use motorfit::candidates::Candidates;
 use motorfit::criterion::{Criterion, Noise};
 use motorfit::device::BatchSearchEvaluator;
-use motorfit::estimate::{fit_problem, global_reference, squares_on};
+use motorfit::estimate::{fit_problem, global_reference, residual_squares};
 use motorfit::evaluate::{Evaluator, Model, Problem, Scalar, Simd};
 use motorfit::identify::{IdentifySpec, identify, validate};
-use motorfit::motor::{Axis, Discretization, Drive, Parameter, Parameters, Scope, Space, simulate};
+use motorfit::motor::{Axis, Discretization, Parameter, Parameters, Scope, SimulationInput, Space, simulate};
 use motorfit::optimize::{Evaluate as _, Sample, Sampling};
 use motorfit::record::{FilterKind, Lines, LowPass, Preparation, Record};
 use motorfit::study::sweep::{Shard, Sweep};
@@ -31,7 +31,7 @@ use std::path::Path;
 use std::sync::Arc;
 use support::{costs, m2_record, near, problem};
 
-/// An error says what was found and what to do.
+/// Asserts that a result is an error with a remedy, whose message contains `part`.
 fn refused<T>(result: motorfit::Result<T>, part: &str) -> Error {
     let Err(error) = result else { panic!("accepted, but should say {part}") };
     assert!(error.to_string().contains(part), "{error}");
@@ -39,7 +39,7 @@ fn refused<T>(result: motorfit::Result<T>, part: &str) -> Error {
     error
 }
 
-/// A folder with a recording, and a planner of studies of it with more keys, each in a folder of its own.
+/// Returns a folder with a recording, and a function that plans a study of it with further keys in a new folder.
 fn planner() -> (tempfile::TempDir, impl Fn(&str, &str) -> motorfit::Result<(Sweep, bool)>) {
     let folder = tempfile::tempdir().unwrap();
     let root = folder.path().to_path_buf();
@@ -54,13 +54,13 @@ fn planner() -> (tempfile::TempDir, impl Fn(&str, &str) -> motorfit::Result<(Swe
 }
 
 #[test]
-fn boxes_that_are_none_give_no_sample() {
+fn invalid_boxes_give_no_sample() {
     for bounds in [(f64::NAN, 1.0), (0.0, f64::NAN), (2.0, 1.0), (0.0, f64::INFINITY), (-f64::MAX, f64::MAX)] {
         for sampling in [Sampling::Uniform, Sampling::LatinHypercube, Sampling::Grid] {
             refused(Sample::new(sampling, 3, vec![(0.0, 1.0), bounds], 1), "of axis 1");
         }
     }
-    // A box may be flat.
+    // A box of zero width is valid.
     let mut values = [0.0; 4];
     Sample::new(Sampling::Uniform, 2, vec![(1.0, 1.0), (0.0, 0.0)], 1).unwrap().fill(0, &mut values);
     assert_eq!(values, [1.0, 0.0, 1.0, 0.0]);
@@ -72,15 +72,15 @@ fn boxes_that_are_none_give_no_sample() {
 }
 
 #[test]
-fn values_that_are_not_those_of_a_problem_are_refused() {
+fn wrong_numbers_of_values_are_rejected() {
     let record = m2_record();
     let plain = fit_problem(std::slice::from_ref(&record), &Space::table2(), Model::default()).unwrap();
     let motor = Parameters::M2.to_array();
     for count in 0..5 {
-        refused(squares_on(&plain, &motor[..count]), "expected 5, one for each free parameter");
+        refused(residual_squares(&plain, &motor[..count]), "expected 5, one for each free parameter");
     }
-    refused(squares_on(&plain, &[1.0; 6]), "found 6 values");
-    assert!(squares_on(&plain, &motor).unwrap()[0].iter().all(|sum| *sum < 1e-12));
+    refused(residual_squares(&plain, &[1.0; 6]), "found 6 values");
+    assert!(residual_squares(&plain, &motor).unwrap()[0].iter().all(|sum| *sum < 1e-12));
     for wrong in [f64::NAN, 0.0, -1.0, f64::INFINITY] {
         refused(global_reference(&plain, &[[1.0, wrong]], None), "found a \u{3c3} of");
     }
@@ -91,7 +91,7 @@ fn values_that_are_not_those_of_a_problem_are_refused() {
 }
 
 #[test]
-fn parameters_of_recordings_that_are_not_there_are_refused() {
+fn parameters_of_missing_recordings_are_rejected() {
     let space = |n: u32| {
         let mut free = Space::table2().free().to_vec();
         free[0].scope = Scope::Recording(n);
@@ -111,11 +111,11 @@ fn parameters_of_recordings_that_are_not_there_are_refused() {
 
 #[test]
 fn a_drive_without_steps_gives_values_that_are_not_finite() {
-    let nothing = Drive { step_s: &[], step_index: &[], voltage: &[], voltage_end: &[], torque: &[] };
+    let nothing = SimulationInput { step_s: &[], step_index: &[], voltage: &[], voltage_end: &[], torque: &[] };
     assert_eq!(simulate(&Parameters::M2, &nothing, [1.0, 2.0], Discretization::Zoh), [const { Vec::<f64>::new() }; 2]);
     assert!(nothing.step(0).is_nan() && nothing.end(usize::MAX).is_nan());
-    let no_steps = Drive { voltage: &[1.0, 2.0, 3.0], ..nothing };
-    let missing = Drive { step_s: &[0.001], step_index: &[0, 9, 0], ..no_steps };
+    let no_steps = SimulationInput { voltage: &[1.0, 2.0, 3.0], ..nothing };
+    let missing = SimulationInput { step_s: &[0.001], step_index: &[0, 9, 0], ..no_steps };
     for (drive, known) in [(no_steps, 1), (missing, 2)] {
         let [current, speed] = simulate(&Parameters::M2, &drive, [1.0, 2.0], Discretization::Zoh);
         assert_eq!(current.len(), 3);
@@ -141,7 +141,7 @@ fn numbers_have_as_many_digits_as_there_are() {
         let (most, all) = (decimals(value, 767), decimals(value, usize::MAX));
         assert!(most == all && most.len() < 800, "{} characters", all.len());
     }
-    // A channel that is not there has no noise of its own, and is estimated.
+    // The noise of a missing channel is zero.
     assert_eq!(Noise::Sigma([Some(1.0); 2]).sigma(2, &[0.0; 8]).to_bits(), 0);
 }
 
@@ -157,7 +157,7 @@ fn a_search_without_problems_evaluates_nothing() {
 }
 
 #[test]
-fn filters_and_rates_that_are_none_are_refused() {
+fn invalid_filters_and_rates_are_rejected() {
     let record = m2_record();
     let with = |kind, order, cutoff_hz| {
         let filter = Some(LowPass { kind, order, cutoff_hz });
@@ -191,7 +191,7 @@ fn lines_may_go_back_and_end_at_the_last_number() {
     assert_eq!((0..9).filter_map(|n| lines.get(n)).collect::<Vec<_>>(), list);
     assert_eq!((lines.get(9), lines.get(usize::MAX)), (None, None));
     assert_eq!(lines.of([8, 0, 5, 99].into_iter()).len(), 3);
-    // What was stored elsewhere need not be whole.
+    // Deserialized data may be inconsistent.
     let broken: Lines = serde_json::from_str(r#"{"stretches":[],"count":3}"#).unwrap();
     assert_eq!(broken.get(0), None);
 }
@@ -217,13 +217,13 @@ fn shards_are_counted_from_one() {
 
 #[test]
 fn a_problem_is_that_of_its_recordings() {
-    // A recording that is not there is a fault of indexing, which the documentation names.
+    // A wrong index of a recording is a documented panic.
     let problem = problem(&[m2_record()], Model::default(), Criterion::default());
     let simulated = std::panic::catch_unwind(|| problem.simulate(&Parameters::M2.to_array(), 1, [0.0; 2]));
     assert!(simulated.is_err());
     let signals = &problem.signals()[0];
     assert!(!signals.has(2) && signals.measured(2).all(|value| value == 0.0));
-    // Too few values leave parameters unknown.
+    // Missing values of parameters are NaN.
     let [current, _] = problem.simulate(&[1.0], 0, [0.0; 2]);
     assert!(current[1].is_nan());
 }
@@ -236,7 +236,7 @@ fn sizes_have_limits() {
         refused(motorfit::study::contenders(threads, false, false), "threads is");
     }
     assert_eq!(motorfit::device::with_threads(Some(2), || Ok(rayon::current_num_threads())).unwrap(), 2);
-    // A second of 1001 samples.
+    // 1001 samples, 1 s.
     let record = Record::new(m2_record().samples().slice(1000..2001)).unwrap();
     let at = |rate: f64| Preparation { rate_hz: Some(rate), ..Preparation::default() }.apply(&record);
     let error = refused(at(1e7), "more than 100 samples of each");
@@ -248,8 +248,8 @@ fn sizes_have_limits() {
 
 #[test]
 fn a_window_longer_than_the_recording_is_the_whole_recording() {
-    // Both evaluators, by the definition: the average of a million values is the state before the recording but for what
-    // came since. The kernel keeps no more of the past than there is; the unit test in `motor/sensor.rs` counts it.
+    // Both evaluators follow the definition: a moving average over a million values is dominated by the state before the
+    // recording. A unit test in `motor/sensor.rs` checks that the kernel stores only the existing past.
     let record = Record::new(m2_record().samples().slice(900..1901)).unwrap();
     let held = [(Parameter::CurrentAverage, 1e6), (Parameter::SpeedAverage, 1e6)];
     let fixed = held.map(|(parameter, value)| (parameter, Scope::Shared, value)).to_vec();
@@ -272,7 +272,7 @@ fn a_window_longer_than_the_recording_is_the_whole_recording() {
 
 #[test]
 fn a_million_seeds_are_a_list() {
-    // Each against each other would be 5·10^11 comparisons: minutes.
+    // Comparing all pairs would take 5·10^11 comparisons, which is minutes.
     let (folder, plan) = planner();
     let list = |last: u64| (0..999_999).chain([last]).map(|n| n.to_string()).collect::<Vec<_>>().join(",");
     let (sweep, _) = plan(&format!("seeds = [{}]\n", list(999_999)), "good").unwrap();
@@ -283,11 +283,11 @@ fn a_million_seeds_are_a_list() {
 
 #[cfg(unix)]
 #[test]
-fn what_is_no_regular_file_holds_no_results() {
+fn results_are_read_from_regular_files_only() {
     let (folder, plan) = planner();
     let (sweep, _) = plan("", "out").unwrap();
     let path = folder.path().join("out/results-1-of-1.jsonl");
-    // Nobody writes into the pipe: whoever opens it for reading waits.
+    // The pipe has no writer, so opening it for reading would block.
     assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
     let (sender, receiver) = std::sync::mpsc::channel();
     std::thread::spawn(move || {
@@ -298,18 +298,18 @@ fn what_is_no_regular_file_holds_no_results() {
     });
     let results = receiver.recv_timeout(std::time::Duration::from_secs(60)).expect("the pipe was opened");
     for result in results {
-        let error = refused(result, "is no regular file, expected one of results");
+        let error = refused(result, "is not a regular file, expected a results file");
         assert_eq!(error.path(), Some(path.as_path()));
     }
     std::fs::remove_file(&path).unwrap();
     std::fs::create_dir(&path).unwrap();
     let sweep = Sweep::open(&folder.path().join("out")).unwrap();
-    refused(sweep.merge(), "is no regular file");
+    refused(sweep.merge(), "is not a regular file");
 }
 
 #[test]
-fn rows_beyond_a_sample_end_at_once() {
-    // The walk of a permutation would go on for ever beyond its last row.
+fn rows_beyond_a_sample_are_not_drawn() {
+    // Beyond the last row the walk of the permutation would not terminate.
     for sampling in [Sampling::Uniform, Sampling::LatinHypercube, Sampling::Grid] {
         let sample = Sample::new(sampling, 100, vec![(0.0, 1.0)], 1).unwrap();
         for (first, rows) in [(100, 1), (99, 2), (u64::MAX - 1, 1), (u64::MAX, 2)] {
@@ -322,12 +322,12 @@ fn rows_beyond_a_sample_end_at_once() {
 }
 
 #[test]
-fn limits_and_progress_that_cannot_be() {
+fn inconsistent_limits_and_progress() {
     use motorfit::study::sweep::{Limits, SweepProgress};
     for (low, high) in [(f64::NAN, 1.0), (0.0, f64::NAN), (1.0, 1.0), (2.0, 1.0)] {
-        refused(Limits::new(vec![(Parameter::R, low, high)]), "holds nothing");
+        refused(Limits::new(vec![(Parameter::R, low, high)]), "is empty");
     }
-    // Counts of the caller's own, which need not be in order.
+    // Counts given by a caller may be inconsistent.
     let progress = SweepProgress { done: 1, total: 0, before: 2, failed: 0, under_way: 0.5, seconds: 1.0 };
     assert_eq!((progress.rate(), progress.remaining()), (Some(0.5), Some(0.0)));
 }
@@ -346,7 +346,7 @@ fn a_space_has_a_limit_of_recordings() {
         refused(space.per_recording(&[Parameter::R], recordings), "expected 65536 at most");
     }
     let many = space.per_recording(&[Parameter::R], 65_536).unwrap();
-    // Each scope against each would be 2·10^9 comparisons.
+    // Comparing all pairs of scopes would take 2·10^9 comparisons.
     assert!(Space::new(many.free().to_vec(), Vec::new()).is_ok());
     let twice = [many.free(), &many.free()[..1]].concat();
     refused(Space::new(twice, Vec::new()), "R is given twice");

@@ -1,9 +1,9 @@
-//! The adapter that tests run on.
+//! GPU adapter of the tests.
 #![allow(clippy::print_stdout, reason = "a skip is printed")]
 
 use motorfit::evaluate::gpu::{Gpu, Precision, Selector, list};
 
-/// The best adapter in a precision; `None`, visibly, where there is none and skips are allowed.
+/// Opens the best adapter in a precision; prints a note and returns `None` if there is none and skips are allowed.
 pub fn open(precision: Precision) -> Option<Gpu> {
     let adapters = list();
     let wanted = adapters.iter().find(|a| precision != Precision::F64 || a.f64);

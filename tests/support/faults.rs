@@ -1,4 +1,4 @@
-//! Recordings with faults, and clean ones of motors with extensions and on irregular clocks.
+//! Recordings with faults, and clean recordings of motors with extensions and with irregular sampling.
 #![allow(dead_code, reason = "each test file uses its part")]
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 #![allow(
@@ -14,10 +14,11 @@ use motorfit::motor::{Discretization, Extended, Parameter};
 use motorfit::record::{Record, Samples};
 use rand::RngExt as _;
 
-/// The excitations that rates are measured with.
+/// Excitations for detection rates.
 pub const EXCITATIONS: [&str; 5] = ["step", "steps", "prbs", "chirp", "triangle"];
 
-/// A clean recording of a motor with an extension, one of two on an irregular clock; the code of a finding that is true of it.
+/// Returns a clean recording of a motor with an extension, every second one irregularly sampled, and the codes of findings that
+/// are true for it.
 pub fn extended(seed: u64) -> (Varied, &'static [&'static str]) {
     let mut numbers = numbers(1_000_000 + seed);
     let kind = [&KINDS[..], &["triangle"]].concat()[numbers.random_range(0..KINDS.len() + 1)];
@@ -49,7 +50,7 @@ pub fn extended(seed: u64) -> (Varied, &'static [&'static str]) {
     (Varied { record, ..varied }, codes)
 }
 
-/// A recording with noise so many dB below each signal.
+/// Adds noise to each signal, `from` to `to` dB below its rms.
 pub fn measured(numbers: &mut Numbers, clean: &Record, [from, to]: [f64; 2]) -> Record {
     let mut samples: Samples = clean.samples().clone();
     for signal in [&mut samples.current, &mut samples.speed].into_iter().flatten() {
@@ -59,7 +60,7 @@ pub fn measured(numbers: &mut Numbers, clean: &Record, [from, to]: [f64; 2]) -> 
     Record::new(samples).unwrap()
 }
 
-/// A motor under an excitation, for faults to be put in: what excites it, the motor, its recording without noise.
+/// Motor under an excitation, to which faults are added.
 pub struct Bench {
     pub numbers: Numbers,
     pub varied: Varied,
@@ -74,7 +75,8 @@ impl Bench {
         Self { numbers, varied, excitation }
     }
 
-    /// The motor under another voltage than it is recorded with, with noise 30 to 50 dB below the signals.
+    /// Returns a recording in which `voltage` acts on the motor but that of the excitation is recorded, with noise 30 to 50 dB
+    /// below the signals.
     pub fn under(&mut self, voltage: Vec<f64>) -> Record {
         let excitation = Excitation { voltage, ..self.excitation.clone() };
         let clean = simulated(&self.varied.motor, &excitation, Discretization::Zoh).unwrap();
@@ -83,23 +85,23 @@ impl Bench {
         Record::new(samples).unwrap()
     }
 
-    /// The recording without fault.
+    /// Returns the recording without fault.
     pub fn clean(&mut self) -> Record {
         let voltage = self.excitation.voltage.clone();
         self.under(voltage)
     }
 }
 
-/// The standard deviation of a signal.
+/// Returns the standard deviation of a signal.
 pub fn spread(values: &[f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-/// Puts a fault of a strength (0, 1, 2) into the recording of a bench; `None` where the excitation cannot have it.
+/// Adds a fault of strength 0, 1 or 2 to the recording of a bench; `None` if the excitation does not allow it.
 pub type Fault = fn(&mut Bench, usize) -> Option<Record>;
 
-/// Faults that are there or not: the code that is expected, a name, the fault, and the first strength that must be found.
+/// Faults: expected code, name, function, and the lowest strength that must be found.
 pub const FAULTS: [(&str, &str, Fault, usize); 9] = [
     ("current_clipped", "one side", one_sided, 0),
     ("current_clipped", "magnitude", magnitude, 0),
@@ -112,12 +114,12 @@ pub const FAULTS: [(&str, &str, Fault, usize); 9] = [
     ("units", "mA", milliamperes, 0),
 ];
 
-/// The largest and the smallest value.
+/// Returns the largest and the smallest value.
 fn extremes(values: &[f64]) -> [f64; 2] {
     values.iter().fold([f64::NEG_INFINITY, f64::INFINITY], |[high, low], v| [high.max(*v), low.min(*v)])
 }
 
-/// The current with noise, if it is negative for so many samples that a sensor of one sign spoils the recording.
+/// Returns the recording if its current is negative for enough samples that a unipolar sensor falsifies it.
 fn braking(bench: &mut Bench) -> Option<Samples> {
     let samples = bench.clean().samples().clone();
     let current = samples.current.as_ref().unwrap();
@@ -126,7 +128,7 @@ fn braking(bench: &mut Bench) -> Option<Samples> {
     (negative >= 12 && 20 * negative > current.len() && high > 0.0).then_some(samples)
 }
 
-/// A sensor that stops at 0 A, with noise of 0.5, 0.2 or 0 % of the largest current behind it.
+/// Clips the current at 0 A and adds noise of 0.5, 0.2 or 0 % of the largest current.
 fn one_sided(bench: &mut Bench, strength: usize) -> Option<Record> {
     let mut samples = braking(bench)?;
     let current = samples.current.as_mut().unwrap();
@@ -136,7 +138,7 @@ fn one_sided(bench: &mut Bench, strength: usize) -> Option<Record> {
     Some(Record::new(samples).unwrap())
 }
 
-/// A sensor that shows the magnitude, with the same noise.
+/// Replaces the current by its magnitude and adds noise of 0.5, 0.2 or 0 % of the largest current.
 fn magnitude(bench: &mut Bench, strength: usize) -> Option<Record> {
     let mut samples = braking(bench)?;
     let current = samples.current.as_mut().unwrap();
@@ -146,11 +148,11 @@ fn magnitude(bench: &mut Bench, strength: usize) -> Option<Record> {
     Some(Record::new(samples).unwrap())
 }
 
-/// A drive that is off for the first part of the recording from the first voltage on.
+/// Switches the drive off for a first part of the recording, from the first voltage on.
 fn off(bench: &mut Bench, strength: usize, has_speed: bool) -> Option<Record> {
     let count = bench.excitation.voltage.len();
     let begin = bench.numbers.random_range(0..2) * bench.excitation.voltage.iter().position(|v| *v != 0.0)?;
-    // The voltage comes with the first sample, or after a rest.
+    // The voltage starts at the first sample, or after a rest.
     bench.excitation.voltage.rotate_left(begin);
     let first = bench.excitation.voltage.iter().position(|v| *v != 0.0)?;
     let until = first + count * [5, 10, 20][strength] / 100;
@@ -168,17 +170,17 @@ fn off(bench: &mut Bench, strength: usize, has_speed: bool) -> Option<Record> {
     Some(Record::new(samples).unwrap())
 }
 
-/// A drive that gives no more than a part of the largest command, in speed alone. Not found is what a lag of the second order,
-/// or a deadband, looks like too.
+/// Limits the voltage to a fraction of the largest command; only the speed is recorded. Saturations that resemble a
+/// second-order lag or a deadband cannot be found.
 fn saturated(bench: &mut Bench, strength: usize) -> Option<Record> {
     let volts = extremes(&bench.excitation.voltage).map(f64::abs).into_iter().fold(0.0, f64::max);
     let limit = [0.8, 0.65, 0.5][strength] * volts;
     let got: Vec<f64> = bench.excitation.voltage.iter().map(|v| v.clamp(-limit, limit)).collect();
-    // A binary voltage has one level: what the drive makes of it is another voltage, no saturation.
+    // A limited voltage of one level is like a lower voltage.
     if !matches!(bench.varied.kind, "triangle" | "chirp") {
         return None;
     }
-    // Under a voltage much faster than the motor, the speed is only smaller: a motor with another K has the same.
+    // Under a voltage much faster than the motor only the amplitude of the speed decreases, as with another K.
     let without_noise = |voltage: Vec<f64>| {
         let excitation = Excitation { voltage, ..bench.excitation.clone() };
         simulated(&bench.varied.motor, &excitation, Discretization::Zoh).unwrap().samples().speed.clone().unwrap()
@@ -194,17 +196,17 @@ fn saturated(bench: &mut Bench, strength: usize) -> Option<Record> {
     Some(Record::new(samples).unwrap())
 }
 
-/// A saturation is to be seen if the speed differs by so much from the one without, scaled to it.
+/// Smallest relative difference of the speed from the scaled speed without saturation at which a saturation must be found.
 const SEEN: f64 = 0.08;
 
-/// A motor that stands under voltage from the first sample, then moves; the speed alone.
+/// Delays the start of motion under a voltage from the first sample on; only the speed is recorded.
 fn late(bench: &mut Bench, strength: usize) -> Option<Record> {
     let mut samples = off(bench, strength, true)?.samples().clone();
     samples.current = None;
     Some(Record::new(samples).unwrap())
 }
 
-/// A motor that never moves; its speed is noise, zero, or an encoder's flicker.
+/// Replaces the speed by that of a motor at rest: noise, zero, or the flicker of an encoder.
 fn still(bench: &mut Bench, strength: usize) -> Option<Record> {
     let mut samples = bench.clean().samples().clone();
     let count = samples.time_s.len();
@@ -215,7 +217,7 @@ fn still(bench: &mut Bench, strength: usize) -> Option<Record> {
         _ => vec![0.0; count],
     };
     if bench.varied.kind == "step" {
-        // From the first sample on.
+        // The voltage is present from the first sample on.
         let volts = samples.voltage[count - 1];
         samples.voltage.fill(volts);
     }
@@ -223,14 +225,14 @@ fn still(bench: &mut Bench, strength: usize) -> Option<Record> {
     Some(Record::new(samples).unwrap())
 }
 
-/// A voltage that falls to zero in the last one, two or three samples.
+/// Sets the voltage to zero in the last one, two or three samples.
 fn reset(bench: &mut Bench, strength: usize) -> Option<Record> {
     let voltage = &mut bench.excitation.voltage;
     let count = voltage.len();
     let rest = voltage.iter().take_while(|v| **v == 0.0).count();
     let zero = voltage[rest..].contains(&0.0);
     let [high, low] = extremes(voltage);
-    // Where zero is one of the levels, or the voltage is small at the end, it is none.
+    // If zero is one of the levels, or the voltage is small at the end, this is not a fault.
     if zero || voltage[count - 5..].iter().any(|v| v.abs() < 0.4 * (high - low)) {
         return None;
     }
@@ -242,7 +244,7 @@ fn reset(bench: &mut Bench, strength: usize) -> Option<Record> {
     Some(bench.clean())
 }
 
-/// A current in mA, taken as A, in whole numbers or with a decimal.
+/// Records the current in mA under a heading in A, as integers or with a decimal.
 fn milliamperes(bench: &mut Bench, strength: usize) -> Option<Record> {
     let mut samples = bench.clean().samples().clone();
     let digits = [1.0, 1.0, 10.0][strength];

@@ -1,4 +1,4 @@
-//! Simulated joint fits: random motors with what real ones have besides, five excitations each, white noise.
+//! Simulated recordings for joint fits: random motors with extensions, five excitations each, white noise.
 #![allow(dead_code, reason = "each test file uses its part")]
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 #![allow(
@@ -15,14 +15,14 @@ use rand::{RngExt as _, SeedableRng as _};
 use rand_distr::{Distribution as _, StandardNormal};
 pub use rand_xoshiro::Xoshiro256PlusPlus as Numbers;
 
-/// A motor, the voltage that it is made for, the period of its recordings.
+/// Motor, its nominal voltage, and the sampling period of its recordings.
 pub struct Truth {
     pub motor: Extended,
     pub volts: f64,
     pub period_s: f64,
 }
 
-/// Excitations: a step, random levels, a binary sequence, a staircase both ways, pulses.
+/// Number of excitations: a step, random levels, a binary sequence, a staircase in both directions, pulses.
 pub const EXCITATIONS: usize = 5;
 
 pub fn numbers(seed: u64) -> Numbers {
@@ -33,7 +33,7 @@ fn log_uniform(numbers: &mut Numbers, from: f64, to: f64) -> f64 {
     numbers.random_range(from.ln()..to.ln()).exp()
 }
 
-/// A motor with these extensions, each large enough to matter.
+/// Draws a motor with these extensions, each large enough to be significant.
 pub fn motor(numbers: &mut Numbers, with: &[Extension]) -> Truth {
     let period_s = [0.001, 0.002, 0.005][numbers.random_range(0..3)];
     let constant = period_s * log_uniform(numbers, 15.0, 80.0);
@@ -69,7 +69,7 @@ fn built(values: &[(Parameter, f64)]) -> Extended {
     Space::new(vec![axis], held).unwrap().motor(&[value], 0)
 }
 
-/// The voltage of an excitation, at rest for the first tenth.
+/// Returns the voltage of an excitation \[V\], zero for the first tenth.
 pub fn voltage(numbers: &mut Numbers, truth: &Truth, excitation: usize, count: usize) -> Vec<f64> {
     let of = |parameter| truth.motor.get(parameter);
     let constant = of(Parameter::R) * of(Parameter::J) / of(Parameter::K).powi(2) / truth.period_s;
@@ -96,7 +96,7 @@ pub fn voltage(numbers: &mut Numbers, truth: &Truth, excitation: usize, count: u
     (0..count).map(share).map(|share| share * truth.volts).collect()
 }
 
-/// White noise so many dB below the root mean square of each channel.
+/// Adds white noise `decibels` below the rms of each channel.
 pub fn noisy(numbers: &mut Numbers, record: &Record, decibels: f64) -> Record {
     let mut samples: Samples = record.samples().clone();
     for signal in [&mut samples.current, &mut samples.speed].into_iter().flatten() {
@@ -109,7 +109,7 @@ pub fn noisy(numbers: &mut Numbers, record: &Record, decibels: f64) -> Record {
     Record::new(samples).unwrap()
 }
 
-/// A recording of so many samples.
+/// Returns a recording of `count` samples.
 pub fn record(numbers: &mut Numbers, truth: &Truth, excitation: usize, count: usize, decibels: f64) -> Record {
     let voltage = voltage(numbers, truth, excitation, count);
     let time_s = (0..count).map(|n| n as f64 * truth.period_s).collect();
@@ -117,8 +117,8 @@ pub fn record(numbers: &mut Numbers, truth: &Truth, excitation: usize, count: us
     noisy(numbers, &simulated(truth.motor, &excitation, Discretization::Zoh).unwrap(), decibels)
 }
 
-/// A recording whose voltage is logged late, as a sketch does that logs at times of its own: the drive takes each value at
-/// some moment, uniformly distributed, in the period before the sample that has it.
+/// Returns a recording whose voltage is logged late, as by a program that logs asynchronously: the drive applies each value at
+/// a uniformly distributed time in the period before its sample.
 pub fn late(numbers: &mut Numbers, truth: &Truth, excitation: usize, count: usize, decibels: f64) -> Record {
     const FINE: usize = 10;
     let voltage = voltage(numbers, truth, excitation, count);
@@ -142,7 +142,8 @@ pub fn late(numbers: &mut Numbers, truth: &Truth, excitation: usize, count: usiz
     noisy(numbers, &Record::new(samples).unwrap(), decibels)
 }
 
-/// A recording on a clock that jitters by up to `jitter` periods, whose voltage is logged `late` periods after the drive took it.
+/// Returns a recording with a jitter of up to `jitter` periods, whose voltage is logged `late` periods after the drive applies
+/// it.
 pub fn shifted(
     numbers: &mut Numbers,
     truth: &Truth,
@@ -178,7 +179,7 @@ pub fn shifted(
     noisy(numbers, &Record::new(samples).unwrap(), decibels)
 }
 
-/// One recording of each excitation.
+/// Returns one recording of each excitation.
 pub fn records(numbers: &mut Numbers, truth: &Truth, count: usize, decibels: f64) -> Vec<Record> {
     (0..EXCITATIONS).map(|excitation| record(numbers, truth, excitation, count, decibels)).collect()
 }

@@ -1,4 +1,4 @@
-//! Shared by test files: the M2 experiment, candidates, evaluation of one group.
+//! Shared by test files: the paper's experiment, candidates, evaluation of one group.
 #![allow(dead_code, reason = "each test file uses its part")]
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 
@@ -21,55 +21,55 @@ use std::sync::Arc;
 pub const NORMS: [Norm; 7] = [Norm::Euclidean, Norm::Ise, Norm::Iae, Norm::Itse, Norm::Itae, Norm::Mse, Norm::Nrmse];
 pub const SCALES: [Scale; 4] = [Scale::None, Scale::Peak, Scale::Std, Scale::Noise];
 
-/// A criterion; noise σ is given so that noise-free recordings have one.
+/// Returns a criterion, with a fixed noise σ for recordings without noise.
 pub fn criterion(norm: Norm, scale: Scale) -> Criterion {
     Criterion { norm, scale, time_origin_s: None, noise: Noise::Sigma([Some(0.012), Some(1.04)]) }
 }
 
-/// The paper's experiment without noise.
+/// Returns the recording of the paper's experiment without noise.
 pub fn m2_record() -> Record {
     simulated(&Parameters::M2, &Excitation::step(10.5, 1.0, 3.0, 0.001).unwrap(), Discretization::Zoh).unwrap()
 }
 
-/// The M2 motor driven by any voltage and torque at rest.
+/// Returns a recording of the M2 motor from rest under a voltage and a load torque, without noise.
 pub fn driven(time_s: Vec<f64>, voltage: Vec<f64>, torque: Option<Vec<f64>>) -> Record {
     simulated(&Parameters::M2, &Excitation { time_s, voltage, torque }, Discretization::Zoh).unwrap()
 }
 
-/// The same recording with other samples.
+/// Returns a copy of a recording with changed samples.
 pub fn changed(record: &Record, change: impl FnOnce(&mut Samples)) -> Record {
     let mut samples = record.samples().clone();
     change(&mut samples);
     Record::new(samples).unwrap()
 }
 
-/// A problem over the box of Table 2.
+/// Returns a problem with the bounds of Table 2.
 pub fn problem(records: &[Record], model: Model, criterion: Criterion) -> Arc<Problem> {
     Arc::new(Problem::new(records, model, Space::table2(), criterion).unwrap())
 }
 
-/// Uniform candidates of the box of Table 2.
+/// Returns uniformly distributed candidates within the bounds of Table 2.
 pub fn uniform(count: usize, seed: u64) -> Vec<f64> {
     let mut numbers = Xoshiro256PlusPlus::seed_from_u64(seed);
     let bounds = Space::table2().bounds();
     (0..count).flat_map(|_| bounds.iter().map(|&(a, b)| numbers.random_range(a..b)).collect::<Vec<_>>()).collect()
 }
 
-/// Candidates whose parameters are off the M2 motor's by up to `distance`, relatively.
+/// Returns candidates whose parameters differ from the M2 motor by up to `distance`, relatively.
 pub fn near(count: usize, distance: f64, seed: u64) -> Vec<f64> {
     let mut numbers = Xoshiro256PlusPlus::seed_from_u64(seed);
     let truth = Parameters::M2.to_array();
     (0..count).flat_map(|_| truth.map(|p| p * (1.0 + distance * numbers.random_range(-1.0..1.0)))).collect()
 }
 
-/// Costs of one group.
+/// Returns the costs of one group.
 pub fn costs(evaluator: &mut dyn Evaluator, problem: &Arc<Problem>, values: &[f64]) -> Vec<f64> {
     let width = problem.space().free().len();
     let groups = [Group { problem, candidates: Candidates::new(values, width), reference: None }];
     batch(evaluator, &groups).unwrap()
 }
 
-/// Costs of a batch.
+/// Returns the costs of a batch.
 pub fn batch(evaluator: &mut dyn Evaluator, groups: &[Group<'_>]) -> Result<Vec<f64>> {
     let batch = Batch { groups };
     let mut costs = vec![f64::NAN; batch.count()];

@@ -1,4 +1,4 @@
-//! The program from outside, as tests call it.
+//! Runs the command line program.
 #![allow(dead_code, reason = "each test file uses its part")]
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test may stop and print")]
 
@@ -10,7 +10,7 @@ pub const M2: &str = "R=0.921042,L=0.007759,K=0.073472,B=0.000678,J=0.000136";
 
 pub fn motorfit() -> Command {
     let mut command = Command::new(assert_cmd::cargo::cargo_bin!("motorfit"));
-    // What the user has measured is neither used nor changed.
+    // The user's throughput profile is neither used nor changed.
     command.env("XDG_CACHE_HOME", concat!(env!("CARGO_TARGET_TMPDIR"), "/cache"));
     command
 }
@@ -33,13 +33,14 @@ pub fn json(args: &[&str]) -> Value {
     serde_json::from_str(&ok(args)).unwrap()
 }
 
-/// Writes a recording of a motor at 40 dB.
+/// Writes a simulated recording of a motor with 40 dB of noise.
 pub fn simulated(path: &str, parameters: &str, input: &str, [duration, seed]: [&str; 2]) {
     let motor = ["simulate", "--parameters", parameters, "--input", input, "--duration", duration];
     ok(&[&motor[..], &["--noise", "40dB", "--seed", seed, "--out", path]].concat());
 }
 
-/// Exit code and message of a run that must fail; the rules for every failure are checked here.
+/// Asserts that a run fails with an exit code and a message that contains `part`, by the rules for every failure. Returns the
+/// message.
 pub fn fails(args: &[&str], code: i32, part: &str) -> String {
     let output = run(args);
     let (out, err) = (text(&output.stdout), text(&output.stderr));
@@ -69,7 +70,7 @@ impl Folder {
     }
 }
 
-/// A file system in memory; `None` where none may be mounted.
+/// Mounted file system in memory.
 pub struct Mounted(pub String);
 
 impl Mounted {

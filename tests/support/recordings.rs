@@ -1,8 +1,9 @@
-//! The folder of real recordings.
+//! Folder of real recordings.
 
 use std::path::{Path, PathBuf};
 
-/// Returns a set of real recordings; `None`, said aloud, where there are none. `MOTORFIT_NO_SKIP` makes that a failure.
+/// Returns the folder of a set of real recordings; prints a note and returns `None` if it does not exist. With
+/// `MOTORFIT_NO_SKIP` that is a failure.
 pub fn set(name: &str) -> Option<PathBuf> {
     let Some(folder) = std::env::var_os("MOTORFIT_RECORDINGS") else {
         assert!(std::env::var_os("MOTORFIT_NO_SKIP").is_none(), "MOTORFIT_RECORDINGS is not set: skips are failures");

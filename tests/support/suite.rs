@@ -1,4 +1,4 @@
-//! The contract of an evaluator, against the oracle; generic over the evaluator.
+//! Contract of an evaluator: comparison with the scalar oracle, generic over the evaluator.
 
 use super::{NORMS, SCALES, changed, costs, criterion, driven, m2_record, near, problem, uniform};
 use motorfit::criterion::{Criterion, Norm, Scale};
@@ -6,8 +6,8 @@ use motorfit::evaluate::{Evaluator, Initial, Model, Problem, Scalar};
 use motorfit::motor::{Discretization, Parameters};
 use std::sync::Arc;
 
-/// The bound: |c − c₀| ≤ 1e-12·c₀ + 1e-14·c(all-zero output). The first term is the rounding of sums and recurrences
-/// over thousands of steps; the second what is left where simulation and measurement cancel.
+/// Checks |c − c₀| ≤ 1e-12·c₀ + 1e-14·c(zero output). The first term bounds rounding of sums and recurrences over
+/// thousands of steps, the second the cancellation of simulation and measurement near the optimum.
 pub fn agree(ours: f64, oracle: f64, zero: f64) -> std::result::Result<(), String> {
     if ours.to_bits() == oracle.to_bits() || (ours - oracle).abs() <= 1e-12 * oracle + 1e-14 * zero {
         return Ok(());
@@ -15,7 +15,7 @@ pub fn agree(ours: f64, oracle: f64, zero: f64) -> std::result::Result<(), Strin
     Err(format!("{ours:e} against {oracle:e}: off by {:.1e} of it", (ours - oracle).abs() / oracle))
 }
 
-/// The cost of a motor that does not move: enormous resistance and inertia.
+/// Returns the cost of a zero output: that of a motor with an enormous resistance and inertia.
 pub fn zero_output(problem: &Arc<Problem>) -> f64 {
     costs(&mut Scalar, problem, &[1e12, 1e12, 1e-12, 1e-12, 1e12])[0]
 }
@@ -31,13 +31,13 @@ pub fn check(evaluator: &mut dyn Evaluator, problem: &Arc<Problem>, values: &[f6
     Ok(())
 }
 
-/// The suite that every evaluator passes.
+/// Checks everything that every evaluator must satisfy.
 pub fn suite(evaluator: &mut dyn Evaluator) -> std::result::Result<(), String> {
     let records = [m2_record()];
     let model = Model::default();
     for (seed, (norm, scale)) in NORMS.into_iter().flat_map(|n| SCALES.map(|s| (n, s))).enumerate() {
         let problem = problem(&records, model, criterion(norm, scale));
-        // Counts that are no multiple of anything.
+        // The count is not a multiple of any block size.
         check(evaluator, &problem, &uniform(61, seed as u64)).map_err(|e| format!("{norm:?} {scale:?} box: {e}"))?;
         for distance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
             check(evaluator, &problem, &near(13, distance, seed as u64))
@@ -59,7 +59,7 @@ fn problem_of(records: &[motorfit::record::Record], discretization: Discretizati
     problem(records, Model { discretization, initial: Initial::Measured }, criterion(Norm::Iae, Scale::Std))
 }
 
-/// Recordings with masks, and with voltages that are lines over each step.
+/// Returns recordings with masks, and with a first-order hold of the voltage.
 fn prepared_records() -> Vec<motorfit::record::Record> {
     use motorfit::record::{Mask, Preparation};
     let decimated = Preparation { decimate: Some(3), ..Preparation::default() };
@@ -70,7 +70,7 @@ fn prepared_records() -> Vec<motorfit::record::Record> {
     [decimated, masked, both].iter().flat_map(|preparation| preparation.apply(&record).unwrap()).collect()
 }
 
-/// Recordings of different lengths: PRBS-like with torque, a ramp at another period, and irregular times.
+/// Returns recordings of different lengths: a binary voltage with load torque, a ramp at another period, irregular sampling.
 pub fn mixed_records() -> Vec<motorfit::record::Record> {
     let regular = |count: u32, h: f64| -> Vec<f64> { (0..count).map(|n| f64::from(n) * h).collect() };
     let switched = (0..701_u32).map(|n| if (n / 37 * 7919) % 3 == 0 { 8.0 } else { -3.0 }).collect();
@@ -85,15 +85,15 @@ pub fn mixed_records() -> Vec<motorfit::record::Record> {
     ]
 }
 
-/// Checks an evaluator at the edges, `relative` being its error: recordings that lack a channel, are at rest, or
-/// have two samples; candidates that are no motors.
+/// Checks an evaluator with relative tolerance `relative` at edge cases: recordings without a channel, at rest, or of two
+/// samples; invalid candidates.
 pub fn edges(evaluator: &mut dyn Evaluator, relative: f64) -> std::result::Result<(), String> {
     let record = m2_record();
     let zero = Model { initial: Initial::Zero, ..Model::default() };
     let none = criterion(Norm::Euclidean, Scale::None);
     let without_current = changed(&record, |s| s.current = None);
     let without_speed = changed(&record, |s| s.speed = None);
-    // What is measured during the rest counts too; and a record that is all rest is not simulated at all.
+    // Samples before the input starts count as well; a recording that is all rest is not simulated at all.
     let offset = changed(&record, |s| s.current.iter_mut().flatten().for_each(|v| *v += 0.01));
     let still = changed(&record, |s| s.voltage.fill(0.0));
     let two = driven(vec![0.0, 1e-3], vec![5.0, 5.0], None);
@@ -120,7 +120,7 @@ pub fn edges(evaluator: &mut dyn Evaluator, relative: f64) -> std::result::Resul
     poison(evaluator)
 }
 
-/// Candidates that are no motors cost at most 1e30 or infinity, and leave their neighbours alone.
+/// Checks that invalid candidates cost at most 1e30 or infinity, and do not affect others.
 fn poison(evaluator: &mut dyn Evaluator) -> std::result::Result<(), String> {
     let m2 = Parameters::M2.to_array();
     let mut values = Vec::new();
@@ -141,7 +141,7 @@ fn poison(evaluator: &mut dyn Evaluator) -> std::result::Result<(), String> {
             return Err(format!("{discretization:?}: {costs:?}"));
         }
     }
-    // Euler with a step that is far too long diverges.
+    // The Euler method diverges for a step that is far too long.
     let slow: Vec<f64> = (0..400_u32).map(|n| f64::from(n) * 0.1).collect();
     let model = Model { discretization: Discretization::Euler, initial: Initial::Auto };
     let problem = problem(&[driven(slow, vec![5.0; 400], None)], model, Criterion::default());

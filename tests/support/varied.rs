@@ -1,4 +1,4 @@
-//! Simulated recordings of all sorts: random motors, excitations, rates, lengths, noise and channels.
+//! Simulated recordings of random motors with various excitations, rates, lengths, noise and channels.
 #![allow(dead_code, reason = "each test file uses its part")]
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 #![allow(
@@ -16,19 +16,19 @@ use rand_distr::{Distribution as _, StandardNormal};
 pub use rand_xoshiro::Xoshiro256PlusPlus as Numbers;
 use std::f64::consts::TAU;
 
-/// Excitations that are drawn from.
+/// Kinds of excitations.
 pub const KINDS: [&str; 9] = ["step", "steps", "prbs", "chirp", "sine", "ramp", "staircase", "impulses", "multisine"];
 
-/// A recording and what it was made of.
+/// Recording with its motor and excitation.
 pub struct Varied {
     pub kind: &'static str,
     pub record: Record,
     pub motor: Parameters,
-    /// The torque at standstill.
+    /// Stall torque \[N·m\].
     pub stall: f64,
-    /// Samples for which a binary sequence holds its value.
+    /// Number of samples per value of a binary sequence.
     pub hold: usize,
-    /// The mechanical time constant in samples.
+    /// Mechanical time constant \[samples\].
     pub memory: f64,
 }
 
@@ -40,7 +40,7 @@ pub fn log_uniform(numbers: &mut Numbers, from: f64, to: f64) -> f64 {
     (numbers.random_range(from.ln()..to.ln())).exp()
 }
 
-/// A motor whose mechanical time constant is `memory` seconds, and the voltage that it is made for.
+/// Draws a motor with the mechanical time constant `memory` \[s\]; returns it with its nominal voltage \[V\].
 pub fn motor(numbers: &mut Numbers, memory: f64) -> (Parameters, f64) {
     let volts = log_uniform(numbers, 3.0, 48.0);
     let k = volts / log_uniform(numbers, 30.0, 1500.0);
@@ -121,14 +121,14 @@ fn number(count: usize) -> f64 {
     count as f64
 }
 
-/// The recording that `seed` stands for, without noise and with both channels.
+/// Draws a recording without noise, with both channels.
 pub fn clean(numbers: &mut Numbers, kind: &'static str, count: usize) -> Varied {
     let (varied, excitation) = drawn(numbers, kind, count, 600.0);
     let record = simulated(&varied.motor, &excitation, Discretization::Zoh).unwrap();
     Varied { record, ..varied }
 }
 
-/// A motor with a memory of up to so many samples, and what excites it; its recording is that of no motor yet.
+/// Draws a motor with a time constant of up to `longest` samples and its excitation. The recording is a placeholder.
 pub fn drawn(numbers: &mut Numbers, kind: &'static str, count: usize, longest: f64) -> (Varied, Excitation) {
     let memory = log_uniform(numbers, 3.0, longest).min(number(count));
     let period = [0.0005, 0.001, 0.002, 0.005, 0.01, 0.02][numbers.random_range(0..6)];
@@ -144,7 +144,7 @@ pub fn drawn(numbers: &mut Numbers, kind: &'static str, count: usize, longest: f
     (varied, Excitation { time_s, voltage, torque: None })
 }
 
-/// White noise so many dB below the root mean square.
+/// Adds white noise `decibels` below the rms.
 pub fn noisy(numbers: &mut Numbers, values: &mut [f64], decibels: f64) {
     let rms = (values.iter().map(|v| v * v).sum::<f64>() / number(values.len())).sqrt();
     let sigma = rms * 10f64.powf(-decibels / 20.0);
@@ -154,7 +154,7 @@ pub fn noisy(numbers: &mut Numbers, values: &mut [f64], decibels: f64) {
     }
 }
 
-/// A clean recording with noise and both channels or one.
+/// Draws a recording without faults, with noise and one or both channels.
 pub fn varied(seed: u64) -> Varied {
     let mut numbers = numbers(seed);
     let kind = KINDS[numbers.random_range(0..KINDS.len())];

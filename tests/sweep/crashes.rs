@@ -1,4 +1,4 @@
-//! Killed at any instant and run again.
+//! Proves: a sweep that is killed at any instant is completed by the same command, with the results of an uninterrupted one.
 
 use super::*;
 use rand::{RngExt as _, SeedableRng as _};
@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::process::{Child, Stdio};
 use std::time::Duration;
 
-/// Several pieces of searches and fits, some with noise.
+/// Study with several batches of searches and fits, some with noise.
 const STUDY: &str = r#"
 recordings = ["long.csv"]
 methods = ["gwo", "sm", "jaya"]
@@ -21,7 +21,7 @@ device = "cpu"
 "#;
 const RUNS: usize = 3 * 2 * 90 * 2;
 
-/// The study on 3001 samples.
+/// Writes the study with a recording of 3001 samples.
 fn with_long_study() -> (Folder, String) {
     let (folder, study) = with_study(STUDY);
     program::simulated(&folder.path("long.csv"), M2, "step:10.5@1", ["3", "1"]);
@@ -47,7 +47,7 @@ fn a_hundred_kills_lose_nothing() {
         let dir = folder.path(&format!("killed{sweeps}"));
         done(&["plan", &study, "--out", &dir]);
         while kills < 100 && ids(&dir).len() < RUNS {
-            // Two shards in turn; every instant from the first on, start-up included.
+            // Two shards alternate; kills occur at any instant, including start-up.
             let mut child = start(&dir, if kills % 2 == 0 { "1/2" } else { "2/2" });
             std::thread::sleep(Duration::from_secs_f64(numbers.random_range(0.0..0.02 + seconds / 4.0)));
             child.kill().unwrap();
@@ -69,7 +69,7 @@ fn a_hundred_kills_lose_nothing() {
 }
 
 #[test]
-fn an_interruption_keeps_what_is_finished() {
+fn an_interruption_keeps_finished_runs() {
     let (folder, study) = with_long_study();
     let dir = folder.path("out");
     done(&["plan", &study, "--out", &dir]);
@@ -89,7 +89,7 @@ fn an_interruption_keeps_what_is_finished() {
     assert!(kept > 0);
     let status: Value = serde_json::from_str(&done(&["status", &dir, "--json"])).unwrap();
     assert_eq!((status["done"].as_u64(), &status["merged"]), (Some(kept as u64), &false.into()));
-    // What is missing is said, and what is there is merged.
+    // Missing runs are reported, and finished ones merged.
     let (code, _, err) = sweep(&["merge", &dir]);
     assert_eq!(code, 4, "{err}");
     assert!(err.contains("are missing"), "{err}");
@@ -101,7 +101,7 @@ fn an_interruption_keeps_what_is_finished() {
 }
 
 #[test]
-fn a_second_run_of_a_shard_is_kept_out() {
+fn a_second_run_of_a_shard_is_rejected() {
     let (folder, study) = with_long_study();
     let dir = folder.path("out");
     done(&["plan", &study, "--out", &dir]);
@@ -120,7 +120,7 @@ fn a_second_run_of_a_shard_is_kept_out() {
 }
 
 #[test]
-fn a_torn_line_is_done_again() {
+fn an_incomplete_line_is_repeated() {
     let (folder, study) = with_study(
         "recordings = [\"a.csv\"]\nmethods = [\"sm\", \"gwo\"]\npopulation = [8]\ngenerations = [5]\nseeds = \"1..4\"\ndevice = \"cpu\"\n",
     );
@@ -135,7 +135,7 @@ fn a_torn_line_is_done_again() {
         assert!(bytes(&torn) == bytes(&whole), "cut at {cut}");
         assert_eq!(ids(&torn).len(), 8);
     }
-    // Damage in the middle costs that run, and is said: a byte that is no text, a digit, a key.
+    // Damage in the middle loses that run and is reported: an invalid byte, a digit, a key.
     let (text, middle) = (String::from_utf8(all.clone()).unwrap(), all.len() / 2);
     let mut zero = all.clone();
     zero[middle] = 0;
@@ -148,15 +148,15 @@ fn a_torn_line_is_done_again() {
         assert_eq!(code, 0, "{err}");
         assert!(err.contains("damaged"), "{err}");
         assert!(bytes(&torn) == bytes(&whole));
-        // Once is enough: what is mended is not spoken of again.
+        // Repaired damage is not reported again.
         let (code, _, err) = sweep(&[&study, "--out", &torn]);
         assert!(code == 0 && !err.contains("damaged"), "{err}");
     }
 }
 
 #[test]
-fn searches_of_auto_are_kept_as_they_come() {
-    // An extension without a polish: every run searches.
+fn searches_of_auto_are_stored_one_by_one() {
+    // With an extension and without refinement every run searches.
     let (folder, study) = with_study(
         "recordings = [\"a.csv\"]\nmethods = [\"auto\"]\nwith = [\"coulomb\"]\npolish = [\"none\"]\nseeds = \"1..60\"\npopulation = [400]\ngenerations = [150]\n",
     );
@@ -179,7 +179,7 @@ fn ids_if_any(dir: &str) -> Vec<u64> {
     if std::path::Path::new(&format!("{dir}/results-1-of-1.jsonl")).exists() { ids(dir) } else { Vec::new() }
 }
 
-/// The template, with a queue that runs each task at once; the second task is killed the first time.
+/// Runs the template with a mock of `sbatch` that executes each task at once; the second task is killed in its first attempt.
 #[test]
 fn the_slurm_template_runs_and_merges() {
     let (folder, study) = with_study(

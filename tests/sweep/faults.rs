@@ -1,4 +1,4 @@
-//! Faults cost no more than they must, and are reported.
+//! Proves: faults of recordings, studies, folders and disks affect only the runs concerned, and are reported.
 
 use super::*;
 use std::process::Command;
@@ -15,11 +15,11 @@ fn line_of_motors(count: u64) -> (Folder, String) {
 }
 
 #[test]
-fn a_broken_recording_costs_its_own_runs() {
+fn an_invalid_recording_affects_only_its_runs() {
     let (folder, study) = line_of_motors(6);
     let good = std::fs::read(folder.path("m5.csv")).unwrap();
     folder.file("m1.csv", "time_s,voltage_V,current_A,speed_rad_s\n0,1,x,3\n");
-    // A motor that nothing drives.
+    // A motor without excitation.
     let rows: String = (0..300)
         .map(|n| {
             format!(
@@ -62,7 +62,7 @@ fn a_broken_recording_costs_its_own_runs() {
         motors
     };
     assert_eq!(failed(&dir), ["m1", "m2", "m3", "m4"]);
-    // What is mended is done, once; what the recording does not tell stays so, and is said by every run.
+    // Runs of a repaired recording are done once; unidentifiable ones stay so, and are reported by every run.
     recording(&folder, "m3.csv", M2, 3);
     recording(&folder, "m4.csv", M2, 4);
     let (code, _, _) = sweep(&["run", &dir, "--shard", "1/2"]);
@@ -80,7 +80,7 @@ fn a_broken_recording_costs_its_own_runs() {
     assert_eq!(ids(&dir).len(), lines + 4, "only the broken recording is tried again");
     let _ = sweep(&["merge", &dir]);
     assert_eq!(failed(&dir), ["m1", "m2"]);
-    // The same from a whole, uninterrupted run.
+    // An uninterrupted run gives the same results.
     let other = folder.path("other");
     let _ = sweep(&[&study, "--out", &other]);
     assert!(bytes(&dir) == bytes(&other));
@@ -105,7 +105,7 @@ fn a_changed_study_or_recording_is_noticed() {
     folder.file("study.toml", LINE);
     let (_, _, err) = sweep(&[&study, "--out", &dir]);
     assert!(err.contains("the motor m2 is new"), "{err}");
-    // A manifest that somebody wrote in is none.
+    // An edited manifest is rejected.
     let manifest = std::fs::read_to_string(format!("{dir}/manifest.json")).unwrap();
     std::fs::write(format!("{dir}/manifest.json"), manifest.replace("study.toml", "studi.toml")).unwrap();
     let (code, _, err) = sweep(&["run", &dir]);
@@ -139,7 +139,7 @@ fn results_of_another_study_are_not_mixed_in() {
         assert!(err.contains("results-2-of-3.jsonl, line 1: holds results of another study"), "{err}");
     }
     std::fs::write(format!("{one}/results-2-of-3.jsonl"), "no results\n").unwrap();
-    assert!(sweep(&["run", &one]).2.contains("is no results file"));
+    assert!(sweep(&["run", &one]).2.contains("is not a results file"));
 }
 
 #[test]
@@ -162,7 +162,7 @@ fn every_broken_recording_is_named() {
 }
 
 #[test]
-fn a_study_that_moves_goes_on_where_it_was() {
+fn a_moved_study_is_resumed() {
     let (folder, _) = line_of_motors(2);
     let (old, new, dir) = (folder.path("old"), folder.path("new"), folder.path("out"));
     std::fs::create_dir(&old).unwrap();
@@ -176,7 +176,7 @@ fn a_study_that_moves_goes_on_where_it_was() {
 }
 
 #[test]
-fn nothing_but_parquet_is_overwritten_and_places_are_checked_before_the_work() {
+fn only_parquet_is_overwritten_and_paths_are_checked_first() {
     let (folder, study) = line_of_motors(1);
     let dir = folder.path("out");
     folder.file("occupied.txt", "mine");
@@ -187,7 +187,7 @@ fn nothing_but_parquet_is_overwritten_and_places_are_checked_before_the_work() {
     {
         let (code, _, err) = sweep(&[&study, "--out", &dir, flag, &place]);
         assert_eq!(code, 3, "{err}");
-        assert!(err.contains("left as it is"), "{err}");
+        assert!(err.contains("left unchanged"), "{err}");
         assert!(!std::path::Path::new(&dir).exists(), "before anything is done");
     }
     done(&[&study, "--out", &dir, "--parquet", &folder.path("all.parquet")]);
@@ -200,7 +200,7 @@ fn nothing_but_parquet_is_overwritten_and_places_are_checked_before_the_work() {
 }
 
 #[test]
-fn nothing_goes_missing_from_a_pattern() {
+fn every_file_of_a_pattern_is_used() {
     use std::os::unix::ffi::OsStrExt as _;
     let (folder, study) = line_of_motors(2);
     let odd = folder.0.path().join(std::ffi::OsStr::from_bytes(b"m\xff.csv"));
@@ -210,27 +210,27 @@ fn nothing_goes_missing_from_a_pattern() {
     assert!(err.contains("not UTF-8"), "{err}");
     std::fs::remove_file(odd).unwrap();
     for (list, part) in
-        [("[\".\"]", "is no file"), ("[\"\"]", "is no file"), ("[\"m0.csv\", \"./m0.csv\"]", "named twice")]
+        [("[\".\"]", "is not a file"), ("[\"\"]", "is not a file"), ("[\"m0.csv\", \"./m0.csv\"]", "named twice")]
     {
         let study = folder.file("odd.toml", format!("recordings = {list}\nmethods = [\"sm\"]\n"));
         let (code, _, err) = sweep(&["plan", &study, "--out", &folder.path("out")]);
         assert!((2..=3).contains(&code) && err.contains(part), "{list}: {err}");
     }
-    // What a plan that was killed left is no obstacle.
+    // Files that a killed plan left are ignored.
     std::fs::create_dir(folder.path("left")).unwrap();
     folder.file("left/.manifest.json.4242", "{");
     done(&["plan", &study, "--out", &folder.path("left")]);
 }
 
 #[test]
-fn folders_of_something_else_are_left_alone() {
+fn other_folders_are_not_changed() {
     let (folder, study) = line_of_motors(1);
     let dir = folder.path("full");
     std::fs::create_dir(&dir).unwrap();
     folder.file("full/mine.txt", "mine");
     let (code, _, err) = sweep(&[&study, "--out", &dir]);
     assert_eq!(code, 3, "{err}");
-    assert!(err.contains("holds something else"), "{err}");
+    assert!(err.contains("is not empty"), "{err}");
     for command in ["run", "status", "merge"] {
         let (code, _, err) = sweep(&[command, &dir]);
         assert_eq!(code, 3, "{err}");
@@ -239,7 +239,7 @@ fn folders_of_something_else_are_left_alone() {
     assert_eq!(std::fs::read_dir(&dir).unwrap().count(), 1);
 }
 
-/// Runs a sweep by a shell, after other commands.
+/// Runs a sweep in a shell, after other shell commands.
 fn by_shell(before: &str, dir: &str) -> (i32, String) {
     let program = assert_cmd::cargo::cargo_bin!("motorfit").display().to_string();
     let script = format!("{before}; exec '{program}' sweep run '{dir}'");
@@ -248,12 +248,12 @@ fn by_shell(before: &str, dir: &str) -> (i32, String) {
 }
 
 #[test]
-fn a_full_disk_costs_what_could_not_be_written() {
+fn a_full_disk_loses_only_unwritten_lines() {
     let (folder, study) = line_of_motors(6);
     let (whole, full) = (folder.path("whole"), folder.path("full"));
     done(&[&study, "--out", &whole]);
     done(&["plan", &study, "--out", &full]);
-    // No file may grow beyond eight blocks of 512 bytes: the head and a few of the 24 lines, the last of them torn.
+    // Limits files to eight blocks of 512 bytes: the head and a few of the 24 lines, the last of them incomplete.
     let (code, err) = by_shell("trap '' XFSZ; ulimit -f 8", &full);
     assert_eq!(code, 4, "{err}");
     assert!(err.contains("cannot be written") && err.contains("finished runs could not be written"), "{err}");
@@ -268,7 +268,7 @@ fn a_full_disk_costs_what_could_not_be_written() {
 }
 
 #[test]
-fn a_full_file_system_and_one_that_is_only_read() {
+fn a_full_file_system_and_a_read_only_one() {
     let (folder, study) = line_of_motors(30);
     let Some(mounted) = Mounted::new(&folder, "size=24k") else { return };
     let dir = format!("{}/out", mounted.0);
@@ -296,7 +296,7 @@ fn a_full_file_system_and_one_that_is_only_read() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_made_is_said() {
+fn a_folder_that_cannot_be_created_is_reported() {
     let (_folder, study) = line_of_motors(1);
     let (code, _, err) = sweep(&["plan", &study, "--out", "/proc/motorfit"]);
     assert_eq!(code, 3, "{err}");

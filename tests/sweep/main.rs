@@ -1,5 +1,5 @@
-//! Proves: a sweep finds what single runs find, whatever shards, threads and interruptions; it loses nothing, does
-//! nothing twice, and says what is wrong.
+//! Proves: the runs of a sweep equal single runs of `identify` for any shards, threads and interruptions; no run is lost or
+//! repeated, and faults are reported.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test may stop and print")]
 #![allow(
     clippy::cast_possible_truncation,
@@ -23,12 +23,12 @@ use program::{Folder, M2, Mounted, motorfit, run, text};
 use serde_json::Value;
 use std::process::Output;
 
-/// A recording of a motor near M2: 301 samples, 40 dB.
+/// Writes a recording of a motor: 301 samples, 40 dB.
 fn recording(folder: &Folder, name: &str, parameters: &str, seed: u64) {
     program::simulated(&folder.path(name), parameters, "step:10.5@0.05", ["0.3", &seed.to_string()]);
 }
 
-/// A folder with a recording `a.csv` and a study.
+/// Returns a folder with a recording `a.csv` and a study, and the path of the study.
 fn with_study(study: &str) -> (Folder, String) {
     let folder = Folder::new();
     recording(&folder, "a.csv", M2, 1);
@@ -36,7 +36,7 @@ fn with_study(study: &str) -> (Folder, String) {
     (folder, study)
 }
 
-/// Exit code, stdout and stderr of a sweep command.
+/// Runs a sweep command; returns exit code, stdout and stderr.
 fn sweep(args: &[&str]) -> (i32, String, String) {
     let args: Vec<&str> = std::iter::once("sweep").chain(args.iter().copied()).collect();
     let Output { status, stdout, stderr } = run(&args);
@@ -45,7 +45,7 @@ fn sweep(args: &[&str]) -> (i32, String, String) {
     (status.code().unwrap_or(-1), out, err)
 }
 
-/// The same, which must end well.
+/// Runs a sweep command that must succeed; returns stdout.
 fn done(args: &[&str]) -> String {
     let (code, out, err) = sweep(args);
     assert_eq!(code, 0, "{args:?}: {err}");
@@ -56,7 +56,7 @@ fn lines(path: &str) -> Vec<Value> {
     std::fs::read_to_string(path).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
-/// The merged results of a sweep's folder.
+/// Returns the merged results of a sweep.
 fn results(dir: &str) -> Vec<Value> {
     lines(&format!("{dir}/results.jsonl"))
 }
@@ -65,7 +65,7 @@ fn bytes(dir: &str) -> Vec<u8> {
     std::fs::read(format!("{dir}/results.jsonl")).unwrap()
 }
 
-/// The numbers of all runs in the files of shards, in their order, the torn ones left out.
+/// Returns the numbers of the runs in the results files of shards, without incomplete lines.
 fn ids(dir: &str) -> Vec<u64> {
     let entries = std::fs::read_dir(dir).unwrap().map(|entry| entry.unwrap());
     let logs = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with("results-"));

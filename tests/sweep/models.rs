@@ -1,11 +1,10 @@
-//! A run with extensions, held-out recordings, parameters of each recording or missing channels is that of `identify` too, to
-//! the last bit; what a study can say of models, and what it cannot. That extensions are found where they are is proven in
-//! `tests/extensions`.
+//! Proves: runs with extensions, held-out recordings, parameters per recording or missing channels equal those of `identify`
+//! bit for bit; wrong models in a study are errors. Recovery of extensions is tested in `tests/extensions`.
 
 use super::results::has_gpu;
 use super::*;
 
-/// Three recordings of a motor with friction behind a drive with a dead time.
+/// Writes three recordings of a motor with Coulomb friction and a dead time.
 fn recordings() -> Folder {
     let folder = Folder::new();
     for n in 1..=3 {
@@ -14,7 +13,7 @@ fn recordings() -> Folder {
     folder
 }
 
-/// Returns the result of `identify` for a run, as its exit code and its document.
+/// Returns the exit code and the document of `identify` for a run.
 pub(super) fn identified(folder: &Folder, line: &Value, files: &[&str], flags: &[&str]) -> (i32, Value) {
     let paths: Vec<String> = files.iter().map(|file| folder.path(file)).collect();
     let mut args: Vec<String> = vec!["identify".to_owned()];
@@ -31,21 +30,21 @@ pub(super) fn identified(folder: &Folder, line: &Value, files: &[&str], flags: &
     (output.status.code().unwrap(), serde_json::from_slice(&output.stdout).unwrap_or_default())
 }
 
-/// Returns the estimate by `identify` of a parameter that a line names.
+/// Returns the estimate by `identify` of a parameter of a line.
 fn estimate<'a>(found: &'a Value, name: &str) -> &'a Value {
     let (symbol, index) = name.trim_end_matches(']').split_once('[').unwrap_or((name, ""));
     let all = &found["parameters"][symbol];
     if index.is_empty() { all } else { &all["recordings"][index.parse::<usize>().unwrap()] }
 }
 
-/// The level of trust of a document as a line has it: with the codes of its reasons.
+/// Returns the level of trust of a document in the format of a line, with the codes of its reasons.
 pub(super) fn trust(found: &Value) -> Value {
     let codes: Vec<&Value> =
         found["trust"]["reasons"].as_array().unwrap().iter().map(|reason| &reason["code"]).collect();
     serde_json::json!({"level": found["trust"]["level"], "reasons": codes})
 }
 
-/// Holds a line against the run of `identify`: every number must be the same. Tells whether there is a result.
+/// Asserts that every number of a line equals that of `identify`. Returns true if there is a result.
 pub(super) fn same(line: &Value, (code, found): &(i32, Value)) -> bool {
     if line["stop"] == "failed" {
         assert!([2, 4].contains(code), "only the sweep fails: {line}");
@@ -67,7 +66,7 @@ pub(super) fn same(line: &Value, (code, found): &(i32, Value)) -> bool {
         assert_eq!(line[key], found[key], "{key} of {line}");
     }
     for channel in ["current", "speed"] {
-        // After a polish from the sums of the refinement, where identify simulates once more: rounding.
+        // A sweep computes the fit from the sums of the refinement, `identify` by another simulation: equal up to rounding.
         let [fit, other] = [&line, &found].map(|of| of["fit_percent"][channel].as_f64());
         let tolerance = if line["polish"] == "none" { f64::MIN_POSITIVE } else { 1e-6 };
         assert!(fit.zip(other).is_none_or(|(a, b)| (a - b).abs() < tolerance), "{line}");
@@ -78,7 +77,7 @@ pub(super) fn same(line: &Value, (code, found): &(i32, Value)) -> bool {
     true
 }
 
-/// Every kind of run: all methods that differ in how they go, both polishes, several models.
+/// Study with every kind of run: methods with different code paths, with and without refinement, several models.
 const MODELS: &str = r#"
 methods = ["gwo", "sm", "auto"]
 polish = ["lm", "none"]
@@ -102,7 +101,7 @@ fn a_run_with_extensions_is_that_of_identify() {
     let flags = ["--validate", &held_out, "--split", "0.8", "--device", "cpu"];
     let all = results(&dir);
     let found = all.iter().filter(|line| same(line, &identified(&folder, line, &["r1.csv"], &flags))).count();
-    // Steiglitz–McBride has no population, which extensions without a polish need.
+    // Without refinement extensions need a population search, so Steiglitz–McBride fails.
     assert!(all.len() == 48 && found >= 38, "{found} of {} runs have a result", all.len());
     let extended = all.iter().filter(|line| line["parameters"].get("td").is_some());
     assert!(extended.clone().count() > 10 && extended.clone().all(|line| !line["validation"].is_null()));
@@ -120,7 +119,7 @@ fn a_joint_fit_with_parameters_of_each_recording_is_that_of_identify() {
     let all = results(&dir);
     let mut own = 0;
     for line in &all {
-        // A model without friction has none of each recording.
+        // A model without friction has no friction per recording.
         let has_friction = line["with"].as_str().unwrap().contains("coulomb") || line["with"] == "auto";
         let parameters = if has_friction { "Tc,K" } else { "K" };
         let flags = ["--validate", &held_out, "--per-recording", parameters, "--device", "cpu"];
@@ -172,18 +171,18 @@ fn a_gpu_runs_extensions_as_identify_does() {
 }
 
 #[test]
-fn bounds_and_held_values_of_extensions_are_those_of_the_flags() {
+fn bounds_and_fixed_values_of_extensions_are_those_of_the_flags() {
     let folder = recordings();
     let common = "recordings = [\"r1.csv\"]\nmethods = [\"jaya\"]\npolish = [\"lm\"]\npopulation = 12\ngenerations = 8\n\
                   bounds = {td = [0.0, 0.01], R = [0.5, 1.5], Tc = [0.0, 0.05]}\nfix = {v0 = 0.1}\ndevice = \"cpu\"\n";
     let flags = ["--bounds", "td=0:0.01,R=0.5:1.5,Tc=0:0.05", "--fix", "v0=0.1", "--device", "cpu"];
-    // Without the factor they say what the model has.
+    // Without the factor they define the extensions of the model.
     let (study, dir) = (folder.file("plain.toml", common), folder.path("plain"));
     done(&[&study, "--out", &dir]);
     let line = &results(&dir)[0];
     assert!(line.get("with").is_none() && line["parameters"]["v0"] == 0.1, "{line}");
     assert!(same(line, &identified(&folder, line, &["r1.csv"], &flags)));
-    // With it each model takes those that it has.
+    // With the factor each model uses those of its extensions.
     let levels = format!("with = [\"none\", \"dead-time\", \"offset,coulomb,dead-time\"]\n{common}");
     let (study, dir) = (folder.file("levels.toml", levels), folder.path("levels"));
     done(&[&study, "--out", &dir]);
@@ -226,11 +225,11 @@ fn shards_change_no_byte_of_extended_runs_and_the_merge_shows_them() {
 }
 
 #[test]
-fn what_models_cannot_be_is_said_with_its_line() {
+fn wrong_models_are_reported_with_their_line() {
     let folder = recordings();
     let good = "recordings = [\"r1.csv\"]\nmethods = [\"gwo\"]\n";
     for (line, expected) in [
-        ("with = [\"coulom\"]", "line 3|\"coulom\" is no extension; did you mean coulomb?"),
+        ("with = [\"coulom\"]", "line 3|\"coulom\" is not an extension; did you mean coulomb?"),
         ("with = [[\"coulomb\", \"load\"]]", "with: found a value of type array, expected \"coulomb,dead-time\""),
         ("with = [\"auto,load\"]", "auto"),
         ("with = [\"load\", \"load\"]", "with has a value twice"),
@@ -242,7 +241,7 @@ fn what_models_cannot_be_is_said_with_its_line() {
         ("bounds = {t0 = [-1.0, 1.0]}", "line 3: the bounds of t0, -1:1, are not zero or positive"),
         ("split = 1.5", "line 3: split is 1.5"),
         ("split = \"half\"", "split: found \"half\""),
-        ("validate = [\"no.csv\"]", "\"no.csv\" is not there"),
+        ("validate = [\"no.csv\"]", "\"no.csv\" does not exist"),
     ] {
         let path = folder.file("wrong.toml", format!("{good}{line}\n"));
         let (code, _, err) = sweep(&["plan", &path, "--out", &folder.path("wrong")]);

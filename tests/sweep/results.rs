@@ -1,9 +1,10 @@
-//! Results of sweeps.
+//! Proves: runs of a sweep equal those of `identify`, the results file does not depend on shards and threads, and estimates
+//! spread as their standard errors.
 
 use super::*;
 use std::collections::BTreeSet;
 
-/// Every factor has levels; both kinds of runs are there.
+/// Study with several levels of every factor, and both kinds of runs.
 const STUDY: &str = r#"
 name = "night"
 recordings = ["a.csv"]
@@ -19,7 +20,7 @@ bounds = "table2"
 device = "cpu"
 precision = "f64"
 "#;
-/// Its runs.
+/// Number of runs of the study.
 const RUNS: usize = 4 * 2 * 2 * 2 * 3 * 2 * 2 * 2;
 
 #[test]
@@ -46,7 +47,7 @@ fn the_study_is_the_product_of_its_factors() {
 }
 
 #[test]
-fn a_run_is_that_of_identify() {
+fn a_run_equals_that_of_identify() {
     let (folder, study) = with_study(STUDY);
     let dir = folder.path("out");
     done(&[&study, "--out", &dir]);
@@ -96,7 +97,7 @@ fn a_run_is_that_of_identify() {
             assert_eq!(line["at_bound"][p], found["parameters"][p]["at_bound"], "{p} of {line}");
         }
         for channel in ["current", "speed"] {
-            // After a polish from the sums of the refinement, where identify simulates once more: rounding.
+            // A sweep computes the fit from the sums of the refinement, `identify` by another simulation: equal up to rounding.
             let [fit, other] = [&line, &&found].map(|of| of["fit_percent"][channel].as_f64().unwrap());
             assert!((fit - other).abs() < if line["polish"] == "none" { f64::MIN_POSITIVE } else { 1e-6 });
         }
@@ -111,7 +112,7 @@ fn shards_and_threads_change_no_byte() {
     for (shards, threads) in [(1, "2"), (2, "1"), (7, "2")] {
         let dir = folder.path(&format!("of{shards}"));
         done(&["plan", &study, "--out", &dir]);
-        // The last first: their order is nothing.
+        // In reverse order, because the order of shards has no effect.
         for shard in (1..=shards).rev() {
             done(&["run", &dir, "--shard", &format!("{shard}/{shards}"), "--threads", threads]);
         }
@@ -122,7 +123,7 @@ fn shards_and_threads_change_no_byte() {
 }
 
 #[test]
-fn a_line_of_motors_is_divided_by_motors_and_limits_name_those_outside() {
+fn shards_have_complete_motors_and_limits_list_motors_outside() {
     let folder = Folder::new();
     let motor = |n: usize| format!("R={},L=0.0078,K=0.0735,B=0.00068,J=0.000136", 0.8 + 0.02 * n as f64);
     for n in 0..20 {
@@ -148,7 +149,8 @@ fn a_line_of_motors_is_divided_by_motors_and_limits_name_those_outside() {
         let (value, error) = (line["parameters"]["R"].as_f64().unwrap(), line["std_error"]["R"].as_f64().unwrap());
         z.push((value - 0.8 - 0.02 * n as f64) / error);
     }
-    // Both methods see the same noise, so that there are 20 independent values; 3.5 of a mean, 4 for a single one.
+    // Both methods have the same noise, so there are 20 independent values; the bounds are 3.5 standard errors of the mean,
+    // and 4 of a single value.
     let mean = z.iter().sum::<f64>() / 40.0;
     assert!(mean.abs() < 3.5 / 20_f64.sqrt() && z.iter().all(|z| z.abs() < 4.0), "{mean} {z:?}");
     let document: Value = serde_json::from_str(&merged.1).unwrap();
@@ -161,7 +163,7 @@ fn a_line_of_motors_is_divided_by_motors_and_limits_name_those_outside() {
 }
 
 #[test]
-fn added_noise_is_drawn_by_the_seed_and_spreads_as_the_standard_errors_say() {
+fn added_noise_is_seeded_and_estimates_spread_as_their_standard_errors() {
     let folder = Folder::new();
     program::ok(&[
         "simulate",
@@ -186,10 +188,10 @@ fn added_noise_is_drawn_by_the_seed_and_spreads_as_the_standard_errors_say() {
             sm.map(|l| (l["parameters"][p].as_f64().unwrap() - truth) / l["std_error"][p].as_f64().unwrap()).collect();
         let mean = z.iter().sum::<f64>() / 80.0;
         let rms = (z.iter().map(|z| z * z).sum::<f64>() / 80.0).sqrt();
-        // Standard errors of both over 80 seeds are 0.11 and 0.08: four of them.
+        // Over 80 seeds the standard errors of mean and rms are 0.11 and 0.08; the bounds are four of them.
         assert!(mean.abs() < 0.45 && (rms - 1.0).abs() < 0.32, "{p}: {mean} {rms}");
     }
-    // Both methods see the same noise and end in the same optimum.
+    // Both methods have the same noise and end in the same optimum.
     for (sm, gwo) in all[..80].iter().zip(&all[80..]) {
         assert_eq!(
             (&sm["seed"], sm["method"].as_str(), gwo["method"].as_str()),
@@ -217,7 +219,7 @@ fn a_joint_fit_is_one_motor() {
     assert_eq!(results(&dir)[2]["motor"], "r3");
 }
 
-/// Skipped without an adapter, unless that is forbidden.
+/// Returns true if there is an adapter; without one the test is skipped, or fails if skips are not allowed.
 pub(super) fn has_gpu() -> bool {
     let devices = program::json(&["devices", "--json"]);
     let has = devices["devices"].as_array().unwrap().iter().any(|device| device["kind"] == "gpu");
@@ -226,7 +228,7 @@ pub(super) fn has_gpu() -> bool {
 }
 
 #[test]
-fn a_gpu_finds_the_same_in_any_shards() {
+fn a_gpu_gives_the_same_results_in_any_shards() {
     if !has_gpu() {
         return;
     }
@@ -253,7 +255,7 @@ fn a_gpu_finds_the_same_in_any_shards() {
     let dir = folder.path("out");
     done(&[&study, "--out", &dir]);
     gpu("f32");
-    // In f64 the searches go the same way, to rounding.
+    // In f64 the searches take the same steps, up to rounding.
     for (gpu, cpu) in gpu("f64").iter().zip(results(&dir)) {
         let cost = |line: &Value| line["cost"].as_f64().unwrap();
         assert!((cost(gpu) / cost(&cpu) - 1.0).abs() < 1e-6, "{gpu} {cpu}");
@@ -261,7 +263,7 @@ fn a_gpu_finds_the_same_in_any_shards() {
 }
 
 #[test]
-fn the_cpu_takes_over_by_request_and_the_results_say_so() {
+fn the_cpu_takes_over_by_request_and_is_reported() {
     let study = |fallback: &str| {
         format!(
             "recordings = [\"a.csv\"]\nmethods = [\"gwo\"]\npopulation = [8]\ngenerations = [5]\ndevice = \"gpu:no such\"\nprecision = \"f64\"\n{fallback}"

@@ -1,4 +1,4 @@
-//! Success is said only for what is there, and damage costs no more than the lines that it hits.
+//! Proves: success is reported only for stored results, and damage loses only the affected lines.
 
 use super::*;
 use motorfit::study::sweep::{Shard, Sweep};
@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::Stdio;
 
 const LOG: &str = "results-1-of-1.jsonl";
-/// Many runs that take some tenths of a second together.
+/// Study with many runs that take some tenths of a second in total.
 const MANY: &str = r#"
 recordings = ["a.csv"]
 methods = ["gwo"]
@@ -22,8 +22,8 @@ device = "cpu"
 "#;
 const FEW: &str = "recordings = [\"a.csv\"]\nmethods = [\"sm\"]\nseeds = \"1..6\"\nnoise = [\"40dB\"]";
 
-/// Runs a sweep, with something done to its results file as soon as lines are in it. Exit code, message, and the numbers
-/// of the lines that are there at the end.
+/// Runs a sweep and disturbs its results file as soon as it has lines. Returns exit code, message, and the numbers of the runs
+/// in the file at the end.
 fn disturbed(dir: &str, what: impl FnOnce(&str)) -> (i32, String, Vec<u64>) {
     let log = format!("{dir}/{LOG}");
     let mut command = motorfit();
@@ -38,7 +38,7 @@ fn disturbed(dir: &str, what: impl FnOnce(&str)) -> (i32, String, Vec<u64>) {
 }
 
 #[test]
-fn success_is_said_only_for_what_is_there() {
+fn success_is_reported_only_for_stored_results() {
     let (folder, study) = with_study(MANY);
     let whole = folder.path("whole");
     done(&[&study, "--out", &whole]);
@@ -46,7 +46,7 @@ fn success_is_said_only_for_what_is_there() {
         let dir = folder.path(name);
         done(&["plan", &study, "--out", &dir]);
         let (code, err, kept) = disturbed(&dir, what);
-        // Whatever happened: the next run does what is missing, and no more.
+        // In every case the next run does exactly the missing runs.
         done(&["run", &dir]);
         let all = ids(&dir);
         assert_eq!(all.len(), 1500, "{name}: none was done twice");
@@ -55,7 +55,7 @@ fn success_is_said_only_for_what_is_there() {
         assert!(bytes(&dir) == bytes(&whole), "{name}");
         (code, err, kept.len())
     };
-    // A file that was removed is made anew from the open one.
+    // A removed file is restored from the open one.
     let (code, err, kept) = disturb("removed", &|log| std::fs::remove_file(log).unwrap());
     assert_eq!((code, kept), (0, 1500), "{err}");
     let (code, err, kept) = disturb("shortened", &|log| {
@@ -77,19 +77,19 @@ fn success_is_said_only_for_what_is_there() {
 }
 
 #[test]
-fn a_folder_that_is_removed_under_way_is_said() {
+fn a_folder_removed_during_a_run_is_reported() {
     let (folder, study) = with_study(MANY);
     let dir = folder.path("out");
     done(&["plan", &study, "--out", &dir]);
     let (code, err, _) = disturbed(&dir, |_| {
-        // The run may be writing there.
+        // Repeated, because the run may be writing there.
         while std::fs::remove_dir_all(&dir).is_err() {}
     });
     assert_eq!(code, 4, "{err}");
     assert!(err.contains("was removed") && err.contains("finished runs could not be written"), "{err}");
 }
 
-/// Damage of one of four kinds: a bit, a byte, a piece that is gone, a piece that is doubled.
+/// Damages bytes in one of four ways: a bit, a byte, a removed piece, a repeated piece.
 fn damaged(bytes: &[u8], range: std::ops::Range<usize>, numbers: &mut Xoshiro256PlusPlus) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     let at = numbers.random_range(range.clone());
@@ -103,7 +103,7 @@ fn damaged(bytes: &[u8], range: std::ops::Range<usize>, numbers: &mut Xoshiro256
     bytes
 }
 
-/// Finishes a sweep; returns how many runs were done again.
+/// Finishes a sweep; returns the number of repeated runs.
 fn finished(dir: &Path) -> u64 {
     let sweep = Sweep::open(dir).unwrap();
     let tally = sweep.run(Shard::ALL, &mut |_| ControlFlow::Continue(())).unwrap();
@@ -121,11 +121,11 @@ fn planned(study: &str) -> (Folder, std::path::PathBuf) {
     (folder, dir)
 }
 
-/// Cases of damage, each to a head, to lines, and to a manifest.
+/// Number of cases of damage to a head, to lines, and to a manifest.
 const CASES: usize = 250;
 
 #[test]
-fn a_damaged_log_costs_the_lines_that_are_hit() {
+fn a_damaged_log_loses_only_the_affected_lines() {
     let (_folder, dir) = planned(FEW);
     let (log, merged) = (dir.join(LOG), dir.join("results.jsonl"));
     let [whole, expected] = [&log, &merged].map(|path| std::fs::read(path).unwrap());
@@ -147,13 +147,13 @@ fn a_damaged_log_costs_the_lines_that_are_hit() {
     assert!(mended > 490, "{mended}");
 }
 
-/// Returns whether a line stands in a file as a line of its own.
+/// Returns true if a file has `line` as a complete line.
 fn memmem(file: &[u8], line: &[u8]) -> bool {
     file.split_inclusive(|b| *b == b'\n').any(|found| found == line)
 }
 
 #[test]
-fn a_damaged_manifest_is_noticed_and_mended_by_the_same_study() {
+fn a_damaged_manifest_is_detected_and_repaired_by_the_same_study() {
     let (folder, dir) = planned(FEW);
     let (path, log) = (dir.join("manifest.json"), dir.join(LOG));
     let [whole, results] = [&path, &log].map(|path| std::fs::read(path).unwrap());
@@ -161,14 +161,14 @@ fn a_damaged_manifest_is_noticed_and_mended_by_the_same_study() {
     for case in 0..CASES {
         let spoiled = damaged(&whole, 0..whole.len(), &mut numbers);
         std::fs::write(&path, &spoiled).unwrap();
-        // Before the first result too: nothing but the manifest itself can notice it.
+        // Also before the first result, where only the digest in the manifest can reveal it.
         std::fs::remove_file(&log).unwrap();
         if spoiled != whole {
             let error = Sweep::open(&dir).map(|_| String::from_utf8_lossy(&spoiled).into_owned()).unwrap_err();
             assert!(error.to_string().contains("manifest.json"), "case {case}: {error}");
         }
         std::fs::write(&log, &results).unwrap();
-        // Where little of it is left, it may be anything, and stays.
+        // A remnant that cannot be recognized as a manifest is kept.
         let left = String::from_utf8_lossy(&spoiled).into_owned();
         let alike = String::from_utf8_lossy(&whole).lines().filter(|line| left.lines().any(|l| l == *line)).count();
         let again = Sweep::plan(Path::new(&folder.path("study.toml")), &dir, None);
@@ -182,7 +182,7 @@ fn a_damaged_manifest_is_noticed_and_mended_by_the_same_study() {
 }
 
 #[test]
-fn files_that_only_look_like_results_are_left_alone() {
+fn files_that_resemble_results_are_not_changed() {
     let (_folder, dir) = planned(FEW);
     let other = dir.join("results-2-of-2.jsonl");
     for text in ["mine\n", "{}\n", "{\"motorfit\":\"1\"}\nmine\n", "\n\n"] {
@@ -195,12 +195,12 @@ fn files_that_only_look_like_results_are_left_alone() {
 }
 
 #[test]
-fn leftovers_of_killed_merges_go_with_the_next() {
+fn temporary_files_of_killed_merges_are_removed_by_the_next() {
     let (_folder, dir) = planned(FEW);
     let (left, mine) = (dir.join(".results.jsonl.4000000.0"), dir.join(".results.jsonl.mine"));
     std::fs::write(&left, "half").unwrap();
     std::fs::write(&mine, "mine").unwrap();
-    // One that is being written is locked.
+    // A file that is being written is locked.
     let busy = std::fs::File::create(dir.join(".timings.jsonl.4000001.3")).unwrap();
     busy.lock().unwrap();
     Sweep::open(&dir).unwrap().merge().unwrap();

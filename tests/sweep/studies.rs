@@ -1,10 +1,10 @@
-//! Faults of a study are reported with their line.
+//! Proves: errors of a study are reported with their line and a remedy, and nothing is written.
 
 use super::*;
 
 const GOOD: &str = "name = \"night\"\nrecordings = [\"a.csv\"]\nmethods = [\"sm\"]\n";
 
-/// A study that must be refused with its file, a remedy and all parts of a message, and leave nothing.
+/// Asserts that a study is rejected with its file, a remedy and all parts of a message, and leaves no files.
 fn refused(folder: &Folder, study: &str, expected: &str, code: i32) {
     let path = folder.file("wrong.toml", study);
     let (found, out, err) = sweep(&["plan", &path, "--out", &folder.path("wrong")]);
@@ -24,7 +24,7 @@ fn wrong_studies() {
         ("Population = [10]", "unknown key \"Population\"|Did you mean \"population\"?", 2),
         ("xyzzy = 1", "unknown key \"xyzzy\"|A study has name, recordings", 2),
         ("[noise_level]\na = 1", "line 4: unknown key \"noise_level\"", 2),
-        ("seeds = \"5..1\"", "line 4: seeds: \"5..1\" is no range|both included", 2),
+        ("seeds = \"5..1\"", "line 4: seeds: \"5..1\" is not a range|both included", 2),
         ("seeds = []", "seeds is empty", 2),
         ("seeds = [1, 1]", "seeds has a value twice", 2),
         ("seeds = [-1]", "seeds: found -1, expected a whole number", 2),
@@ -40,7 +40,7 @@ fn wrong_studies() {
         ("bounds = {R = [1.0, 0.1]}", "line 4: the bounds of R, 1:0.1, are reversed", 2),
         ("bounds = {R = [0.1]}", "R is not [MIN, MAX]", 2),
         ("bounds = {Q = [0.1, 1.0]}", "unknown key \"Q\"", 2),
-        ("bounds = 3", "bounds is no table", 2),
+        ("bounds = 3", "bounds is not a table", 2),
         ("fix = {R = \"a\"}", "fix: found \"a\", expected a number", 2),
         ("fix = {R = -1.0}", "line 4: fix: R is -1, expected a positive value", 2),
         ("fix = {R = 0.92}", "Steiglitz–McBride estimates all five", 2),
@@ -51,15 +51,15 @@ fn wrong_studies() {
         ("discretization = \"zho\"", "Did you mean \"zoh\"?", 2),
         ("time_origin = 1.0", "time_origin has no effect", 2),
         ("set = [\"gwo.a-start=3\"]", "set: \"gwo\" is not among the methods", 2),
-        ("set = [\"sm.a=3\"]", "is no setting of this method", 2),
+        ("set = [\"sm.a=3\"]", "is not a setting of this method", 2),
         ("rate = -5", "rate is -5", 2),
         ("crop = \"a\"", "line 4: crop: \"a\" is not FROM:TO", 2),
         ("columns = \"x=y\"", "line 4: ", 2),
         ("gaps = \"fill\"", "gaps: \"fill\" is unknown|error, keep or split", 2),
         ("drop_repeats = 1", "drop_repeats: found 1, expected true or false", 2),
         ("seeds = \"1..100000001\"", "the study has 100000001 runs", 2),
-        ("name = \"again\"", "line 4: is no TOML", 2),
-        ("a = [", "is no TOML", 2),
+        ("name = \"again\"", "line 4: is not valid TOML", 2),
+        ("a = [", "is not valid TOML", 2),
     ];
     for (line, expected, code) in cases {
         refused(&folder, &format!("{GOOD}{line}\n"), expected, code);
@@ -74,7 +74,7 @@ fn wrong_recordings() {
     std::fs::copy(folder.path("a.csv"), folder.path("sub/a.csv")).unwrap();
     let cases = [
         ("[]", "recordings is empty", 2),
-        ("[\"no*.csv\"]", "\"no*.csv\" is not there", 3),
+        ("[\"no*.csv\"]", "\"no*.csv\" does not exist", 3),
         ("[\"a.csv\", \"a.csv\"]", "recordings has a value twice", 2),
         ("[\"*.csv\", \"a.csv\"]", "a.csv is named twice", 2),
         ("[{motor = \"m\", files = [\"a.csv\"]}, {motor = \"m\", files = [\"b.csv\"]}]", "two motors m", 2),
@@ -88,7 +88,7 @@ fn wrong_recordings() {
     for (lacking, key) in [("methods = [\"sm\"]\n", "recordings"), ("recordings = [\"a.csv\"]\n", "methods")] {
         refused(&folder, lacking, &format!("lacks the key \"{key}\""), 2);
     }
-    // Files of one name in two folders are two motors, named by their paths.
+    // Files of the same name in two folders are two motors, named by their paths.
     let study = folder.file("two.toml", "recordings = [\"a.csv\", \"sub/*.csv\"]\nmethods = [\"sm\"]\n");
     done(&[&study, "--out", &folder.path("two")]);
     let motors: Vec<String> =
@@ -152,10 +152,10 @@ fn wrong_usage() {
     let dir = folder.path("out");
     done(&["plan", &study, "--out", &dir]);
     for (args, part) in [
-        (vec!["run", &dir, "--shard", "3/2"], "is no shard"),
-        (vec!["run", &dir, "--shard", "x"], "is no shard"),
+        (vec!["run", &dir, "--shard", "3/2"], "is not a shard"),
+        (vec!["run", &dir, "--shard", "x"], "is not a shard"),
         (vec!["run", &dir, "--threads", "0"], "--threads is 0"),
-        (vec!["merge", &dir, "--limits", "R=1:0.5"], "holds nothing"),
+        (vec!["merge", &dir, "--limits", "R=1:0.5"], "is empty"),
         (vec!["merge", &dir, "--limits", "Q=1:2"], "Q"),
         (vec![&study], "--out"),
         (vec![], "STUDY"),

@@ -1,5 +1,5 @@
-//! The level of trust on a line is that of `identify`, on good and on spoiled recordings; levels are counted, and `--strict`
-//! asks for good ones; folders of earlier versions, whose lines have no level, stay as they are.
+//! Proves: the level of trust of a line is that of `identify`, for good and for corrupted recordings; levels are counted, and
+//! `--strict` requires good ones; folders of earlier versions, whose lines have no level, are not changed.
 
 use super::models::same;
 use super::*;
@@ -18,8 +18,8 @@ fn spoiled(folder: &Folder, from: &str, to: &str, change: fn(&mut [f64; 4])) {
     folder.file(to, format!("{heading}\n{}", rows.lines().map(row).collect::<String>()));
 }
 
-/// A good recording, one of another motor, one with several levels of a motor with Coulomb friction, and good ones with a wrong sign, with channels
-/// in another order, and with a unit wrong by a thousand.
+/// Writes a good recording, one of another motor, one of a motor with Coulomb friction under several levels, and copies of the
+/// first with a wrong sign, with exchanged channels, and with a unit wrong by a factor of 1000.
 fn recordings() -> Folder {
     let folder = Folder::new();
     recording(&folder, "good.csv", M2, 1);
@@ -35,7 +35,7 @@ fn recordings() -> Folder {
     folder
 }
 
-/// Holds every line of a study against `identify` with the same bounds, and returns the levels and codes of those with a result.
+/// Asserts that every line of a study equals `identify` with the same bounds; returns the levels and codes of the results.
 fn held(folder: &Folder, study: &str, flags: &[&str]) -> BTreeSet<String> {
     let (path, dir) = (folder.file("study.toml", study), folder.path("out"));
     let (code, _, err) = sweep(&[&path, "--out", &dir]);
@@ -58,7 +58,7 @@ fn held(folder: &Folder, study: &str, flags: &[&str]) -> BTreeSet<String> {
     seen
 }
 
-/// Methods that differ in how they go, one search that ends early and one that does not.
+/// Study with methods of different code paths, a search that ends early and one that does not.
 const STUDY: &str = r#"
 methods = ["sm", "gwo", "auto"]
 polish = ["lm", "none"]
@@ -100,7 +100,7 @@ fn levels_of_joint_fits_are_those_of_identify() {
 }
 
 #[test]
-fn strict_asks_for_good_results_of_all_runs() {
+fn strict_requires_good_results_of_all_runs() {
     let folder = recordings();
     let study = |name: &str, motors: &str| {
         let text = format!("recordings = [{motors}]\nmethods = [\"sm\"]\npolish = [\"lm\"]\ndevice = \"cpu\"\n");
@@ -112,7 +112,7 @@ fn strict_asks_for_good_results_of_all_runs() {
     let (code, out, _) = sweep(&[&mixed, "--out", &dir, "--strict"]);
     assert_eq!(code, 4, "{out}");
     assert!(out.contains("Trust in the results: 1 good, 1 ") && out.contains("commonest reasons"), "{out}");
-    // Without it the exit code is that of before; with it, that of runs of earlier times too.
+    // `--strict` changes the exit code, and includes the runs of earlier calls.
     done(&[&mixed, "--out", &dir]);
     let (code, out, _) = sweep(&["run", &dir, "--strict", "--json"]);
     let tally: Value = serde_json::from_str(&out).unwrap();
@@ -128,16 +128,16 @@ fn strict_asks_for_good_results_of_all_runs() {
     let all = results(&dir);
     let line = all.iter().find(|line| line["motor"] == "friction").unwrap();
     assert_eq!(codes, line["trust"]["reasons"].as_array().unwrap().iter().map(|code| code.as_str().unwrap()).collect());
-    // A shard is asked for its own runs alone.
+    // For a shard only its own runs count.
     let shards = folder.path("shards");
     done(&["plan", &mixed, "--out", &shards]);
     let codes = ["1/2", "2/2"].map(|shard| sweep(&["run", &shards, "--shard", shard, "--strict"]).0);
     assert_eq!(codes, [0, 4]);
 }
 
-/// A sweep that was planned and run by the version before lines had a level.
+/// The golden sweep was planned and run by a version without levels.
 #[test]
-fn folders_of_earlier_versions_stay_as_they_are() {
+fn folders_of_earlier_versions_are_not_changed() {
     let golden = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/sweep");
     let folder = Folder::new();
     for file in ["manifest.json", "results-1-of-1.jsonl"] {
@@ -152,6 +152,6 @@ fn folders_of_earlier_versions_stay_as_they_are() {
     assert!(!columns.windows(5).any(|name| name == b"trust"), "no column without a value");
     let out = done(&["run", &dir]);
     assert!(out.starts_with("4 of 4 runs finished\n"), "{out}");
-    // What has no level is not known to be good.
+    // A result without a level does not count as good.
     assert_eq!(sweep(&["merge", &dir, "--strict"]).0, 4);
 }

@@ -1,10 +1,12 @@
-"""What the evaluator is worth to other tools: the same searches with our costs, with a numba-parallel cost, with scipy's
-lsim, and jitted with JAX; and what a call costs beside the evaluation. One run on one machine; times are medians over
-rounds in which the contenders take turns.
+"""Benchmark of the evaluator in searches of other packages.
+
+The same searches run with motorfit.Evaluator, with a cost in parallel numba, with scipy.signal.lsim, and jitted by JAX; the
+overhead of a call is measured as well. Times are medians over rounds in which the contenders alternate, on one machine.
 
     python bindings/python/benchmarks/optimizers.py [ROUNDS]
 
-With MOTORFIT_PROGRAM, the command line program, a million candidates from numpy are held against the same in Rust alone.
+If MOTORFIT_PROGRAM names the command line program, the throughput of a million candidates from numpy is compared with that
+of the program.
 """
 
 import os
@@ -36,7 +38,7 @@ BOUNDS = OURS.bounds
 
 @numba.njit(inline="always")
 def step_map(r, l, k, b, j, h):
-    """Exact map over h under a held voltage: exp(A h), and its integral times B, by the eigenvalues of A."""
+    """Returns exp(A h) and its integral times B, by the eigenvalues of A: the step map of a zero-order hold."""
     a11, a12, a21, a22 = -r / l, -k / l, k / j, -b / j
     mean, half = 0.5 * (a11 + a22), 0.5 * (a11 - a22)
     square = half * half + a12 * a21
@@ -57,7 +59,7 @@ def step_map(r, l, k, b, j, h):
 
 @numba.njit(fastmath=True)
 def numba_one(candidate, voltage, signals, inverse, h):
-    """nrmse, scale std, of one candidate."""
+    """Returns the criterion nrmse with scale std of one candidate, shape (5,)."""
     r, l, k, b, j = candidate
     p11, p12, p21, p22, g1, g2 = step_map(r, l, k, b, j, h)
     i = w = s1 = s2 = 0.0
@@ -72,7 +74,7 @@ def numba_one(candidate, voltage, signals, inverse, h):
 
 @numba.njit(parallel=True, fastmath=True)
 def numba_costs(candidates, voltage, signals, inverse, h):
-    """The same of candidates (n, 5), on all cores."""
+    """Returns the costs of candidates, shape (n, 5), on all cores."""
     costs = np.empty(len(candidates))
     for n in numba.prange(len(candidates)):
         costs[n] = numba_one(candidates[n], voltage, signals, inverse, h)
@@ -84,7 +86,7 @@ def numba_cost(candidates):
 
 
 def lsim_cost(candidates):
-    """The same by scipy's lsim, one candidate after the other, the voltage held."""
+    """Returns the costs of candidates by scipy.signal.lsim, one after the other, with a zero-order hold."""
     costs = []
     for r, l, k, b, j in candidates:
         system = ([[-r / l, -k / l], [k / j, -b / j]], [[1 / l], [0.0]], np.eye(2), np.zeros((2, 1)))
@@ -94,7 +96,7 @@ def lsim_cost(candidates):
 
 
 def jax_gwo():
-    """The Grey Wolf Optimizer as one jitted program: all generations, all agents, all samples."""
+    """Returns the Grey Wolf Optimizer as one jitted program over generations, candidates and samples."""
     import jax
     import jax.numpy as jnp
 
@@ -145,7 +147,7 @@ def jax_gwo():
 
 
 def mealpy_gwo(batch):
-    """The search of mealpy: with a candidate a call, which it does by itself, or with a generation a call."""
+    """Returns the search of mealpy, with one candidate per call (its default) or one generation per call."""
     from mealpy import FloatVar
     from mealpy.swarm_based.GWO import OriginalGWO
     from mealpy.utils.target import Target
@@ -177,7 +179,7 @@ def our_gwo(seed):
 
 
 class Timed:
-    """Costs, and the time that they took."""
+    """Cost function that accumulates its run time [s]."""
 
     def __init__(self, costs):
         self.costs, self.seconds = costs, 0.0
@@ -202,7 +204,7 @@ def evolution(costs, generations):
 
 
 def turns(title, contenders, rounds=ROUNDS):
-    """Times of contenders that take turns, the first run of each left out; a run may say what its costs took."""
+    """Prints median times of alternating contenders, without the first run; a run may return the time in its costs [s]."""
     times = {name: [] for name, _ in contenders}
     costs = {name: [] for name, _ in contenders}
     first = {}
@@ -227,7 +229,7 @@ def turns(title, contenders, rounds=ROUNDS):
 
 
 def overhead(tried):
-    """What a call costs beside the evaluation: on two samples nearly all is that."""
+    """Prints the time of a call with one candidate; on two samples it is nearly all overhead."""
     one, two = tried[:1], motorfit.simulate("m2", [0.0, 0.001], [1.0, 1.0])
     medians = []
     for costs, count in [(OURS, 2000), (motorfit.Evaluator(two, bounds="table2", device="cpu"), 20000)]:
@@ -241,7 +243,7 @@ def overhead(tried):
 
 
 def million(program):
-    """A million candidates from numpy, copied and checked, against a million that Rust drew for itself."""
+    """Prints the throughput of a million candidates from numpy, and of a million that the program draws itself."""
     low, high = np.transpose(BOUNDS)
     candidates = low + np.random.default_rng(1).random((1_000_000, len(low))) * (high - low)
     command = [program, "evaluate", ROOT / "examples" / "m2-step.csv", "--sample", "uniform:1000000"]

@@ -1,4 +1,4 @@
-"""A fit drawn with matplotlib: measured and modelled speed, and what is left."""
+"""Plots a fit with matplotlib: measured and simulated speed, and the residuals."""
 
 import matplotlib
 

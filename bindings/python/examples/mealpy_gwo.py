@@ -1,4 +1,4 @@
-"""The Grey Wolf Optimizer of mealpy on our evaluator: a generation is evaluated at once in its mode "swarm"."""
+"""Runs the Grey Wolf Optimizer of mealpy on the evaluator; in mode "swarm" a generation is evaluated in one call."""
 
 import numpy as np
 from mealpy import FloatVar
@@ -9,7 +9,7 @@ import motorfit
 
 
 class BatchGWO(OriginalGWO):
-    """Its targets come from one call a generation."""
+    """Evaluates a generation in one call."""
 
     costs = None
 

@@ -1,4 +1,4 @@
-"""Frames in, frames out: a joint fit of two frames, its parameters and the measured and modelled signals as frames."""
+"""Fits two pandas frames jointly, and returns parameters and signals as frames."""
 
 import pandas
 

@@ -1,4 +1,4 @@
-"""A genetic algorithm of pymoo on our evaluator: a vectorized problem takes a generation at once."""
+"""Runs a genetic algorithm of pymoo on the evaluator; a vectorized problem evaluates a generation in one call."""
 
 import numpy as np
 from pymoo.algorithms.soo.nonconvex.ga import GA

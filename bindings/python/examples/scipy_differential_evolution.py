@@ -1,4 +1,4 @@
-"""scipy's differential evolution, a whole generation a call: scipy hands over (p, n), the evaluator takes (n, p)."""
+"""Runs the differential evolution of scipy, one call per generation: scipy passes (p, n), the evaluator takes (n, p)."""
 
 from scipy.optimize import differential_evolution
 

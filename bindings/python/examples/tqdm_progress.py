@@ -1,4 +1,4 @@
-"""A bar for a search: the callback is told of every generation; its answer False would end the search."""
+"""Shows a progress bar: the callback is called after each generation, and would end the search by returning False."""
 
 from tqdm import tqdm
 

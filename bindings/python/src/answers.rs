@@ -1,49 +1,53 @@
-//! Results that leave their process: they take what they answer with them, not what they compute it from.
+//! Picklable results. A result refers to the library's value in the process that computed it; after pickling it consists of
+//! the values of its attributes and methods without arguments.
 
 use pyo3::exceptions::{PyAttributeError, PyValueError};
 use pyo3::types::PyDict;
 use pyo3::{IntoPyObjectExt as _, prelude::*};
 
-/// An answer of any kind.
+/// Value of an attribute or method, as a Python object.
 pub type Answer<'py> = PyResult<Bound<'py, PyAny>>;
 
-/// The attributes of a result of type `T`, by name.
+/// Names of the attributes of a result of type `T`, each with the function that computes its value.
 pub type Table<T> = &'static [(&'static str, for<'py> fn(&T, Python<'py>) -> Answer<'py>)];
 
-/// A result that was found here, or the answers of one that was found in another process.
-pub enum Held<T: 'static> {
-    Here(T),
-    Sent(Py<PyDict>),
+/// Data of a result: the library's value, or the attribute values of an unpickled result.
+pub enum ResultData<T: 'static> {
+    Native(T),
+    Unpickled(Py<PyDict>),
 }
 
-impl<T> Held<T> {
-    /// Of what [`Self::answers`] gave in another process.
-    pub fn sent(answers: &Bound<'_, PyDict>, table: Table<T>) -> PyResult<Self> {
+impl<T> ResultData<T> {
+    /// Restores a result from the attribute values that [`Self::answers`] returned.
+    ///
+    /// # Errors
+    /// `ValueError` if an attribute of `table` is missing, as in a pickle of another version.
+    pub fn unpickled(answers: &Bound<'_, PyDict>, table: Table<T>) -> PyResult<Self> {
         for (name, _) in table {
             if !answers.contains(name)? {
-                let message = format!("another version of motorfit pickled this, without {name}");
+                let message = format!("this was pickled by another version of motorfit and lacks {name}");
                 return Err(PyValueError::new_err(message));
             }
         }
-        Ok(Self::Sent(answers.copy()?.unbind()))
+        Ok(Self::Unpickled(answers.copy()?.unbind()))
     }
 
-    /// The answer by that name. What was sent is copied, so that nobody changes it.
+    /// Returns the value of the attribute `name`; that of an unpickled result is a copy, so that a caller cannot change it.
     pub fn answer<'py>(&self, py: Python<'py>, table: Table<T>, name: &str) -> Answer<'py> {
         let unknown = || PyAttributeError::new_err(name.to_owned());
         match self {
-            Self::Here(found) => {
+            Self::Native(found) => {
                 let (_, answer) = table.iter().find(|(known, _)| *known == name).ok_or_else(unknown)?;
                 answer(found, py)
             }
-            Self::Sent(answers) => {
+            Self::Unpickled(answers) => {
                 let answer = answers.bind(py).get_item(name)?.ok_or_else(unknown)?;
                 py.import("copy")?.call_method1("deepcopy", (answer,))
             }
         }
     }
 
-    /// All answers: what is pickled.
+    /// Returns the values of all attributes: the state for pickle.
     pub fn answers<'py>(&self, py: Python<'py>, table: Table<T>) -> PyResult<Bound<'py, PyDict>> {
         let answers = PyDict::new(py);
         for (name, _) in table {
@@ -53,21 +57,21 @@ impl<T> Held<T> {
     }
 }
 
-/// An answer for Python.
+/// Converts a value to a Python object.
 pub fn given<'py>(py: Python<'py>, answer: impl IntoPyObject<'py>) -> Answer<'py> {
     answer.into_bound_py_any(py)
 }
 
-/// The function and arguments from which pickle restores an object.
+/// Function and arguments from which pickle restores an object.
 pub type Reduced<'py, S> = PyResult<(Bound<'py, PyAny>, (S,))>;
 
-/// Returns the way to restore an object: `_restore(state)` of its class.
+/// Returns the value of `__reduce__`: the static method `_restore` of the object's class and its argument `state`.
 pub fn reduced<'py, T, S>(of: &Bound<'py, T>, state: S) -> Reduced<'py, S> {
     Ok((of.as_any().get_type().getattr("_restore")?, (state,)))
 }
 
-/// A class of results: its properties and methods, each with what a result answers where it was found; and methods of its
-/// own. It pickles, and is its own copy, because nothing can change it.
+/// Defines an immutable, picklable Python class of results: properties and methods without arguments, each with the function
+/// that computes its value from the library's type, and further methods. `copy` and `deepcopy` return the object itself.
 macro_rules! result {
     (
         $(#[$about:meta])*
@@ -78,7 +82,7 @@ macro_rules! result {
     ) => {
         $(#[$about])*
         #[pyclass(frozen, module = "motorfit")]
-        pub struct $class($crate::answers::Held<$found>);
+        pub struct $class($crate::answers::ResultData<$found>);
 
         impl $class {
             const ANSWERS: $crate::answers::Table<$found> =
@@ -101,12 +105,12 @@ macro_rules! result {
 
             $($own)*
 
-            /// The same: nothing can change it.
+            /// Returns the object itself, which is immutable.
             fn __copy__(slf: Py<Self>) -> Py<Self> {
                 slf
             }
 
-            /// The same: nothing can change it.
+            /// Returns the object itself, which is immutable.
             fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
                 slf
             }
@@ -117,7 +121,7 @@ macro_rules! result {
 
             #[staticmethod]
             fn _restore(answers: &Bound<'_, PyDict>) -> PyResult<Self> {
-                $crate::answers::Held::sent(answers, Self::ANSWERS).map(Self)
+                $crate::answers::ResultData::unpickled(answers, Self::ANSWERS).map(Self)
             }
         }
     };

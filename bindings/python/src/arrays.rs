@@ -1,7 +1,7 @@
-//! Numbers from Python: whatever numpy takes for real numbers, copied into plain tables.
+//! Conversion of array-likes to `f64` and of results to numpy arrays.
 //!
-//! Copies are taken while the interpreter's lock is held, so that no other thread writes to what is read. An array that
-//! is not aligned, not in C order, read-only or of another type gives the same numbers by way of numpy.
+//! Arrays are copied while the interpreter's lock is held, so that no other thread writes to them meanwhile. Arrays that are
+//! unaligned, not in C order, or of another real type are first converted by numpy.
 
 use numpy::{
     IntoPyArray as _, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods as _, PyUntypedArray, PyUntypedArrayMethods as _,
@@ -10,34 +10,39 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// Numbers that are copied one by one, in whatever order they lie.
+/// Largest number of elements for which a strided array is copied element by element instead of by numpy.
 const SMALL: usize = 8192;
 
-/// Numbers with the shape that they had.
+/// Array in C order.
 pub struct Table {
-    /// Row by row.
+    /// Elements in C order.
     pub values: Vec<f64>,
     /// Lengths of the axes.
     pub shape: Vec<usize>,
 }
 
-/// Reads an array; `what` names it in errors.
+/// Copies an array-like of real numbers; `what` names it in errors.
 pub fn table(numbers: &Bound<'_, PyAny>, what: &str) -> PyResult<Table> {
     let mut table = Table { values: Vec::new(), shape: Vec::new() };
     table.shape = read(numbers, what, &mut table.values)?;
     Ok(table)
 }
 
-/// Reads a signal: one axis.
+/// Copies a one-dimensional array-like.
 pub fn signal(numbers: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<f64>> {
     let Table { values, shape } = table(numbers, what)?;
     match shape.as_slice() {
         [_] => Ok(values),
-        _ => Err(PyValueError::new_err(format!("{what} has the shape {shape:?}; give one axis, a value per sample"))),
+        _ => Err(PyValueError::new_err(format!(
+            "{what} has the shape {shape:?}; give one dimension, a value per sample"
+        ))),
     }
 }
 
-/// Reads an array into `values`; gives its shape.
+/// Copies an array-like of real numbers into `values`, in C order, and returns its shape.
+///
+/// # Errors
+/// `TypeError` for another dtype, `ValueError` for masked values.
 pub fn read(numbers: &Bound<'_, PyAny>, what: &str, values: &mut Vec<f64>) -> PyResult<Vec<usize>> {
     values.clear();
     if numbers.is_exact_instance_of::<PyUntypedArray>()
@@ -48,7 +53,7 @@ pub fn read(numbers: &Bound<'_, PyAny>, what: &str, values: &mut Vec<f64>) -> Py
             values.extend_from_slice(array.readonly().as_slice()?);
             return Ok(array.shape().to_vec());
         }
-        // What is large is put in order by numpy, in less time.
+        // Above this size numpy is faster.
         if array.len() <= SMALL {
             values.extend(array.readonly().as_array().iter());
             return Ok(array.shape().to_vec());
@@ -60,13 +65,13 @@ pub fn read(numbers: &Bound<'_, PyAny>, what: &str, values: &mut Vec<f64>) -> Py
     Ok(array.shape().to_vec())
 }
 
-/// Returns whether every number is where the processor reads it.
+/// Returns true if all elements are aligned to `f64`.
 fn is_aligned(array: &Bound<'_, PyArrayDyn<f64>>) -> bool {
     let size = size_of::<f64>().cast_signed();
     array.data().align_offset(align_of::<f64>()) == 0 && array.strides().iter().all(|stride| stride % size == 0)
 }
 
-/// Converts it by numpy to real numbers, aligned and in C order.
+/// Converts an array-like by numpy to aligned `f64` in C order.
 fn converted<'py>(numbers: &Bound<'py, PyAny>, what: &str) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let numpy = numbers.py().import("numpy")?;
     if numpy.getattr("ma")?.call_method1("is_masked", (numbers,))?.is_truthy()? {
@@ -85,12 +90,12 @@ fn converted<'py>(numbers: &Bound<'py, PyAny>, what: &str) -> PyResult<Bound<'py
     Ok(array.cast_into::<PyArrayDyn<f64>>()?)
 }
 
-/// Numbers as an array of one axis.
+/// Returns a one-dimensional numpy array.
 pub fn array<'py>(py: Python<'py>, values: Vec<f64>) -> Bound<'py, PyArray1<f64>> {
     values.into_pyarray(py)
 }
 
-/// Numbers as an array of shape (rows, columns).
+/// Returns a numpy array of shape (rows, `columns`).
 pub fn rows<'py>(py: Python<'py>, values: Vec<f64>, columns: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let count = values.len().checked_div(columns).unwrap_or(0);
     values.into_pyarray(py).reshape([count, columns])

@@ -1,4 +1,4 @@
-//! Methods side by side.
+//! `compare`: comparison of methods by repeated runs.
 
 use crate::comparison::Comparison;
 use crate::errors::Raise as _;
@@ -9,12 +9,12 @@ use motorfit::device::with_threads;
 use motorfit::evaluate::{Initial, Model};
 use motorfit::identify::Method;
 use motorfit::named::Named as _;
-use motorfit::study::compare::{CompareSettings, CompareSpec, Comparison as Compared, Preset, Subject};
+use motorfit::study::compare::{CompareSettings, CompareSpec, Comparison as Compared, ComparisonSubject, Preset};
 use motorfit::{Error, Result};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// The settings of a comparison.
+/// Keyword arguments of `compare`.
 const COMPARE: [&str; 16] = [
     "preset",
     "methods",
@@ -33,44 +33,54 @@ const COMPARE: [&str; 16] = [
     "precision",
     "threads",
 ];
-/// Keywords that the paper's set-up fixes.
+/// Keyword arguments that the preset `paper` fixes.
 const OF_PRESET: [&str; 7] = ["methods", "criteria", "population", "generations", "set", "bounds", "fix"];
 
-/// Compares methods on recordings of one motor: the same number of runs of each under every setting, paired by their first
-/// populations. Without recordings on the paper's experiment, simulated.
+/// Compares methods on recordings of one motor.
+///
+/// Each method has the same number of runs under every setting; runs of the same number start from the same first population.
 ///
 /// Parameters
 /// ----------
-/// records : Record or sequence of Record
-/// progress : callable
-///     Called with a `Progress`, by the thread that calls this; its answer False ends the comparison.
+/// records : Record or sequence of Record, optional
+///     Recordings of one motor; by default the paper's experiment, simulated.
+/// progress : callable, optional
+///     Called with a `Progress` after each generation, in the calling thread. The comparison ends when it returns False.
 /// preset : {"paper"}
-///     The set-up of the paper, without the settings that it has already.
+///     Set-up of the paper. It fixes methods, criteria, population, generations, set, bounds and fix.
 #[doc = include_str!("docs/methods.txt")]
 /// runs : int, default 50
 ///     Runs of each method.
 /// criteria : str or sequence, default "nrmse:std"
-///     What is minimized, CRITERION:SCALE; several are compared one by one.
+///     Criterion and scale, "CRITERION:SCALE"; each of several gives a block of the comparison.
 /// population, generations : int or sequence of int, default 100
-///     Agents, and generations with the first population; several are compared one by one.
+///     Candidates per generation, and generations including the first population; each of several values gives a block.
 /// set : str, sequence or mapping
-///     Settings of methods, {"ga.mutation": 0.1}; several values as "0.1/0.2" are compared one by one.
+///     Settings of the methods, {"ga.mutation": 0.1}; several values, as in "0.1/0.2", give a block each.
 /// seed : int, default 1
 ///     Seed of all runs.
 /// noise_records : int, default 200
-///     Records with new noise for Steiglitz-McBride, which has no seeds.
+///     Noise realizations for Steiglitz-McBride, which is deterministic.
 /// target : float
-///     The cost that runs are to reach; a range of targets by default.
+///     Cost that counts as success; by default success rates are given over a range of targets.
 /// bounds : str, sequence or mapping
-///     As of `identify`; default "table2" without a recording, else "auto".
+///     As for `identify`; by default "table2" without recordings, else "auto".
 /// fix : str, sequence or mapping
-///     Parameters that are held, {"R": 0.92} in SI units.
+///     Fixed parameters in SI units, {"R": 0.92}.
 /// discretization, device, precision, threads
-///     As of `identify`.
+///     As for `identify`.
 ///
 /// Returns
 /// -------
 /// Comparison
+///     One block for each setting.
+///
+/// Raises
+/// ------
+/// UsageError
+///     If a setting is wrong, or is fixed by the preset.
+/// DataError
+///     If the recordings cannot be used, such as recordings without a voltage.
 #[pyfunction]
 #[pyo3(signature = (records=None, *, progress=None, **settings))]
 pub fn compare(
@@ -81,41 +91,46 @@ pub fn compare(
 ) -> PyResult<Comparison> {
     let keys = Keywords::new(py, settings, &COMPARE)?;
     let subject = match records {
-        Some(records) => Subject { records: several(records)?, truth: None },
-        None => Subject::m2().raise(py)?,
+        Some(records) => ComparisonSubject { records: several(records)?, truth: None },
+        None => ComparisonSubject::m2().raise(py)?,
     };
     let paper = keys.choice::<Preset>("preset")?.is_some();
-    let twice =
+    let conflicting =
         OF_PRESET.into_iter().find(|key| paper && keys.has(key)).or((paper && records.is_some()).then_some("records"));
-    if let Some(key) = twice {
-        let message = format!("preset=\"paper\" is without {key}");
+    if let Some(key) = conflicting {
+        let message = format!("preset=\"paper\" cannot be combined with {key}");
         return Err(Error::usage(message, "Leave one of the two out.")).raise(py);
     }
-    let (asked, spec) = (asked(py, &keys)?, spec(&keys, paper)?);
-    let settings = if paper { CompareSpec::paper().settings } else { asked.settings().raise(py)? };
-    let steiglitz_mcbride = asked.methods.contains(&Method::SteiglitzMcBride);
+    let (factors, spec) = (factors(py, &keys)?, spec(&keys, paper)?);
+    let settings = if paper { CompareSpec::paper().settings } else { factors.settings().raise(py)? };
+    let steiglitz_mcbride = factors.methods.contains(&Method::SteiglitzMcBride);
     let (threads, spec) = (spec.0, CompareSpec { settings, steiglitz_mcbride, ..spec.1 });
-    let compared = watched(py, progress, move |watch| run(subject, &asked, spec, (threads, watch)))?.raise(py)?;
+    let compared = watched(py, progress, move |watch| run(subject, &factors, spec, (threads, watch)))?.raise(py)?;
     Ok(Comparison::new(compared, paper))
 }
 
-fn run(subject: Subject, asked: &CompareSettings, spec: CompareSpec, on: (Option<usize>, &Watch)) -> Result<Compared> {
+fn run(
+    subject: ComparisonSubject,
+    factors: &CompareSettings,
+    spec: CompareSpec,
+    on: (Option<usize>, &Watch),
+) -> Result<Compared> {
     let (threads, watch) = on;
     with_threads(threads, || {
-        let spec = CompareSpec { space: asked.space(&subject, spec.model)?, ..spec };
+        let spec = CompareSpec { space: factors.space(&subject, spec.model)?, ..spec };
         motorfit::study::compare::compare(subject, &spec, &mut |progress| watch.generation(progress))
     })
 }
 
-fn asked(py: Python<'_>, keys: &Keywords<'_, '_>) -> PyResult<CompareSettings> {
-    let usual = |items: Vec<String>, usual: &[&str]| {
-        if items.is_empty() { usual.iter().map(|&name| name.to_owned()).collect() } else { items }
+fn factors(py: Python<'_>, keys: &Keywords<'_, '_>) -> PyResult<CompareSettings> {
+    let or = |items: Vec<String>, default: &[&str]| {
+        if items.is_empty() { default.iter().map(|&name| name.to_owned()).collect() } else { items }
     };
-    let names = usual(keys.items("methods")?, &["gwo", "jaya", "ga", "sm"]);
+    let names = or(keys.items("methods")?, &["gwo", "jaya", "ga", "sm"]);
     let method = |name: &String| Method::named("methods", name.trim()).raise(py);
     Ok(CompareSettings {
         methods: names.iter().map(method).collect::<PyResult<_>>()?,
-        criteria: usual(keys.items("criteria")?, &["nrmse:std"]),
+        criteria: or(keys.items("criteria")?, &["nrmse:std"]),
         population: keys.sizes("population", 100)?,
         generations: keys.sizes("generations", 100)?,
         set: keys.items("set")?,
@@ -124,7 +139,7 @@ fn asked(py: Python<'_>, keys: &Keywords<'_, '_>) -> PyResult<CompareSettings> {
     })
 }
 
-/// Threads, and what does not depend on the factors.
+/// Returns the number of threads and the part of the specification that is common to all blocks.
 fn spec(keys: &Keywords<'_, '_>, paper: bool) -> PyResult<(Option<usize>, CompareSpec)> {
     let device = spec::device(keys)?;
     let usual = if paper { CompareSpec::paper() } else { CompareSpec::default() };
@@ -137,7 +152,7 @@ fn spec(keys: &Keywords<'_, '_>, paper: bool) -> PyResult<(Option<usize>, Compar
         target: keys.value("target")?,
         device: device.device,
         precision: device.precision,
-        paces: device.paces,
+        throughput_profile: device.throughput_profile,
         ..usual
     };
     Ok((device.threads, spec))

@@ -1,6 +1,6 @@
-//! Results of a comparison of methods.
+//! `Comparison` and `ComparisonBlock`: results of a comparison of methods.
 
-use crate::answers::{Answer, Held, given, result};
+use crate::answers::{Answer, ResultData, given, result};
 use crate::arrays::{array, rows};
 use crate::errors::keyword;
 use crate::figure::Svg;
@@ -13,46 +13,47 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::Arc;
 
-/// A comparison where it was made.
+/// Comparison in the process that computed it, with its JSON document.
 struct Found {
     compared: Arc<Compared>,
     text: String,
 }
 
+/// Block `number` of a comparison.
 struct FoundBlock {
     compared: Arc<Compared>,
     number: usize,
 }
 
 result! {
-    /// Methods that were compared, a block for each setting. It pickles.
+    /// Result of a comparison of methods, with one block for each setting. It can be pickled.
     Comparison of Found;
     properties {
-        /// A block for each setting.
+        /// Blocks, one for each setting.
         blocks = |of, py| given(py, of.blocks());
-        /// Returns parameters to which errors are relative, in SI units: those of the simulated motor, else the refined estimate;
-        /// `None` without either.
+        /// Reference parameters of the relative errors, in SI units: those of the simulated motor, else the refined estimate;
+        /// `None` if there is neither.
         expected = |of, py| motor(py, of.compared.expected().as_ref());
-        /// The Steiglitz–McBride estimate beside the searches, in SI units; `None` where it was not asked for or failed.
+        /// Steiglitz–McBride estimate, in SI units; `None` if it was not requested or failed.
         steiglitz_mcbride = |of, py| motor(py, of.compared.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok()));
-        /// Returns the device that evaluated: its kind (cpu or gpu), its name, its precision.
+        /// Device of the evaluation: kind (cpu or gpu), name and precision.
         device = |of, py| given(py, of.compared.device.clone());
-        /// Candidates evaluated.
+        /// Number of candidates evaluated.
         evaluations = |of, py| given(py, of.compared.evaluations);
-        /// Seconds that all runs took, as one batch.
+        /// Wall-clock time of all runs, evaluated as one batch [s].
         seconds = |of, py| given(py, of.compared.batch_seconds);
-        /// Returns whether the callback ended it early.
+        /// True if the callback ended the comparison early.
         interrupted = |of, py| given(py, of.compared.interrupted);
-        /// Returns warnings for the reader, as texts.
+        /// Warnings, as strings.
         warnings = |of, py| given(py, of.compared.warnings.iter().map(|warning| warning.spelled(keyword)).collect::<Vec<_>>());
     }
     methods {
-        /// The same as text.
+        /// Returns the document of `to_dict` as JSON text.
         to_json = |of, py| given(py, of.text.as_str());
         __repr__ = |of, py| given(py, of.repr());
     }
     own {
-        /// All of it, as `motorfit compare --json` prints it.
+        /// Returns the complete result, as `motorfit compare --json` prints it.
         fn to_dict<'py>(&self, py: Python<'py>) -> Answer<'py> {
             py.import("json")?.call_method1("loads", (self.answer(py, "to_json")?,))
         }
@@ -60,34 +61,36 @@ result! {
 }
 
 result! {
-    /// All methods under one setting: a criterion, a population, a number of generations. It pickles.
+    /// Runs of all methods under one setting: a criterion, a population size, a number of generations. It can be pickled.
+    ///
+    /// Attributes that are mappings have the names of the methods as keys.
     ComparisonBlock of FoundBlock;
     properties {
-        /// The setting in words.
+        /// Description of the setting.
         setting = |of, py| given(py, setting_name(&of.block().setting));
-        /// The methods, in the order that they were named in.
+        /// Names of the methods, in the order of the call.
         methods = |of, py| given(py, of.block().results.iter().map(|c| c.method.name()).collect::<Vec<_>>());
-        /// The methods, the lowest median cost first.
+        /// Names of the methods, by increasing median of the final cost.
         ranking = |of, py| given(py, ranking(of.block()));
-        /// By method the final cost of each run, shape (runs,); inf where every candidate diverged.
+        /// Final cost of each run, shape (runs,); inf if every candidate diverged.
         costs = |of, py| of.by_method(py, |result| given(py, array(py, result.costs())));
-        /// By method what each run found, shape (runs, 5): R, L, K, B, J in SI units; nan where every candidate diverged.
+        /// Estimated parameters of each run, shape (runs, 5): R, L, K, B, J in SI units; nan if every candidate diverged.
         parameters = |of, py| of.by_method(py, |result| parameters(py, result));
-        /// By method the lowest cost after each generation of each run, shape (runs, generations); nan after an early end.
+        /// Lowest cost after each generation of each run, shape (runs, generations); nan after an early end.
         histories = |of, py| of.by_method(py, |result| histories(py, result));
-        /// By method the candidates that each run evaluated, shape (runs,).
+        /// Number of candidates that each run evaluated, shape (runs,).
         evaluations = |of, py| of.by_method(py, |result| evaluations(py, result));
-        /// By method the seconds of one run by itself; `None` after an early end.
+        /// Wall-clock time of a single run, measured alone [s]; `None` after an early end.
         seconds = |of, py| of.by_method(py, |result| given(py, result.seconds));
     }
     methods {
-        /// Lowest cost by generation: median and quartiles over runs.
+        /// Draws the lowest cost by generation: median and quartiles over runs.
         plot_convergence = |of, py| given(py, Svg::from(figures::convergence(&of.id(), of.block())));
-        /// Relative errors of the parameters over runs; `None` where nothing is known that they could be errors of.
+        /// Draws the relative errors of the parameters over runs; `None` without reference parameters.
         plot_errors = |of, py| given(py, figures::errors(&of.id(), &of.compared, of.block()).map(Svg::from));
-        /// Distributions of final costs, and of targets reached by evaluations and by time.
+        /// Draws the empirical distributions of the final costs, and of the targets reached over evaluations and over time.
         plot_distributions = |of, py| given(py, Svg::from(figures::distributions(&of.id(), &of.compared, of.block())));
-        /// Final costs of all runs in order.
+        /// Draws the final costs of all runs in increasing order.
         plot_waterfall = |of, py| given(py, Svg::from(figures::waterfall(&of.id(), of.block())));
         __repr__ = |of, py| given(py, of.repr());
     }
@@ -95,17 +98,17 @@ result! {
 }
 
 impl Comparison {
-    /// A comparison that was made here.
+    /// Wraps a comparison; `paper` is true if it has the set-up of the paper.
     pub fn new(compared: Compared, paper: bool) -> Self {
         let text = json(&compare_document(&compared, paper));
-        Self(Held::Here(Found { compared: Arc::new(compared), text }))
+        Self(ResultData::Native(Found { compared: Arc::new(compared), text }))
     }
 }
 
 impl Found {
     fn blocks(&self) -> Vec<ComparisonBlock> {
         let block = |number| FoundBlock { compared: self.compared.clone(), number };
-        (0..self.compared.blocks.len()).map(|n| ComparisonBlock(Held::Here(block(n)))).collect()
+        (0..self.compared.blocks.len()).map(|n| ComparisonBlock(ResultData::Native(block(n)))).collect()
     }
 
     fn repr(&self) -> String {
@@ -159,7 +162,7 @@ fn histories<'py>(py: Python<'py>, result: &MethodResult) -> Answer<'py> {
     given(py, rows(py, result.runs.iter().flat_map(padded).collect(), longest)?)
 }
 
-/// A motor by the symbols of its parameters.
+/// Returns a mapping of symbols to values, or `None`.
 fn motor<'py>(py: Python<'py>, motor: Option<&Parameters>) -> Answer<'py> {
     let Some(motor) = motor else { return given(py, py.None()) };
     let all = PyDict::new(py);

@@ -1,13 +1,14 @@
-//! The library's errors as exceptions, one class for each kind.
+//! Conversion of the library's errors to exceptions: one class for each kind, settings spelled as keyword arguments.
 
+use motorfit::file::with_similar_name;
 use motorfit::setting::{Command, Form, Reference, Setting};
 use motorfit::{Error, ErrorKind};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
-/// Turns results of the library into those of Python.
+/// Conversion of a library result to a `PyResult`.
 pub trait Raise<T> {
-    /// The value, or its error raised.
+    /// Returns the value, or the error as an exception.
     fn raise(self, py: Python<'_>) -> PyResult<T>;
 }
 
@@ -17,7 +18,7 @@ impl<T> Raise<T> for motorfit::Result<T> {
     }
 }
 
-/// The exception of an error.
+/// Returns the exception of an error: an instance of a class of `motorfit._errors`.
 pub fn exception(py: Python<'_>, error: &Error) -> PyErr {
     let name = match error.kind() {
         ErrorKind::Usage => "UsageError",
@@ -26,16 +27,17 @@ pub fn exception(py: Python<'_>, error: &Error) -> PyErr {
         ErrorKind::Device => "DeviceError",
         _ => "MotorfitError",
     };
+    let error = with_similar_name(error.clone());
     let (message, hint) = (error.spelled(keyword), error.hint().spelled(keyword));
     let made = || py.import("motorfit._errors")?.getattr(name)?.call1((&message, &hint));
     match made() {
         Ok(exception) => PyErr::from_value(exception),
-        // The package without its Python half.
+        // The compiled module was imported without the package's Python files.
         Err(_) => PyRuntimeError::new_err(format!("{message}\n{hint}")),
     }
 }
 
-/// Spells a reference as a keyword argument with its value, or as a function: `with_="load"`.
+/// Spells a reference in a message as a keyword argument, `with_="load"`, or as a function.
 pub fn keyword(reference: &Reference) -> String {
     match reference {
         Reference::Setting(setting, value) => {

@@ -1,4 +1,4 @@
-//! Costs of tables of candidates.
+//! `Evaluator`: costs of many candidates in one call.
 
 use crate::arrays::{array, read};
 use crate::errors::Raise as _;
@@ -16,42 +16,49 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::sync::Mutex;
 
-/// Costs of candidates on a recording, or on several together.
+/// Evaluates the cost of candidates on a recording, or on several recordings jointly.
 ///
-/// `costs = Evaluator(records, ...)(candidates)`: candidates of shape (n, p), a row a candidate, in SI units, its columns in
-/// the order of `names`, or a frame with these columns; costs of shape (n,), inf where a cost is not finite.
+/// `costs = Evaluator(records, ...)(candidates)` takes candidates of shape (n, p) in SI units, with columns in the order of
+/// `names`, or a frame with these columns. It returns costs of shape (n,), inf for a candidate whose simulation diverges.
 ///
 /// Parameters
 /// ----------
 /// records : Record or sequence of Record
-///     What candidates are held against; several count together.
+///     Recordings; the cost is over the samples of all of them.
 /// population : int, default 100000
-///     How many candidates a call will bring, about: what device="auto" chooses by.
+///     Expected number of candidates per call; device="auto" chooses the device by it.
 #[doc = include_str!("docs/with.txt")]
 #[doc = include_str!("docs/problem.txt")]
 ///
-/// One evaluator does one table at a time; threads that share it take turns. It pickles with its recordings.
+/// Raises
+/// ------
+/// UsageError, DataError, DeviceError
+///     If a setting is wrong, a recording cannot be used, or the device is not available.
+///
+/// Notes
+/// -----
+/// Calls from several threads are serialized. An evaluator can be pickled, with its recordings.
 #[pyclass(frozen, module = "motorfit")]
 pub struct Evaluator {
     costs: Mutex<BatchCosts>,
     lock: ExclusiveLock,
-    /// Room for candidates, kept from one call to the next.
-    room: Mutex<Vec<f64>>,
-    /// The number of threads; one is the caller's.
+    /// Buffer of the candidates, reused by the next call.
+    buffer: Mutex<Vec<f64>>,
+    /// Number of threads; 1 is the calling thread.
     threads: Option<usize>,
     pool: Pool,
     process: u32,
     names: Vec<String>,
     bounds: Vec<(f64, f64)>,
-    /// Candidate-steps of a candidate.
+    /// Number of samples to simulate per candidate, over all recordings.
     steps: usize,
     device: (String, String, String),
-    /// The recordings and keywords that it was made of.
-    made_of: (Py<PyTuple>, Py<PyDict>),
+    /// Recordings and keyword arguments of the constructor, for pickle.
+    arguments: (Py<PyTuple>, Py<PyDict>),
 }
 
-/// Candidate-steps between two looks for signals: some tenths of a second on one slow core.
-const LOOK: usize = 200_000_000;
+/// Candidates × samples between two checks for signals: some tenths of a second on one slow core.
+const SIGNAL_INTERVAL: usize = 200_000_000;
 
 #[pymethods]
 impl Evaluator {
@@ -79,36 +86,50 @@ impl Evaluator {
             device: (kind.to_owned(), device, precision.to_owned()),
             costs: Mutex::new(costs),
             lock: ExclusiveLock::default(),
-            room: Mutex::new(Vec::new()),
+            buffer: Mutex::new(Vec::new()),
             threads: spec.threads,
             pool: Pool::new(spec.threads),
             process: std::process::id(),
-            made_of: (of.unbind(), keywords.unbind()),
+            arguments: (of.unbind(), keywords.unbind()),
         })
     }
 
-    /// The free parameters: the columns of a table of candidates.
+    /// Names of the free parameters: the columns of the candidates.
     #[getter]
     fn names(&self) -> Vec<String> {
         self.names.clone()
     }
 
-    /// (min, max) of each free parameter, in SI units: what `scipy.optimize` takes as `bounds`.
+    /// Bounds (min, max) of each free parameter in SI units, as `scipy.optimize` takes them.
     #[getter]
     fn bounds(&self) -> Vec<(f64, f64)> {
         self.bounds.clone()
     }
 
-    /// Returns the device that evaluates: its kind (cpu or gpu), its name, its precision.
+    /// Device of the evaluation: kind (cpu or gpu), name and precision.
     #[getter]
     fn device(&self) -> (String, String, String) {
         self.device.clone()
     }
 
-    /// Costs of `candidates` of shape (n, p), or (p,) for one, or of a frame with the columns `names`: an array of shape
-    /// (n,).
+    /// Returns the costs of candidates.
+    ///
+    /// Parameters
+    /// ----------
+    /// candidates : array_like, shape (n, p) or (p,), or frame
+    ///     Candidates in SI units, with columns in the order of `names`, or a frame with these columns in any order.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (n,)
+    ///     Costs in the chosen criterion; inf for a candidate whose simulation diverges.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError, TypeError
+    ///     If the shape, the columns or the dtype do not fit.
     fn __call__<'py>(&self, py: Python<'py>, candidates: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let mut values = self.room.lock().map(|mut room| std::mem::take(&mut *room)).unwrap_or_default();
+        let mut values = self.buffer.lock().map(|mut buffer| std::mem::take(&mut *buffer)).unwrap_or_default();
         let shape = match self.of_frame(candidates)? {
             Some(ordered) => read(&ordered, "candidates", &mut values)?,
             None => read(candidates, "candidates", &mut values)?,
@@ -125,14 +146,14 @@ impl Evaluator {
             }
         };
         let found = self.evaluate(py, &values, count)?;
-        if let Ok(mut room) = self.room.lock() {
-            *room = values;
+        if let Ok(mut buffer) = self.buffer.lock() {
+            *buffer = values;
         }
         Ok(array(py, found))
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let (py, (records, keywords)) = (slf.py(), &slf.get().made_of);
+        let (py, (records, keywords)) = (slf.py(), &slf.get().arguments);
         let partial = py.import("functools")?.getattr("partial")?;
         let make = partial.call((slf.get_type(),), Some(keywords.bind(py)))?;
         Ok((make, PyTuple::new(py, [records.bind(py)])?))
@@ -147,15 +168,16 @@ impl Evaluator {
 impl Evaluator {
     fn evaluate(&self, py: Python<'_>, values: &[f64], count: usize) -> PyResult<Vec<f64>> {
         if self.process != std::process::id() && self.device.0 == "gpu" {
-            let message = "a GPU cannot be used by a process that was forked; make the Evaluator there, or use spawn";
+            let message =
+                "a GPU cannot be used in a forked process; create the Evaluator in that process, or use spawn";
             return Err(PyRuntimeError::new_err(message));
         }
-        let _held = self.lock.take(py, "the evaluator")?;
-        let broken = "an evaluation ended in a fault; make a new Evaluator";
+        let _guard = self.lock.take(py, "the evaluator")?;
+        let broken = "an earlier evaluation failed with an internal error; create a new Evaluator";
         let mut costs = self.costs.try_lock().map_err(|_| PyRuntimeError::new_err(broken))?;
         let costs = &mut *costs;
         let mut found = vec![f64::INFINITY; count];
-        let piece = (LOOK / self.steps).max(1024);
+        let piece = (SIGNAL_INTERVAL / self.steps).max(1024);
         for (values, found) in values.chunks(piece * self.names.len()).zip(found.chunks_mut(piece)) {
             let is_small = Simd::is_small(costs.problem(), found.len());
             match self.threads {
@@ -170,7 +192,7 @@ impl Evaluator {
         Ok(found)
     }
 
-    /// The columns of a frame in our order; `None` where the columns have none of our names.
+    /// Returns the columns of a frame in the order of `names`; `None` if none of its columns has such a name.
     fn of_frame<'py>(&self, candidates: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyAny>>> {
         if candidates.is_instance_of::<numpy::PyUntypedArray>() || !candidates.hasattr("columns")? {
             return Ok(None);
@@ -183,7 +205,7 @@ impl Evaluator {
         let missing: Vec<&str> = self.names.iter().filter(|name| !labels.contains(name)).map(String::as_str).collect();
         if missing.is_empty() {
             let ordered = candidates.get_item(self.names.clone())?;
-            // Columns that may lack values are numbers only by request.
+            // Nullable columns become float64 only on request.
             let real = PyDict::new(candidates.py());
             real.set_item("dtype", "float64")?;
             return Ok(Some(ordered.call_method("to_numpy", (), Some(&real)).unwrap_or(ordered)));

@@ -1,4 +1,4 @@
-//! One at a time: threads that share an object wait for their turn, and can be interrupted meanwhile.
+//! A lock for objects that several Python threads share. Waiting for it can be interrupted by Ctrl-C.
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
@@ -6,20 +6,20 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::ThreadId;
 use std::time::Duration;
 
-/// Interval between looks for signals while waiting.
-const LOOK: Duration = Duration::from_millis(20);
+/// Interval between checks for signals while waiting.
+const SIGNAL_INTERVAL: Duration = Duration::from_millis(20);
 
-/// A lock that one thread of this process holds.
+/// Lock that is owned by a thread of a process.
 #[derive(Default)]
 pub struct ExclusiveLock {
     owner: Mutex<Option<(u32, ThreadId)>>,
     freed: Condvar,
 }
 
-/// The lock while it is held.
-pub struct Held<'a>(&'a ExclusiveLock);
+/// Guard that releases the lock when dropped.
+pub struct Guard<'a>(&'a ExclusiveLock);
 
-impl Drop for Held<'_> {
+impl Drop for Guard<'_> {
     fn drop(&mut self) {
         *self.0.owner() = None;
         self.0.freed.notify_one();
@@ -31,25 +31,28 @@ impl ExclusiveLock {
         self.owner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes the lock as soon as it is free. A thread that holds it already gets an error: a signal's handler, say.
-    pub fn take(&self, py: Python<'_>, what: &str) -> PyResult<Held<'_>> {
+    /// Acquires the lock, waiting until it is free.
+    ///
+    /// # Errors
+    /// `RuntimeError` if this thread owns it already, as in a signal handler; the exception of a signal while waiting.
+    pub fn take(&self, py: Python<'_>, what: &str) -> PyResult<Guard<'_>> {
         let own = (std::process::id(), std::thread::current().id());
         loop {
             match *self.owner() {
                 Some(other) if other == own => {
-                    return Err(PyRuntimeError::new_err(format!("{what} is called within its own work")));
+                    return Err(PyRuntimeError::new_err(format!("{what} was called from within one of its own calls")));
                 }
-                // The thread that held it when this process was forked is not there any more.
                 Some((process, _)) if process == own.0 => {}
+                // Free, or owned by a thread of the parent process, which does not exist after a fork.
                 ref mut owner => {
                     *owner = Some(own);
-                    return Ok(Held(self));
+                    return Ok(Guard(self));
                 }
             }
             py.detach(|| {
                 let owner = self.owner();
                 if owner.is_some() {
-                    drop(self.freed.wait_timeout(owner, LOOK));
+                    drop(self.freed.wait_timeout(owner, SIGNAL_INTERVAL));
                 }
             });
             py.check_signals()?;

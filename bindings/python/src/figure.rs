@@ -1,14 +1,14 @@
-//! Drawings.
+//! `Svg`: figures.
 
 use crate::answers::{Reduced, reduced};
 use motorfit::report::Figure;
 use pyo3::prelude::*;
 
-/// A drawing: `str(drawing)` is its SVG, `save(path)` writes it, a notebook shows it. It pickles.
+/// Figure as SVG: `str(figure)` is the SVG text, `save(path)` writes it to a file, notebooks display it. It can be pickled.
 #[pyclass(frozen, module = "motorfit")]
 pub struct Svg {
     svg: String,
-    /// The title.
+    /// Caption of the figure.
     #[pyo3(get)]
     caption: String,
 }
@@ -27,12 +27,12 @@ impl Svg {
         format!("<Svg {}>", self.caption)
     }
 
-    /// The same: nothing can change it.
+    /// Returns the object itself, which is immutable.
     fn __copy__(slf: Py<Self>) -> Py<Self> {
         slf
     }
 
-    /// The same: nothing can change it.
+    /// Returns the object itself, which is immutable.
     fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
         slf
     }
@@ -47,7 +47,12 @@ impl Svg {
         Self { svg, caption }
     }
 
-    /// Writes the SVG to a file.
+    /// Writes the SVG text to a file.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or PathLike
+    ///     File to write; an existing file is replaced.
     fn save(&self, path: std::path::PathBuf) -> PyResult<()> {
         Ok(std::fs::write(path, &self.svg)?)
     }

@@ -1,5 +1,5 @@
-//! Columns from Python as a file would hold them: mappings, structured arrays, pandas and polars frames. Headings are then
-//! understood as in files, with their units.
+//! Conversion of mappings, structured arrays, pandas and polars frames to CSV text, so that their headings are read by the
+//! rules for files.
 
 use crate::arrays;
 use crate::errors::exception;
@@ -8,7 +8,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use std::fmt::Write as _;
 
-/// A column.
+/// Cells of a column.
 enum Cells {
     Numbers(Vec<f64>),
     Words(Vec<String>),
@@ -23,16 +23,19 @@ impl Cells {
     }
 }
 
-/// A frame as a file would hold it.
+/// Frame converted to CSV.
 pub struct Frame {
-    /// The text of a CSV file. Numbers are written so that they are read back as they are.
+    /// CSV text; numbers are written with all digits and are read back without error.
     pub text: String,
-    /// Facts that Python has and files lack: stamps of time, and the name of an index.
+    /// Hints for errors: columns of timestamps or durations, and a named index.
     hints: Vec<String>,
 }
 
 impl Frame {
-    /// Reads a frame's columns.
+    /// Converts a frame or a mapping of columns.
+    ///
+    /// # Errors
+    /// `TypeError` for another object; `ValueError` for columns of different lengths or more than one dimension.
     pub fn new(frame: &Bound<'_, PyAny>) -> PyResult<Self> {
         let mut hints = Vec::new();
         let mut columns = Vec::new();
@@ -45,19 +48,19 @@ impl Frame {
             let array = frame.py().import("numpy")?.call_method1("asarray", (&column,)).map_err(located)?;
             let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
             if matches!(kind.as_str(), "m" | "M") {
-                let what = if kind == "m" { "durations" } else { "stamps of time" };
-                hints.push(format!("{name:?} holds {what}: (t - t[0]) / numpy.timedelta64(1, \"s\") are seconds"));
+                let what = if kind == "m" { "durations" } else { "timestamps" };
+                hints.push(format!("{name:?} holds {what}; (t - t[0]) / numpy.timedelta64(1, \"s\") gives seconds"));
             }
             columns.push((name.clone(), cells(&column, &array, &kind).map_err(located)?));
         }
         let index = frame.getattr("index").and_then(|index| index.getattr("name")).ok().filter(|name| !name.is_none());
-        hints.extend(index.map(|name| format!("the index {name} is no column: frame.reset_index() makes it one")));
-        // A line that begins with a word might be a comment.
+        hints.extend(index.map(|name| format!("The index {name} is not a column; frame.reset_index() makes it one")));
+        // Numeric columns go first, because a line that begins with text could be read as a comment.
         columns.sort_by_key(|(_, cells)| matches!(cells, Cells::Words(_)));
         Ok(Self { text: text(&columns)?, hints })
     }
 
-    /// An error of reading the text, as one of the frame's: rows for lines, and the hints.
+    /// Converts an error of reading the CSV text: line numbers become row numbers, and the hints are added.
     pub fn error(&self, py: Python<'_>, error: &motorfit::Error) -> PyErr {
         let hint = self.hints.iter().fold(error.hint().clone(), |all, hint| all.and(format!(" {hint}.")));
         let mut of_frame = motorfit::Error::new(error.kind(), error.message(), hint);
@@ -71,7 +74,7 @@ impl Frame {
     }
 }
 
-/// The names of the columns.
+/// Returns the labels of the columns.
 fn labels<'py>(frame: &Bound<'py, PyAny>) -> PyResult<Vec<Bound<'py, PyAny>>> {
     let is_mapping = || frame.is_instance(&frame.py().import("collections.abc")?.getattr("Mapping")?);
     let names =
@@ -116,14 +119,14 @@ fn cells(column: &Bound<'_, PyAny>, array: &Bound<'_, PyAny>, kind: &str) -> PyR
         return arrays::signal(column, "it").map(Cells::Numbers);
     }
     if array.cast::<numpy::PyUntypedArray>()?.ndim() != 1 {
-        return Err(PyValueError::new_err("it has more than one axis; give a value per row"));
+        return Err(PyValueError::new_err("it has more than one dimension; give one value per row"));
     }
     let listed = if matches!(kind, "m" | "M") { array.call_method1("astype", ("str",))? } else { array.clone() };
     let words = listed.call_method0("tolist")?.try_iter()?.map(|cell| Ok(plain(&cell?.str()?.to_string())));
     words.collect::<PyResult<_>>().map(Cells::Words)
 }
 
-/// A word on one line that does not begin a comment.
+/// Returns a text on one line, without leading characters that would begin a comment.
 fn plain(word: &str) -> String {
     word.replace(['\n', '\r'], " ").trim_start_matches(['#', '%', ' ']).to_owned()
 }

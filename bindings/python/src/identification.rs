@@ -1,6 +1,6 @@
-//! The result of an identification.
+//! `Identification`: the result of `identify`.
 
-use crate::answers::{Answer, Held, given, result};
+use crate::answers::{Answer, ResultData, given, result};
 use crate::arrays::{array, rows};
 use crate::errors::{Raise as _, keyword};
 use crate::figure::Svg;
@@ -13,7 +13,7 @@ use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-/// A result where it was found.
+/// Result in the process that computed it, with its JSON document.
 struct Found {
     records: Vec<Record>,
     spec: IdentifySpec,
@@ -22,62 +22,78 @@ struct Found {
 }
 
 result! {
-    /// The result. Values are in SI units: R in ohm, L in H, K in V·s/rad, B in N·m·s/rad, J in kg·m². It pickles.
+    /// Result of an identification, in SI units: R in ohm, L in H, K in V·s/rad, B in N·m·s/rad, J in kg·m². It can be pickled.
     Identification of Found;
     properties {
-        /// Value of each parameter, by its symbol; `None` where the recordings do not tell it.
+        /// Value of each parameter, by symbol; `None` if it is not identifiable.
         parameters = |of, py| of.by_name(py, |e| e.value);
-        /// Standard error of each parameter; `None` where there is none: held, at a bound, without a polish.
+        /// Standard error of each parameter; `None` if it is fixed, at a bound or not identifiable, and with `polish="none"`.
         std_errors = |of, py| of.by_name(py, |e| e.std_error);
-        /// 95 % interval of each parameter.
+        /// 95 % confidence interval (low, high) of each parameter; `None` if there is none.
         ci95 = |of, py| of.by_name(py, |e| e.ci95.map(|[low, high]| (low, high)));
-        /// The names of the free parameters: the order of `covariance` and `correlation`.
+        /// Names of the free parameters, in the order of the rows of `covariance` and `correlation`.
         free = |of, py| given(py, of.free());
-        /// Correlations of the free parameters, shape (p, p); nan where there are none. `None` without a polish.
+        /// Correlation matrix of the estimates of the free parameters, shape (p, p), nan where undefined; `None` with
+        /// `polish="none"`.
         correlation = |of, py| of.table(py, |_, _| 1.0);
-        /// Covariance of the free parameters, shape (p, p), in their units; nan where there is none. `None` without a polish.
+        /// Covariance matrix of the estimates of the free parameters, shape (p, p), in SI units, nan where undefined; `None`
+        /// with `polish="none"`.
         covariance = |of, py| of.table(py, |a, b| a * b);
-        /// Lowest cost after each generation, shape (generations,); empty without a population.
+        /// Lowest cost after each generation, shape (generations,); empty without a population search.
         history = |of, py| given(py, array(py, of.found.history.clone()));
-        /// The cost of the parameters in the chosen criterion.
+        /// Cost of the parameters in the chosen criterion.
         cost = |of, py| given(py, of.found.cost);
-        /// 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of the current and of the speed.
+        /// Fit 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of "current" and "speed" [%]; `None` for a channel that was not measured.
         fit_percent = Found::fit_percent;
-        /// The level of trust in the standard errors: "good", "check" or "poor".
+        /// Level of trust in the result: "good", "check" or "poor".
         trust = |of, py| given(py, of.found.trust.level.name());
-        /// Returns warnings for the reader, as texts.
+        /// Warnings, as strings.
         warnings = |of, py| given(py, of.found.warnings.iter().map(|warning| warning.spelled(keyword)).collect::<Vec<_>>());
-        /// The recordings that it was fitted to.
+        /// Recordings that the model was fitted to.
         records = |of, py| given(py, of.records.iter().cloned().map(crate::record::Record).collect::<Vec<_>>());
     }
     methods {
-        /// Current ("current_A", A) and speed ("speed_rad_s", rad/s) of the model at the samples of each recording: a list of
-        /// mappings of arrays of shape (samples,).
+        /// Returns the simulated signals of each recording: a list of mappings with the keys "current_A" [A] and "speed_rad_s"
+        /// [rad/s], arrays of shape (samples,).
         modelled = Found::modelled;
-        /// The same as text.
+        /// Returns the document of `to_dict` as JSON text.
         to_json = |of, py| given(py, of.text.as_str());
-        /// Correlations of the estimates; `None` without a polish.
+        /// Draws the correlation matrix of the estimates; `None` with `polish="none"`.
         plot_correlation = |of, py| given(py, figures::correlations(&of.found).map(Svg::from));
-        /// Lowest cost after each generation; `None` without a population.
+        /// Draws the lowest cost after each generation; `None` without a population search.
         plot_history = |of, py| given(py, figures::history(&of.found, &of.spec).map(Svg::from));
         __repr__ = |of, py| given(py, of.repr());
-        /// A table for notebooks.
+        /// Returns an HTML table of the parameters for notebooks.
         _repr_html_ = |of, py| given(py, of.html());
     }
     own {
-        /// All of it, as `motorfit identify --json` prints it.
+        /// Returns the complete result, as `motorfit identify --json` prints it.
         fn to_dict<'py>(&self, py: Python<'py>) -> Answer<'py> {
             py.import("json")?.call_method1("loads", (self.answer(py, "to_json")?,))
         }
 
-        /// Measured signals against the model, of one recording.
+        /// Draws the measured and the simulated signals of one recording.
+        ///
+        /// Parameters
+        /// ----------
+        /// recording : int, default 0
+        ///     Index of the recording; negative values count from the end.
+        ///
+        /// Returns
+        /// -------
+        /// Svg
+        ///
+        /// Raises
+        /// ------
+        /// IndexError
+        ///     If there is no such recording.
         #[pyo3(signature = (recording=0))]
         fn plot_response(&self, py: Python<'_>, recording: isize) -> PyResult<Svg> {
             let (records, modelled) = (self.answer(py, "records")?, self.answer(py, "modelled")?);
             let count = records.len()?;
             let at = if recording < 0 { count.checked_add_signed(recording) } else { Some(recording.cast_unsigned()) };
             let Some(at) = at.filter(|at| *at < count) else {
-                return Err(PyIndexError::new_err(format!("there are {count} recordings, the first is 0")));
+                return Err(PyIndexError::new_err(format!("there are {count} recordings, numbered from 0")));
             };
             let signals = modelled.get_item(at)?;
             let signal = |of: &str| crate::arrays::signal(&signals.get_item(of)?, of);
@@ -89,10 +105,10 @@ result! {
 }
 
 impl Identification {
-    /// A result that was found here.
+    /// Wraps the result of an identification of `records` by `spec`.
     pub fn new(records: Vec<Record>, spec: IdentifySpec, found: motorfit::identify::Identification) -> Self {
         let text = json(&identify_document(&records, &spec, &found));
-        Self(Held::Here(Found { records, spec, found, text }))
+        Self(ResultData::Native(Found { records, spec, found, text }))
     }
 }
 
@@ -109,7 +125,7 @@ impl Found {
         self.found.space.free().iter().map(|axis| axis.scope.name(axis.parameter)).collect()
     }
 
-    /// Correlations, each times what `by` makes of the two standard errors.
+    /// Returns the correlation matrix, each element multiplied by `by` of the two standard errors.
     fn table<'py>(&self, py: Python<'py>, by: impl Fn(f64, f64) -> f64) -> Answer<'py> {
         let Some(of) = &self.found.uncertainty else { return given(py, py.None()) };
         let error = |n: usize| of.std_error.get(n).copied().flatten().unwrap_or(f64::NAN);

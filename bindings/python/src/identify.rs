@@ -1,4 +1,4 @@
-//! The main job.
+//! `identify`: estimation of the parameters of one motor.
 
 use crate::errors::Raise as _;
 use crate::identification::Identification;
@@ -11,16 +11,17 @@ use motorfit::settings::{DEVICE, PROBLEM, SEARCH};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// Identifies one motor from a recording, or from several in one joint fit.
+/// Identifies the parameters of one motor from a recording, or from several recordings by a joint fit.
 ///
 /// Parameters
 /// ----------
 /// records : Record or sequence of Record
-/// validate : Record or sequence of Record
-///     Recordings that are held out: simulated with what was found, without another fit.
-/// progress : callable
-///     Called with a `Progress` after each generation of a search, by the thread that calls this; its answer False ends the
-///     search.
+///     Recordings of one motor.
+/// validate : Record or sequence of Record, optional
+///     Held-out recordings, simulated with the estimated parameters without another fit.
+/// progress : callable, optional
+///     Called with a `Progress` after each generation of a population search, in the calling thread. The search ends when it
+///     returns False.
 #[doc = include_str!("docs/identify.txt")]
 #[doc = include_str!("docs/with.txt")]
 #[doc = include_str!("docs/problem.txt")]
@@ -28,11 +29,18 @@ use pyo3::types::PyDict;
 /// Returns
 /// -------
 /// Identification
+///     Estimates, standard errors and diagnostics.
 ///
 /// Raises
 /// ------
-/// UsageError, DataError, NotIdentifiedError, DeviceError
-///     What happened, with `remedy`.
+/// UsageError
+///     If a setting is wrong.
+/// DataError
+///     If a recording cannot be used.
+/// NotIdentifiedError
+///     If the recordings do not determine the parameters.
+/// DeviceError
+///     If the device is not available.
 #[pyfunction]
 #[pyo3(signature = (records, *, validate=None, progress=None, **settings))]
 pub fn identify(

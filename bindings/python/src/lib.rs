@@ -1,6 +1,6 @@
-//! motorfit for Python: the library's types as classes, its errors as exceptions, its arrays as numpy's.
+//! Python bindings: the library's types as classes, its errors as exceptions, its signals and costs as numpy arrays.
 //!
-//! Nothing is computed here. Work runs without the interpreter's lock, and can be interrupted.
+//! This crate only converts arguments and results. Computations release the interpreter's lock (GIL) and end at Ctrl-C.
 
 mod answers;
 mod arrays;
@@ -14,17 +14,17 @@ mod frame;
 mod identification;
 mod identify;
 mod optimizer;
-mod paces;
 mod pool;
 mod progress;
 mod record;
 mod simulate;
 mod spec;
 mod sweep;
+mod throughput_profile;
 
 use pyo3::prelude::*;
 
-/// The compiled half of the package.
+/// Compiled part of the package motorfit.
 #[pymodule]
 mod _motorfit {
     #[pymodule_export]

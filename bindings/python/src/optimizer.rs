@@ -1,4 +1,4 @@
-//! Population searches that are driven from outside.
+//! `Optimizer`: population searches with an ask/tell interface.
 
 use crate::arrays::{Table, array, rows, signal, table};
 use crate::errors::Raise as _;
@@ -10,42 +10,50 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use std::sync::{Mutex, MutexGuard};
 
-/// A population search in a box, driven from outside.
+/// Population search in a box with an ask/tell interface.
 ///
-/// `ask()` gives the candidates to be evaluated, shape (n, p); `tell(costs)` takes their costs, shape (n,). The same seed
-/// and run give the same search.
+/// `ask()` returns the candidates to evaluate, shape (n, p); `tell(costs)` takes their costs, shape (n,). The search depends
+/// only on the arguments and the costs: the same seed and run reproduce it.
 ///
 /// Parameters
 /// ----------
 #[doc = include_str!("docs/search.txt")]
 /// bounds : array_like, shape (p, 2)
-///     The box, (min, max) a row: `Evaluator.bounds`, say.
+///     Lower and upper bound of each parameter, such as `Evaluator.bounds`.
 /// population : int, default 100
-///     Agents.
+///     Candidates per generation.
 /// generations : int, default 100
-///     How many there will be: what GWO narrows its search by.
+///     Planned number of generations; GWO decreases its step length over them.
 /// seed, run : int, default 1 and 0
-///     Runs of one seed are independent; runs of the same number begin with the same population whatever the method.
-/// set : str or sequence or mapping
+///     Seed and number of the run. Runs of one seed are independent; all methods start run k of a seed from the same
+///     population.
+/// set : str, sequence or mapping
 ///     Settings of the method, {"mutation": 0.1}.
+///
+/// Raises
+/// ------
+/// UsageError, ValueError
+///     If a setting is wrong, or the bounds have another shape.
 #[pyclass(frozen, module = "motorfit")]
 pub struct Optimizer {
     search: Mutex<Search>,
     width: usize,
-    /// Its method.
+    /// Name of the method.
     #[pyo3(get)]
     method: String,
 }
 
 struct Search {
     optimizer: Box<dyn motorfit::optimize::Optimizer>,
-    /// True if candidates were asked for that are not told of.
+    /// True if `ask` has been called since the last `tell`.
     is_asked: bool,
 }
 
 impl Optimizer {
     fn search(&self) -> PyResult<MutexGuard<'_, Search>> {
-        self.search.lock().map_err(|_| PyRuntimeError::new_err("the search ended in a fault; make a new Optimizer"))
+        self.search
+            .lock()
+            .map_err(|_| PyRuntimeError::new_err("the search failed with an internal error; create a new Optimizer"))
     }
 }
 
@@ -78,7 +86,12 @@ impl Optimizer {
         Ok(Self { search, width, method: method.to_owned() })
     }
 
-    /// The candidates to be evaluated next, shape (n, p); the same ones until `tell`.
+    /// Returns the candidates to evaluate next.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (n, p)
+    ///     One candidate per row; repeated calls before `tell` return the same.
     fn ask<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let mut search = self.search()?;
         let values = search.optimizer.ask().values().to_vec();
@@ -87,12 +100,24 @@ impl Optimizer {
         rows(py, values, self.width)
     }
 
-    /// Takes the costs of what was asked last, shape (n,); nan and inf for candidates that failed.
+    /// Takes the costs of the candidates that the last `ask` returned.
+    ///
+    /// Parameters
+    /// ----------
+    /// costs : array_like, shape (n,)
+    ///     Costs; nan or inf for candidates that could not be evaluated.
+    ///
+    /// Raises
+    /// ------
+    /// RuntimeError
+    ///     If `ask` has not been called since the last `tell`.
+    /// ValueError
+    ///     If the number of costs is not the number of candidates.
     fn tell(&self, costs: &Bound<'_, PyAny>) -> PyResult<()> {
         let costs = signal(costs, "costs")?;
         let mut search = self.search()?;
         if !search.is_asked {
-            return Err(PyRuntimeError::new_err("nothing was asked that costs could be of; ask() first"));
+            return Err(PyRuntimeError::new_err("no candidates are waiting for costs; call ask() first"));
         }
         let expected = search.optimizer.ask().count();
         if costs.len() != expected {
@@ -104,15 +129,23 @@ impl Optimizer {
         Ok(())
     }
 
-    /// The best so far: its values, shape (p,), and its cost; `None` before any that is finite.
+    /// Returns the best candidate found.
+    ///
+    /// Returns
+    /// -------
+    /// (ndarray of shape (p,), float) or None
+    ///     Candidate of the lowest cost, and this cost; None before the first finite cost.
     fn best<'py>(&self, py: Python<'py>) -> PyResult<Option<(Bound<'py, PyArray1<f64>>, f64)>> {
         let search = self.search()?;
         Ok(search.optimizer.best().map(|best| (array(py, best.values.to_vec()), best.cost)))
     }
 
     fn __repr__(&self) -> PyResult<String> {
-        let best =
-            self.search()?.optimizer.best().map_or("nothing told".to_owned(), |best| format!("cost {}", best.cost));
-        Ok(format!("<Optimizer {} of {} values: {best}>", self.method, self.width))
+        let best = self
+            .search()?
+            .optimizer
+            .best()
+            .map_or("no finite cost yet".to_owned(), |best| format!("cost {}", best.cost));
+        Ok(format!("<Optimizer {} of {} parameters: {best}>", self.method, self.width))
     }
 }

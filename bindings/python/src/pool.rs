@@ -1,23 +1,24 @@
-//! Threads that work for this process. A process that was forked has none of its parent's threads, and work that is
-//! handed to them is never done; so there threads are started anew.
+//! Thread pools that survive a fork. A forked process has none of its parent's threads, and work given to them would never
+//! run, so each process starts its own.
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Threads that are started at the first work in each process; `None` for all that there are.
+/// Thread pool that is started at its first use in each process.
 pub struct Pool {
+    /// Number of threads; `None` for one per core.
     threads: Option<usize>,
-    /// With the process that they are of.
+    /// Running pool, with the id of its process.
     started: Mutex<Option<(u32, Arc<ThreadPool>)>>,
 }
 
-/// All threads.
+/// Pool with one thread per core.
 static ALL: Pool = Pool::new(None);
 
 impl Pool {
-    /// So many.
+    /// Creates a pool of `threads` threads, or of one per core.
     pub const fn new(threads: Option<usize>) -> Self {
         Self { threads, started: Mutex::new(None) }
     }
@@ -34,26 +35,26 @@ impl Pool {
             |e: rayon::ThreadPoolBuildError| PyRuntimeError::new_err(format!("threads cannot be started: {e}"));
         let pool =
             ThreadPoolBuilder::new().num_threads(self.threads.unwrap_or(0)).build().map(Arc::new).map_err(failed)?;
-        // Those of the parent are not there to be told to end.
+        // The threads of the parent's pool do not exist in this process, so the pool must not be dropped.
         if let Some(parents) = started.replace((process, pool.clone())) {
             std::mem::forget(parents);
         }
         Ok(pool)
     }
 
-    /// Does `work` on these threads, without the interpreter's lock.
+    /// Runs `work` on this pool, without the interpreter's lock.
     pub fn run<T: Send>(&self, py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
         let pool = self.started()?;
         Ok(py.detach(|| pool.install(work)))
     }
 }
 
-/// Does `work` on all threads, without the interpreter's lock.
+/// Runs `work` on the pool with one thread per core, without the interpreter's lock.
 pub fn on_all<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     ALL.run(py, work)
 }
 
-/// The threads that work which a thread of its own does may use.
+/// Returns the pool with one thread per core, for work on another thread.
 pub fn all() -> PyResult<Arc<ThreadPool>> {
     ALL.started()
 }

@@ -1,5 +1,5 @@
-//! Work that can be watched and interrupted: it runs on threads of its own, while the caller's looks out for signals and
-//! calls back.
+//! Computations with progress callbacks and interruption: the work runs on other threads, while the calling thread checks for
+//! signals and calls the callback.
 
 use crate::pool;
 use pyo3::exceptions::{PyRuntimeError, PyTypeError};
@@ -13,24 +13,24 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel, sync_channel}
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// Interval between looks for signals.
-const LOOK: Duration = Duration::from_millis(20);
-/// The time in which interrupted work may stop; after that it is left to end by itself.
+/// Interval between checks for signals.
+const SIGNAL_INTERVAL: Duration = Duration::from_millis(20);
+/// Time that interrupted work has to stop; after it the caller returns and the work ends in the background.
 const PATIENCE: Duration = Duration::from_millis(200);
 
-/// Interval in which work that waits looks for other work.
+/// Interval at which a thread that waits for the callback looks for other work of the pool.
 const PAUSE: Duration = Duration::from_millis(1);
 
-/// Progress of a search.
+/// Progress of a population search.
 #[pyclass(frozen, get_all, module = "motorfit")]
 pub struct Progress {
-    /// Generations that are done.
+    /// Number of finished generations.
     generation: u64,
-    /// Generations in all.
+    /// Number of planned generations.
     generations: u64,
-    /// Candidates evaluated.
+    /// Number of candidates evaluated.
     evaluations: u64,
-    /// The lowest cost so far.
+    /// Lowest cost found.
     cost: f64,
 }
 
@@ -42,39 +42,39 @@ impl Progress {
     }
 }
 
-/// A state as an object of Python.
-type Told = Box<dyn FnOnce(Python<'_>) -> PyResult<Py<PyAny>> + Send>;
-/// Hands a state to the thread that called, and waits for its answer.
-type Ask = Box<dyn Fn(Told) -> ControlFlow<()> + Send + Sync>;
+/// Function that creates the callback's argument.
+type MakeState = Box<dyn FnOnce(Python<'_>) -> PyResult<Py<PyAny>> + Send>;
+/// Function that passes a state to the calling thread and waits for the callback's decision.
+type Ask = Box<dyn Fn(MakeState) -> ControlFlow<()> + Send + Sync>;
 
 /// Messages to the calling thread.
 enum Message<T> {
-    Told(Told, std::sync::mpsc::SyncSender<ControlFlow<()>>),
+    Progress(MakeState, std::sync::mpsc::SyncSender<ControlFlow<()>>),
     Done(T),
 }
 
-/// The observer of work.
+/// Observer that the work reports its progress to.
 pub struct Watch {
     cancelled: Arc<AtomicBool>,
-    /// `None` where nobody listens.
+    /// `None` without a callback.
     ask: Option<Ask>,
 }
 
 impl Watch {
-    /// Tells the callback of a generation, unless the work is to end.
+    /// Reports a generation to the callback. Returns `Break` if the work is to end.
     pub fn generation(&self, progress: &motorfit::optimize::Progress) -> ControlFlow<()> {
         let motorfit::optimize::Progress { generation, generations, evaluations, cost } = *progress;
-        self.tell(Progress { generation: generation as u64, generations: generations as u64, evaluations, cost })
+        self.report(Progress { generation: generation as u64, generations: generations as u64, evaluations, cost })
     }
 
-    /// Returns whether the work may go on.
-    pub fn look(&self) -> ControlFlow<()> {
+    /// Returns `Break` if the work was cancelled.
+    pub fn check(&self) -> ControlFlow<()> {
         if self.cancelled.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    /// Tells the callback how far the work is, unless it is to end.
-    pub fn tell<T: PyClass + Into<PyClassInitializer<T>> + Send + 'static>(&self, state: T) -> ControlFlow<()> {
-        self.look()?;
+    /// Reports a state to the callback. Returns `Break` if the work is to end.
+    pub fn report<T: PyClass + Into<PyClassInitializer<T>> + Send + 'static>(&self, state: T) -> ControlFlow<()> {
+        self.check()?;
         match &self.ask {
             Some(ask) => ask(Box::new(|py| Ok(Py::new(py, state)?.into_any()))),
             None => ControlFlow::Continue(()),
@@ -82,8 +82,8 @@ impl Watch {
     }
 }
 
-/// Does `work` without the interpreter's lock, on all threads. Ctrl-C ends it, and so do an exception of the callback,
-/// which the thread that called calls, and its answer `False`.
+/// Runs `work` on all threads without the interpreter's lock. Ctrl-C, an exception in the callback and its return value
+/// `False` end the work; the callback runs in the calling thread.
 pub fn watched<T: Send + 'static>(
     py: Python<'_>,
     callback: Option<Py<PyAny>>,
@@ -105,13 +105,13 @@ pub fn watched<T: Send + 'static>(
 }
 
 fn ask<T: Send + 'static>(sender: Sender<Message<T>>) -> Ask {
-    Box::new(move |told| {
+    Box::new(move |state| {
         let (answer, answered) = sync_channel(1);
-        // Where nobody listens any more the work is to end.
-        if sender.send(Message::Told(told, answer)).is_err() {
+        // The caller has returned.
+        if sender.send(Message::Progress(state, answer)).is_err() {
             return ControlFlow::Break(());
         }
-        // What the callback itself asks of the threads is done meanwhile: this may be the only one.
+        // The callback may use the same pool, of which this may be the only thread: its work is done meanwhile.
         loop {
             match answered.recv_timeout(if rayon::yield_now() == Some(Yield::Executed) {
                 Duration::ZERO
@@ -132,25 +132,26 @@ fn listen<T: Send>(
     cancelled: &AtomicBool,
     receiver: Receiver<Message<T>>,
 ) -> PyResult<T> {
-    // Receivers cannot be shared as they are.
+    // `Receiver` is not `Sync`, which `detach` requires.
     let receiver = Mutex::new(receiver);
     let mut raised: Option<(PyErr, Instant)> = None;
     loop {
         let received = py.detach(|| match receiver.lock() {
-            Ok(receiver) => receiver.recv_timeout(LOOK),
+            Ok(receiver) => receiver.recv_timeout(SIGNAL_INTERVAL),
             Err(_) => Err(RecvTimeoutError::Disconnected),
         });
         let mut failed = None;
         match received {
             Ok(Message::Done(done)) => return raised.map_or(Ok(done), |(error, _)| Err(error)),
-            Ok(Message::Told(told, answer)) => {
-                let called =
-                    callback.as_ref().map_or(Ok(ControlFlow::Continue(())), |callback| called(py, callback, told(py)?));
+            Ok(Message::Progress(state, answer)) => {
+                let called = callback
+                    .as_ref()
+                    .map_or(Ok(ControlFlow::Continue(())), |callback| called(py, callback, state(py)?));
                 let _ = answer.send(*called.as_ref().unwrap_or(&ControlFlow::Break(())));
                 failed = called.err();
             }
             Err(RecvTimeoutError::Disconnected) => {
-                let message = "the work ended without a result; this is a fault of motorfit: please report it";
+                let message = "the computation ended without a result; this is a bug of motorfit, please report it";
                 return Err(PyRuntimeError::new_err(message));
             }
             Err(RecvTimeoutError::Timeout) => {}
@@ -170,7 +171,7 @@ fn listen<T: Send>(
     }
 }
 
-/// Calls the callback; what it answers that is false, of Python or of numpy, ends the work.
+/// Calls the callback. Returns `Break` if it returns a false `bool` of Python or numpy; other values continue the work.
 fn called(py: Python<'_>, callback: &Py<PyAny>, state: Py<PyAny>) -> PyResult<ControlFlow<()>> {
     let answer = callback.bind(py).call1((state,))?;
     if answer.hasattr("__await__")? {

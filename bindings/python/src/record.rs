@@ -1,4 +1,4 @@
-//! Recordings.
+//! `Record` and `read`: recordings.
 
 use crate::answers::{Reduced, reduced};
 use crate::arrays::{array, signal};
@@ -15,16 +15,34 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyString};
 use std::path::PathBuf;
 
-/// A recording of one motor, checked: time in s, voltage in V, current in A, speed in rad/s, load torque in N·m.
+/// Validated recording of one motor, immutable.
 ///
-/// `Record(time, voltage=…, current=…, speed=…, load_torque=…)` takes arrays of one length in these units. `voltage` may
-/// be left out where current and speed are there: the current then is the input. Records are equal when their samples and
-/// their sources are; they pickle.
+/// Parameters
+/// ----------
+/// time : array_like, shape (n,)
+///     Time of each sample [s], strictly increasing.
+/// voltage : array_like, shape (n,), optional
+///     Voltage [V]. Without it current and speed are needed, and the current is the input.
+/// current : array_like, shape (n,), optional
+///     Current [A].
+/// speed : array_like, shape (n,), optional
+///     Speed [rad/s].
+/// load_torque : array_like, shape (n,), optional
+///     Load torque [N·m], a second input.
+///
+/// Raises
+/// ------
+/// DataError
+///     If the signals are not a recording: lengths that differ, values that are not finite, a time that does not increase.
+///
+/// Notes
+/// -----
+/// Records are equal if their samples and their sources are equal. They can be pickled.
 #[pyclass(frozen, module = "motorfit")]
 #[derive(Clone)]
 pub struct Record(pub motorfit::record::Record);
 
-/// A signal of a recording, or nothing.
+/// Signal of a recording; `None` if it was not measured.
 type Signal<'py> = Option<Bound<'py, PyArray1<f64>>>;
 
 #[pymethods]
@@ -52,7 +70,23 @@ impl Record {
         motorfit::record::Record::new(samples).map(Self).raise(py)
     }
 
-    /// The one recording of a file; `read` takes files of several. Keywords as for `read`.
+    /// Reads a file that holds one recording.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or PathLike
+    ///     Recording file.
+    /// **options
+    ///     Keyword arguments of `read`.
+    ///
+    /// Returns
+    /// -------
+    /// Record
+    ///
+    /// Raises
+    /// ------
+    /// UsageError, DataError
+    ///     If an option is wrong, or the file cannot be read or holds several recordings.
     #[staticmethod]
     #[pyo3(signature = (path, **options))]
     fn from_file(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
@@ -66,90 +100,118 @@ impl Record {
         }
     }
 
-    /// A recording from columns as a file has them: a mapping of headings to arrays, a structured array, a pandas or polars
-    /// frame.
+    /// Converts a table of columns to a recording, by the rules for files.
     ///
-    /// Headings name quantity and unit ("Current (mA)", "speed_rpm"), or `columns` does ("time=t:s,current=I:mA"). Other
-    /// keywords as for `read`.
+    /// Parameters
+    /// ----------
+    /// frame : mapping, structured array, pandas or polars frame
+    ///     Columns of one length. Headings name quantity and unit, "Current (mA)" or "speed_rpm", unless `columns` does.
+    /// **options
+    ///     Keyword arguments of `read`, such as columns="time=t:s,current=I:mA".
+    ///
+    /// Returns
+    /// -------
+    /// Record
+    ///
+    /// Raises
+    /// ------
+    /// TypeError, ValueError
+    ///     If `frame` is not a table of columns of one length.
+    /// UsageError, DataError
+    ///     If an option is wrong, or the columns are not one recording.
     #[staticmethod]
     #[pyo3(signature = (frame, **options))]
     fn from_columns(py: Python<'_>, frame: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let reading = reading(py, options)?;
         let frame = Frame::new(frame)?;
-        let read = on_all(py, || reading.records_of(frame.text.as_bytes()))?;
+        let read = on_all(py, || reading.records_from_bytes(frame.text.as_bytes()))?;
         let mut records = read.map_err(|error| frame.error(py, &error))?;
         match (records.pop(), records.len()) {
             (Some(record), 0) => Ok(Self(record)),
             (_, others) => {
                 let message = format!("the columns hold {} recordings", others + 1);
-                let remedy = "Give each by itself; gaps=\"keep\" makes one of those that a gap parts.";
+                let remedy = "Pass them one by one; gaps=\"keep\" joins recordings that are separated by a gap.";
                 Err(motorfit::Error::data(message, remedy)).raise(py)
             }
         }
     }
 
-    /// Time, s: a read-only copy, as all signals.
+    /// Time [s], shape (n,); a read-only copy.
     #[getter]
     fn time<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         frozen(py, &self.0.samples().time_s)
     }
 
-    /// Voltage, V; `None` where the current is the input.
+    /// Voltage [V], shape (n,), a read-only copy; `None` if the current is the input.
     #[getter]
     fn voltage<'py>(&self, py: Python<'py>) -> PyResult<Signal<'py>> {
         let voltage = Some(&self.0.samples().voltage).filter(|voltage| !voltage.is_empty());
         voltage.map(|values| frozen(py, values)).transpose()
     }
 
-    /// Current, A; `None` where it was not measured.
+    /// Current [A], shape (n,), a read-only copy; `None` if it was not measured.
     #[getter]
     fn current<'py>(&self, py: Python<'py>) -> PyResult<Signal<'py>> {
         self.0.samples().current.as_ref().map(|values| frozen(py, values)).transpose()
     }
 
-    /// Speed, rad/s; `None` where it was not measured.
+    /// Speed [rad/s], shape (n,), a read-only copy; `None` if it was not measured.
     #[getter]
     fn speed<'py>(&self, py: Python<'py>) -> PyResult<Signal<'py>> {
         self.0.samples().speed.as_ref().map(|values| frozen(py, values)).transpose()
     }
 
-    /// Load torque, N·m; `None` where there was none.
+    /// Load torque [N·m], shape (n,), a read-only copy; `None` if there was none.
     #[getter]
     fn load_torque<'py>(&self, py: Python<'py>) -> PyResult<Signal<'py>> {
         self.0.samples().torque.as_ref().map(|values| frozen(py, values)).transpose()
     }
 
-    /// Mean time between samples, s.
+    /// Mean sampling period [s].
     #[getter]
     fn period(&self) -> f64 {
         self.0.period_s()
     }
 
-    /// The file, if there is one.
+    /// Path of the file; `None` for a recording from arrays.
     #[getter]
     fn path(&self) -> Option<PathBuf> {
         self.0.source().path.clone()
     }
 
-    /// SHA-256 of the file, in hexadecimal.
+    /// SHA-256 of the file, in hexadecimal; `None` for a recording from arrays.
     #[getter]
     fn sha256(&self) -> Option<String> {
         self.0.source().sha256.clone()
     }
 
-    /// Returns notes on what was left out, joined or prepared.
+    /// Notes on samples that were left out, files that were joined, and preparation.
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.0.source().notes.clone()
     }
 
-    /// The first part of the samples, and the rest of them.
+    /// Splits the recording in time, for example into estimation and validation data.
+    ///
+    /// Parameters
+    /// ----------
+    /// fraction : float
+    ///     Fraction of the samples in the first recording, between 0 and 1.
+    ///
+    /// Returns
+    /// -------
+    /// (Record, Record)
+    ///
+    /// Raises
+    /// ------
+    /// UsageError
+    ///     If either would have fewer than two samples.
     fn split(&self, py: Python<'_>, fraction: f64) -> PyResult<(Self, Self)> {
         let [first, rest] = self.0.split(fraction).raise(py)?;
         Ok((Self(first), Self(rest)))
     }
 
-    /// Its signals as a mapping of headings with units to arrays: what `from_columns` and `pandas.DataFrame` take.
+    /// Returns the signals as a mapping of headings with units to arrays, for `from_columns` or `pandas.DataFrame`.
     fn to_columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let columns = PyDict::new(py);
         let samples = self.0.samples();
@@ -168,7 +230,7 @@ impl Record {
         Ok(columns)
     }
 
-    /// Its signals as the text of a CSV file.
+    /// Returns the signals as CSV text.
     fn to_csv(&self) -> String {
         write_csv(&self.0)
     }
@@ -195,12 +257,12 @@ impl Record {
         format!("<Record {path}{} samples every {:.6} s: {}>", self.0.len(), self.0.period_s(), signals.join(", "))
     }
 
-    /// The same: nothing can change it.
+    /// Returns the object itself, which is immutable.
     fn __copy__(slf: Py<Self>) -> Py<Self> {
         slf
     }
 
-    /// The same: nothing can change it.
+    /// Returns the object itself, which is immutable.
     fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
         slf
     }
@@ -216,46 +278,57 @@ impl Record {
     }
 }
 
-/// A copy that cannot be written to: it would change nothing.
+/// Returns a read-only copy, because writing to a copy would not change the recording.
 fn frozen<'py>(py: Python<'py>, values: &[f64]) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let array = array(py, values.to_vec());
     array.getattr("flags")?.setattr("writeable", false)?;
     Ok(array)
 }
 
-/// The recordings of a file: CSV, XLSX, MAT or JSON; "A+B" makes one recording of two files.
+/// Reads the recordings of a file: CSV, XLSX, MAT or JSON.
 ///
 /// Parameters
 /// ----------
 /// path : str or PathLike
+///     Recording file; "A+B" joins two files to one recording.
 /// columns : str, sequence or mapping
-///     What columns hold, "time=t:s,current=I:mA"; quantities: time, voltage, current, speed, load_torque, position.
+///     Columns of the quantities time, voltage, current, speed, load_torque and position: "time=t:s,current=I:mA". By
+///     default the headings are interpreted.
 /// rate : float
-///     Samples a second: of a recording without a time column; any other is brought to it.
+///     Sampling rate [Hz] of a recording without a time column; other recordings are resampled to it.
 /// sheet : str
-///     Sheet of a workbook, the first with numbers by default; the list of a JSON file.
+///     Sheet of a workbook, by default the first with numbers; or list of a JSON file.
 /// bad_rows : {"error", "skip"}
-///     Rows that cannot be read: bad data, or left out and counted.
+///     Treatment of rows that cannot be read: reported as bad data, or left out and counted.
 /// gaps : {"error", "keep", "split"}
-///     Gaps in time: bad data, a long step, or a recording for each stretch, also where time starts again.
+///     Treatment of gaps in time: reported as bad data, kept as one long step, or split into one recording per segment,
+///     also where time starts again.
 /// drop_repeats : bool, default False
-///     Leave out rows whose time repeats that of the row before.
+///     Leaves out rows with the same time as the row before.
 /// crop : str
-///     "FROM:TO" in s; either may be left out.
+///     Time range to use, "FROM:TO" [s]; either end may be left out.
 /// offset : str
-///     Offsets of sensors that are subtracted: "auto", or "current=0.02,speed=-1" in SI units.
+///     Sensor offsets to subtract: "auto" (the means at rest before the voltage changes), or "current=0.02,speed=-1" in SI
+///     units.
 /// mask : str or sequence
-///     What does not count: "auto", "FROM:TO", "current@FROM:TO" in s.
+///     Samples excluded from the fit: "auto", or time ranges "FROM:TO", "current@FROM:TO" [s].
 /// decimate : int
-///     Keep every Nth sample, behind an anti-alias filter.
+///     Keeps every Nth sample, after an anti-alias filter.
 /// filter : str
-///     A low-pass on all signals, "butterworth:HZ[:ORDER]" or "chebyshev:HZ[:ORDER[:RIPPLE_DB]]".
+///     Low-pass filter on all signals, "butterworth:HZ[:ORDER]" or "chebyshev:HZ[:ORDER[:RIPPLE_DB]]".
 /// discretization : {"zoh", "foh", "rk4", "euler"}
-///     What is going to simulate: whether inputs are held between samples.
+///     Discretization of the fit that follows; it decides the intersample behaviour of the input when resampling.
 ///
 /// Returns
 /// -------
 /// list of Record
+///
+/// Raises
+/// ------
+/// UsageError
+///     If an option is wrong.
+/// DataError
+///     If the file cannot be read, with its line and column.
 #[pyfunction]
 #[pyo3(signature = (path, **options))]
 pub fn read(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<Record>> {
@@ -270,41 +343,41 @@ fn reading(py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Read
     settings::reading(&keys.given(&known)?).map_err(motorfit::Error::from).raise(py)
 }
 
-/// One recording.
+/// Converts an argument to one recording.
 pub fn single(given: &Bound<'_, PyAny>) -> PyResult<motorfit::record::Record> {
     given.cast::<Record>().map(|record| record.get().0.clone()).map_err(|_| no_record(given, "a Record"))
 }
 
-/// One recording, or a sequence of them.
+/// Converts an argument to a non-empty list of recordings.
 pub fn several(given: &Bound<'_, PyAny>) -> PyResult<Vec<motorfit::record::Record>> {
-    const WANTED: &str = "a Record or a sequence of them";
+    const EXPECTED: &str = "a Record or a sequence of them";
     if let Ok(record) = given.cast::<Record>() {
         return Ok(vec![record.get().0.clone()]);
     }
-    // Their items are no recordings, but words.
+    // Iterating over a path, a mapping or a frame would yield characters or labels.
     let items = if made_of(given).is_some() { None } else { given.try_iter().ok() };
-    let Some(items) = items else { return Err(no_record(given, WANTED)) };
+    let Some(items) = items else { return Err(no_record(given, EXPECTED)) };
     let mut records = Vec::new();
     for one in items {
         let one = one?;
-        records.push(one.cast::<Record>().map_err(|_| no_record(&one, WANTED))?.get().0.clone());
+        records.push(one.cast::<Record>().map_err(|_| no_record(&one, EXPECTED))?.get().0.clone());
     }
-    if records.is_empty() { Err(no_record(given, WANTED)) } else { Ok(records) }
+    if records.is_empty() { Err(no_record(given, EXPECTED)) } else { Ok(records) }
 }
 
-fn no_record(given: &Bound<'_, PyAny>, wanted: &str) -> PyErr {
+fn no_record(given: &Bound<'_, PyAny>, expected: &str) -> PyErr {
     let how = made_of(given).map_or(String::new(), |how| format!(": {how}"));
-    PyTypeError::new_err(format!("give {wanted}{how}"))
+    PyTypeError::new_err(format!("give {expected}{how}"))
 }
 
-/// Returns the name of the function that made a recording of a file or a frame.
+/// Returns advice for a path or a table of columns: the function that makes a recording from it.
 fn made_of(given: &Bound<'_, PyAny>) -> Option<&'static str> {
-    // Of the type: a property that is asked for may do work.
+    // Attributes are looked up on the type, because a property of the object might do work.
     let has = |name: &str| given.get_type().hasattr(name).unwrap_or(false);
     if given.is_instance_of::<PyString>() || has("__fspath__") {
-        Some("Record.from_file(path), or read(path) where a file holds several")
+        Some("Record.from_file(path) reads one from a file, read(path) several")
     } else if has("columns") || has("keys") {
-        Some("Record.from_columns(columns) makes one of columns")
+        Some("Record.from_columns(columns) makes one from columns")
     } else {
         None
     }

@@ -1,4 +1,4 @@
-//! Simulated recordings, estimates by themselves, and what can evaluate.
+//! `simulate`, `steiglitz_mcbride`, `refine` and `devices`.
 
 use crate::arrays::signal;
 use crate::errors::Raise as _;
@@ -16,25 +16,34 @@ use motorfit::settings::values;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// A motor at rest, driven and recorded.
+/// Simulates a recording of a motor that starts at rest, with a zero-order hold of the inputs.
 ///
 /// Parameters
 /// ----------
 /// parameters : str or mapping
-///     {"R": ohm, "L": H, "K": V*s/rad, "B": N*m*s/rad, "J": kg*m^2}, with extensions ("Tc", "td", ...), or "m2,Tc=0.01".
+///     {"R": ohm, "L": H, "K": V*s/rad, "B": N*m*s/rad, "J": kg*m^2}, with parameters of extensions ("Tc", "td", ...), or
+///     "m2,Tc=0.01" for the motor of the paper.
 /// time : array_like, shape (n,)
-///     s.
+///     Time of each sample [s].
 /// voltage : array_like, shape (n,)
-///     V, held from a sample to the next.
-/// load_torque : array_like, shape (n,)
-///     N*m.
-/// noise : str
-///     "40dB", or "i=0.05,w=0.5" in A and rad/s.
+///     Voltage [V].
+/// load_torque : array_like, shape (n,), optional
+///     Load torque [N*m].
+/// noise : str, sequence or mapping, optional
+///     Sensor noise: "40dB", or standard deviations "i=0.05,w=0.5" [A, rad/s]; none by default.
 /// seed : int, default 1
+///     Seed of the noise.
 ///
 /// Returns
 /// -------
 /// Record
+///
+/// Raises
+/// ------
+/// UsageError
+///     If a parameter or the noise is wrong.
+/// DataError
+///     If the signals are not a recording, or the simulation diverges.
 #[pyfunction]
 #[pyo3(signature = (parameters, time, voltage, *, load_torque=None, noise=None, seed=1))]
 #[expect(clippy::too_many_arguments, reason = "keywords")]
@@ -70,7 +79,24 @@ fn named<'py>(py: Python<'py>, parameters: &Parameters) -> PyResult<Bound<'py, P
     Ok(values)
 }
 
-/// The Steiglitz-McBride estimate of a recording: {"R": ohm, "L": H, "K": V*s/rad, "B": N*m*s/rad, "J": kg*m^2}.
+/// Returns the Steiglitz-McBride estimate (1965) of the linear motor from a recording.
+///
+/// Parameters
+/// ----------
+/// record : Record
+///     Recording of voltage, current and speed.
+/// discretization : {"zoh", "foh", "rk4", "euler"}
+///     Discretization of the model.
+///
+/// Returns
+/// -------
+/// dict
+///     {"R": ohm, "L": H, "K": V*s/rad, "B": N*m*s/rad, "J": kg*m^2}.
+///
+/// Raises
+/// ------
+/// UsageError, DataError, NotIdentifiedError
+///     If the discretization is wrong, the recording cannot be used, or the estimator fails on it.
 #[pyfunction]
 #[pyo3(signature = (record, *, discretization="zoh"))]
 pub fn steiglitz_mcbride<'py>(
@@ -85,20 +111,28 @@ pub fn steiglitz_mcbride<'py>(
     named(py, &estimate.parameters)
 }
 
-/// Output-error refinement by Levenberg-Marquardt, of one recording or of several together.
+/// Refines parameters by minimizing the weighted output error with the Levenberg-Marquardt method.
 ///
 /// Parameters
 /// ----------
 /// records : Record or sequence of Record
+///     Recordings of one motor; several are fitted jointly.
 /// start : mapping
-///     A value for each free parameter, in SI units.
+///     Starting value of each free parameter in SI units.
 /// bounds, fix, discretization, initial
-///     As of `identify`.
+///     As for `identify`.
 ///
 /// Returns
 /// -------
 /// dict
-///     "parameters" and "std_errors" by symbol, in SI units; "converged".
+///     "parameters" and "std_errors" by symbol, in SI units; "converged", True if the iteration converged.
+///
+/// Raises
+/// ------
+/// UsageError
+///     If a setting is wrong, or a free parameter has no starting value.
+/// DataError, NotIdentifiedError
+///     If a recording cannot be used, or the simulation diverges at the start.
 #[pyfunction]
 #[pyo3(signature = (records, start, **settings))]
 pub fn refine<'py>(
@@ -114,7 +148,7 @@ pub fn refine<'py>(
     let value = |axis: &motorfit::motor::Axis| given.iter().find(|(p, _)| *p == axis.parameter).map(|(_, v)| *v);
     let missing = spec.space.free().iter().find(|axis| value(axis).is_none()).map(|axis| axis.parameter.symbol());
     if let Some(symbol) = missing {
-        let message = format!("start lacks {symbol}, which is free");
+        let message = format!("start has no value for the free parameter {symbol}");
         return Err(motorfit::Error::usage(message, "Give a value for each free parameter.")).raise(py);
     }
     let start: Vec<f64> = spec.space.free().iter().filter_map(value).collect();
@@ -130,7 +164,7 @@ pub fn refine<'py>(
     Ok(result)
 }
 
-/// Returns the devices of this machine, as `motorfit devices --json` prints them.
+/// Returns the CPU and the GPUs of this machine that can evaluate candidates, as `motorfit devices --json` prints them.
 #[pyfunction]
 pub fn devices(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
     let text = py.detach(|| json(&devices_document(std::thread::available_parallelism().map_or(1, usize::from))));

@@ -1,7 +1,7 @@
-//! Keyword arguments as the library's settings: the names and the forms of the command line's flags.
+//! Conversion of keyword arguments to the library's settings. Names and value syntax are those of the command line.
 
 use crate::errors::Raise as _;
-use crate::paces::paces;
+use crate::throughput_profile::throughput_profile;
 use motorfit::Error;
 use motorfit::device::DeviceSpec;
 use motorfit::identify::IdentifySpec;
@@ -14,14 +14,17 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
-/// Settings by their names.
+/// Keyword arguments of a call.
 pub struct Keywords<'a, 'py> {
     given: Option<&'a Bound<'py, PyDict>>,
     py: Python<'py>,
 }
 
 impl<'a, 'py> Keywords<'a, 'py> {
-    /// Those given; a name that is not among `known` is an error.
+    /// Takes the keyword arguments of a call.
+    ///
+    /// # Errors
+    /// `TypeError` for a name that is not in `known`, with the nearest known name.
     pub fn new(py: Python<'py>, given: Option<&'a Bound<'py, PyDict>>, known: &[&str]) -> PyResult<Self> {
         for key in given.iter().flat_map(|given| given.keys()) {
             let key: String = key.extract()?;
@@ -39,37 +42,37 @@ impl<'a, 'py> Keywords<'a, 'py> {
         Ok(value.filter(|value| !value.is_none()))
     }
 
-    /// A value of a type.
+    /// Returns the value of `key` as a `T`, if it is given and not `None`.
     pub fn value<T: for<'x> FromPyObject<'x, 'py, Error = PyErr>>(&self, key: &str) -> PyResult<Option<T>> {
         let wrong = |error: PyErr| PyTypeError::new_err(format!("{key}: {}", error.value(self.py)));
         self.get(key)?.map(|value| value.extract::<T>().map_err(wrong)).transpose()
     }
 
-    /// Returns whether it is given.
+    /// Returns true if `key` is given and not `None`.
     pub fn has(&self, key: &str) -> bool {
         self.get(key).is_ok_and(|value| value.is_some())
     }
 
-    /// One size, or several.
-    pub fn sizes(&self, key: &str, usual: usize) -> PyResult<Vec<usize>> {
-        let Some(value) = self.get(key)? else { return Ok(vec![usual]) };
+    /// Returns one or several sizes; `default` if `key` is not given.
+    pub fn sizes(&self, key: &str, default: usize) -> PyResult<Vec<usize>> {
+        let Some(value) = self.get(key)? else { return Ok(vec![default]) };
         match value.extract::<usize>() {
             Ok(size) => Ok(vec![size]),
             Err(_) => Ok(self.value(key)?.unwrap_or_default()),
         }
     }
 
-    /// A text.
+    /// Returns the string of `key`, if it is given.
     pub fn text(&self, key: &str) -> PyResult<Option<String>> {
         self.value(key)
     }
 
-    /// The row of a table by its name.
+    /// Returns the variant of `T` that `key` names, if it is given.
     pub fn choice<T: Named>(&self, key: &str) -> PyResult<Option<T>> {
         self.text(key)?.map(|text| T::named(key, &text)).transpose().raise(self.py)
     }
 
-    /// Those of some settings that are given.
+    /// Returns the given values of some settings, as the settings table declares their kinds.
     pub fn given(&self, settings: &[&[Setting]]) -> PyResult<Given> {
         let mut given = Given::default();
         for row in settings.concat().into_iter().filter_map(row) {
@@ -89,14 +92,14 @@ impl<'a, 'py> Keywords<'a, 'py> {
         Ok(given)
     }
 
-    /// A list as the command line has it: a text with commas, a sequence of texts, or a mapping of names to a number or
-    /// to a pair of bounds.
+    /// Returns the items of `key` in the syntax of the command line; empty if it is not given.
     pub fn items(&self, key: &str) -> PyResult<Vec<String>> {
         self.get(key)?.map_or_else(|| Ok(Vec::new()), |value| items(&value, key))
     }
 }
 
-/// A list in one of its forms; `key` names it in errors.
+/// Converts a list to items in the syntax of the command line: a string with commas, a sequence of strings, or a mapping of
+/// names to numbers, strings or pairs of bounds. `key` names the argument in errors.
 pub fn items(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Vec<String>> {
     if let Ok(text) = value.cast::<PyString>() {
         return Ok(text.to_str()?.split(',').map(str::to_owned).filter(|item| !item.trim().is_empty()).collect());
@@ -107,7 +110,7 @@ pub fn items(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Vec<String>> {
             let (name, value): (String, Bound<'_, PyAny>) = pair?.extract()?;
             let text = item(&value).map_err(|_| {
                 PyTypeError::new_err(format!(
-                    "{key}: {name} is {}: neither a number, a pair of numbers nor a text",
+                    "{key}: {name} is {}; give a number, a pair of numbers or a string",
                     repr(&value)
                 ))
             })?;
@@ -115,11 +118,11 @@ pub fn items(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Vec<String>> {
         }
         return Ok(list);
     }
-    let wrong = |_| PyTypeError::new_err(format!("{key}: give a text, a sequence of texts, or a mapping"));
+    let wrong = |_| PyTypeError::new_err(format!("{key}: give a string, a sequence of strings, or a mapping"));
     value.extract().map_err(wrong)
 }
 
-/// A value of a mapping: a number, a text, or any pair of numbers.
+/// Spells a value of a mapping: a number, a string, or a pair of numbers as `LOW:HIGH`.
 fn item(value: &Bound<'_, PyAny>) -> PyResult<String> {
     if let Ok(number) = value.extract::<f64>() {
         return Ok(number.to_string());
@@ -134,36 +137,36 @@ fn item(value: &Bound<'_, PyAny>) -> PyResult<String> {
     }
 }
 
-/// Returns the short representation of a value.
+/// Returns the `repr` of a value, shortened.
 fn repr(value: &Bound<'_, PyAny>) -> String {
     let text = value.repr().map_or_else(|_| String::new(), |text| text.to_string());
     motorfit::text::excerpt(&text)
 }
 
-/// Returns the input of recordings: the voltage, or the current.
+/// Returns the input of the recordings: the current if all are driven by it, else the voltage.
 pub fn input_of(records: &[Record]) -> Input {
     let by_current = records.iter().all(|record| record.driver() == Quantity::Current);
     if by_current { Input::Current } else { Input::Voltage }
 }
 
-/// The keyword of a setting.
+/// Returns the keyword argument of a setting.
 pub fn keyword(setting: Setting) -> &'static str {
-    // A word of the language cannot be a keyword argument.
+    // `with` is a reserved word of Python.
     if setting == Setting::With { "with_" } else { setting.name() }
 }
 
-/// The keywords of settings.
+/// Returns the keyword arguments of groups of settings.
 pub fn keywords(settings: &[&[Setting]]) -> Vec<&'static str> {
     settings.concat().into_iter().map(keyword).collect()
 }
 
-/// The settings of a problem. A motor whose input is the `current` takes it as lines between samples.
+/// Reads the settings of a problem. A current input has a first-order hold by default.
 pub fn problem(keys: &Keywords<'_, '_>, input: Input) -> PyResult<IdentifySpec> {
     let given = keys.given(&[&PROBLEM, &DEVICE])?;
     Ok(completed(settings::problem(&given).map_err(Error::from).raise(keys.py)?, &given, input))
 }
 
-/// All settings of an identification.
+/// Reads all settings of an identification.
 pub fn identify(keys: &Keywords<'_, '_>, input: Input) -> PyResult<IdentifySpec> {
     let given = keys.given(&[&SEARCH, &PROBLEM, &DEVICE])?;
     Ok(completed(settings::identify(&given).map_err(Error::from).raise(keys.py)?, &given, input))
@@ -176,11 +179,12 @@ fn completed(mut spec: IdentifySpec, given: &Given, input: Input) -> IdentifySpe
     measured(spec)
 }
 
-/// Returns the device that evaluates.
+/// Reads the settings of the device.
 pub fn device(keys: &Keywords<'_, '_>) -> PyResult<IdentifySpec> {
     Ok(measured(settings::device(&keys.given(&[&DEVICE])?).map_err(Error::from).raise(keys.py)?))
 }
 
 fn measured(spec: IdentifySpec) -> IdentifySpec {
-    IdentifySpec { paces: if spec.device == DeviceSpec::Auto { paces() } else { None }, ..spec }
+    let throughput_profile = if spec.device == DeviceSpec::Auto { throughput_profile() } else { None };
+    IdentifySpec { throughput_profile, ..spec }
 }

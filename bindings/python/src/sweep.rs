@@ -1,10 +1,10 @@
-//! Sweeps: planned, run, watched, merged; and what a shard needs on another machine.
+//! `Sweep`: planning, running and merging studies, and moving shards to other machines.
 
 use crate::errors::Raise as _;
-use crate::paces::paces;
 use crate::pool::on_all;
 use crate::progress::{Watch, watched};
 use crate::spec;
+use crate::throughput_profile::throughput_profile;
 use motorfit::device::with_threads;
 use motorfit::report::json;
 use motorfit::report::sweep::{status_document, sweep_document, tally_document};
@@ -19,25 +19,25 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Time between two calls of a callback: threads of the interpreter that are busy must not hold the work up.
+/// Minimum interval between calls of the callback, because each call waits for the interpreter's lock.
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// Progress of a shard.
+/// Progress of a shard of a sweep.
 #[pyclass(frozen, get_all, module = "motorfit")]
 pub struct SweepProgress {
-    /// Runs of the shard that are finished, those of earlier times included.
+    /// Finished runs of the shard, including those of earlier calls.
     done: u64,
-    /// Runs of the shard.
+    /// Number of runs of the shard.
     total: u64,
-    /// Runs that were finished before.
+    /// Runs that earlier calls had finished.
     before: u64,
-    /// Runs without a result.
+    /// Finished runs without a result.
     failed: u64,
-    /// Seconds since it began.
+    /// Time since the start of the call [s].
     seconds: f64,
-    /// Runs a second; `None` before there is any.
+    /// Runs per second of this call; `None` until it can be estimated.
     rate: Option<f64>,
-    /// Seconds that are left at this rate.
+    /// Estimated remaining time at this rate [s]; `None` without a rate.
     remaining: Option<f64>,
 }
 
@@ -56,69 +56,121 @@ impl From<&State> for SweepProgress {
     }
 }
 
-/// A planned sweep: a folder with its manifest, results files of its shards, and the merge of them.
+/// Planned sweep: a folder with the manifest of a study, results files of its shards, and their merge.
 ///
-/// `Sweep.plan(study, out)` makes one, `Sweep.open(folder)` opens it, here or on another machine. A shard is a pair
-/// (I, N), the first (1, N): any N shards together are the sweep.
+/// `Sweep.plan(study, out)` creates the folder and `Sweep.open(folder)` opens it, on this or another machine. Shard (I, N) is
+/// the I-th of N disjoint parts of the runs, counted from 1.
 #[pyclass(frozen, module = "motorfit")]
 pub struct Sweep(Arc<Planned>);
 
 #[pymethods]
 impl Sweep {
-    /// Pins a study (TOML) in a folder: recordings with their digests, device, runs. A folder that the same study was
-    /// planned in is opened.
+    /// Plans a study: writes a manifest with the digests of the recordings, the device and the runs.
+    ///
+    /// Parameters
+    /// ----------
+    /// study : str or PathLike
+    ///     Study file (TOML).
+    /// out : str or PathLike
+    ///     New folder, or the folder of the same study, which is opened.
+    ///
+    /// Returns
+    /// -------
+    /// Sweep
+    ///
+    /// Raises
+    /// ------
+    /// UsageError, DataError, DeviceError
+    ///     If the study is wrong, a file cannot be read or written, or the device is not available.
     #[staticmethod]
     fn plan(py: Python<'_>, study: PathBuf, out: PathBuf) -> PyResult<Self> {
-        let planned = on_all(py, || Planned::plan(&study, &out, paces()))?.raise(py)?;
+        let planned = on_all(py, || Planned::plan(&study, &out, throughput_profile()))?.raise(py)?;
         Ok(Self(Arc::new(planned.0)))
     }
 
     /// Opens the folder of a planned sweep.
+    ///
+    /// Parameters
+    /// ----------
+    /// folder : str or PathLike
+    ///     Folder with the manifest.
+    ///
+    /// Returns
+    /// -------
+    /// Sweep
+    ///
+    /// Raises
+    /// ------
+    /// DataError
+    ///     If the folder has no readable manifest.
     #[staticmethod]
     fn open(py: Python<'_>, folder: PathBuf) -> PyResult<Self> {
         Ok(Self(Arc::new(on_all(py, || Planned::open(&folder))?.raise(py)?)))
     }
 
-    /// The study's name.
+    /// Name of the study.
     #[getter]
     fn name(&self) -> &str {
         &self.0.manifest().name
     }
 
-    /// Returns the number of runs.
+    /// Number of runs.
     #[getter]
     fn runs(&self) -> u64 {
         self.0.manifest().runs
     }
 
-    /// The names of its motors, in the order of their runs.
+    /// Names of the motors, in the order of their runs.
     #[getter]
     fn motors(&self) -> Vec<&str> {
         self.0.manifest().motors.iter().map(|motor| motor.motor.as_str()).collect()
     }
 
-    /// The folder of the sweep.
+    /// Folder of the sweep.
     #[getter]
     fn folder(&self) -> PathBuf {
         self.0.folder().to_path_buf()
     }
 
-    /// The folder that paths of recordings start at: that of the study.
+    /// Folder of the study, to which the paths of the recordings are relative.
     #[getter]
     fn origin(&self) -> PathBuf {
         PathBuf::from(&self.0.manifest().folder)
     }
 
-    /// SHA-256 of the manifest.
+    /// SHA-256 of the manifest, in hexadecimal.
     #[getter]
     fn digest(&self) -> &str {
         self.0.digest()
     }
 
-    /// Runs what is left of a shard, and tells what was done as `motorfit sweep run --json` does.
+    /// Runs the unfinished runs of a shard.
     ///
-    /// Finished runs are kept at once: after Ctrl-C, an exception of the callback or its answer `False` the same call goes
-    /// on where it was. `recordings` is a folder that stands for the study's.
+    /// Each finished run is stored at once. After Ctrl-C, an exception in the callback or its return value False, the same
+    /// call resumes the shard.
+    ///
+    /// Parameters
+    /// ----------
+    /// shard : (int, int), default (1, 1)
+    ///     Shard (I, N) with I from 1 to N.
+    /// threads : int, optional
+    ///     Number of threads; all by default.
+    /// progress : callable, optional
+    ///     Called with a `SweepProgress` at most ten times a second, in the calling thread. The shard ends when it returns
+    ///     False.
+    /// recordings : str or PathLike, optional
+    ///     Folder to which the paths of the recordings are relative, instead of `origin`.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     Numbers of runs, as `motorfit sweep run --json` prints them.
+    ///
+    /// Raises
+    /// ------
+    /// UsageError, DataError, DeviceError
+    ///     If an argument is wrong, a file cannot be read or written, another process runs this shard, or the device is not
+    ///     available.
     #[pyo3(signature = (*, shard=(1, 1), threads=None, progress=None, recordings=None))]
     #[pyo3(text_signature = "($self, *, shard=(1, 1), threads=None, progress=None, recordings=None)")]
     #[expect(clippy::too_many_arguments, reason = "keywords")]
@@ -143,15 +195,29 @@ impl Sweep {
         loaded(py, &json(&tally_document(shard, &tally)))
     }
 
-    /// Returns the progress, as `motorfit sweep status --json` prints it.
+    /// Returns the progress of the sweep and its shards, as `motorfit sweep status --json` prints it.
     fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let status = on_all(py, || self.0.status())?.raise(py)?;
         loaded(py, &json(&status_document(&status)))
     }
 
-    /// Puts the results of all shards in order, in results.jsonl, and sums them up as `motorfit sweep merge --json` does,
-    /// with the path of the file as "results" and the results by level of trust as "trust". Runs may be missing. `limits`
-    /// are those that parameters of a motor must keep, in SI units.
+    /// Merges the results of all shards into results.jsonl, sorted by run, and summarizes them. Runs may be missing.
+    ///
+    /// Parameters
+    /// ----------
+    /// limits : str, sequence or mapping, optional
+    ///     Tolerance limits of the parameters in SI units, {"R": (0.8, 1.0)}; motors outside of them are listed.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     Summary as `motorfit sweep merge --json` prints it, with counts by level of trust as "trust", and the path of
+    ///     results.jsonl as "results".
+    ///
+    /// Raises
+    /// ------
+    /// UsageError, DataError
+    ///     If the limits are wrong, or a file cannot be read or written.
     #[pyo3(signature = (*, limits=None))]
     fn merge<'py>(&self, py: Python<'py>, limits: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
         let limits = limits_of(limits, py)?;
@@ -161,25 +227,25 @@ impl Sweep {
         Ok(document)
     }
 
-    /// Limits that are none are an error before the work, not after it.
+    /// Checks limits before the runs instead of after them.
     #[staticmethod]
     fn _check_limits(py: Python<'_>, limits: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         limits_of(limits, py).map(drop)
     }
 
-    /// Returns the number of runs that each of `count` shards has left.
+    /// Returns the number of unfinished runs of each of `count` shards, a list of length `count`.
     fn left(&self, py: Python<'_>, count: u64) -> PyResult<Vec<u64>> {
         shard_of((1, count)).raise(py)?;
         on_all(py, || self.0.left(count))?.raise(py)
     }
 
-    /// The files of the recordings that a shard reads, as the study names them.
+    /// Returns the paths of the recordings that a shard reads, as the study names them.
     fn recordings(&self, py: Python<'_>, shard: (u64, u64)) -> PyResult<Vec<String>> {
         let shard = shard_of(shard).raise(py)?;
         on_all(py, || self.0.recordings(shard))
     }
 
-    /// Returns results files by name, with the finished runs of a shard alone: another machine need not do them again.
+    /// Returns results files by name, reduced to the finished runs of a shard, so that another machine need not repeat them.
     fn finished<'py>(&self, py: Python<'py>, shard: (u64, u64)) -> PyResult<Bound<'py, PyDict>> {
         let shard = shard_of(shard).raise(py)?;
         let files = PyDict::new(py);
@@ -189,7 +255,24 @@ impl Sweep {
         Ok(files)
     }
 
-    /// Keeps the results file of a shard that was run on another machine; tells how many of its runs are new.
+    /// Adds the results file of a shard that was run on another machine.
+    ///
+    /// Parameters
+    /// ----------
+    /// shard : (int, int)
+    ///     Shard (I, N) with I from 1 to N.
+    /// results : bytes
+    ///     Contents of the results file.
+    ///
+    /// Returns
+    /// -------
+    /// int
+    ///     Number of new runs.
+    ///
+    /// Raises
+    /// ------
+    /// DataError
+    ///     If the file is damaged or belongs to another study or shard, or the folder cannot be written.
     fn take(&self, py: Python<'_>, shard: (u64, u64), results: &[u8]) -> PyResult<u64> {
         let shard = shard_of(shard).raise(py)?;
         on_all(py, || self.0.take(shard, results))?.raise(py)
@@ -201,15 +284,15 @@ impl Sweep {
     }
 }
 
-/// Runs a shard, watched.
+/// Runs a shard and reports its progress at most once per [`PAUSE`].
 fn run(sweep: &Planned, shard: Shard, threads: Option<usize>, watch: &Watch) -> Result<Tally> {
-    let mut told: Option<Instant> = None;
+    let mut reported: Option<Instant> = None;
     let mut observe = |state: &State| {
-        if state.done < state.total && told.is_some_and(|told| told.elapsed() < PAUSE) {
-            return watch.look();
+        if state.done < state.total && reported.is_some_and(|reported| reported.elapsed() < PAUSE) {
+            return watch.check();
         }
-        let flow: ControlFlow<()> = watch.tell(SweepProgress::from(state));
-        told = Some(Instant::now());
+        let flow: ControlFlow<()> = watch.report(SweepProgress::from(state));
+        reported = Some(Instant::now());
         flow
     };
     with_threads(threads, || sweep.run(shard, &mut observe))
@@ -217,7 +300,7 @@ fn run(sweep: &Planned, shard: Shard, threads: Option<usize>, watch: &Watch) -> 
 
 fn shard_of((index, count): (u64, u64)) -> Result<Shard> {
     Shard::new(index, count).ok_or_else(|| {
-        let message = format!("shard: ({index}, {count}) is no shard");
+        let message = format!("shard: ({index}, {count}) is not a shard");
         Error::usage(message, "Give (I, N) with I from 1 to N, as in shard=(2, 7).")
     })
 }
@@ -227,7 +310,7 @@ fn limits_of(limits: Option<&Bound<'_, PyAny>>, py: Python<'_>) -> PyResult<Limi
     values::ranges(&items, Setting::Limits).and_then(Limits::new).raise(py)
 }
 
-/// A document as Python's values.
+/// Parses a JSON document to Python objects.
 fn loaded<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyAny>> {
     py.import("json")?.call_method1("loads", (text,))
 }

@@ -1,4 +1,4 @@
-"""What the tests share: a motor, its recordings, the program that numbers are held against."""
+"""Fixtures: the motor of the paper, simulated recordings, and the command line program as the reference of results."""
 
 import os
 import pathlib
@@ -10,7 +10,7 @@ import pytest
 
 import motorfit
 
-# Tests that are started in the background would not hear Ctrl-C, and their children neither.
+# A shell starts background jobs with SIGINT ignored, which child processes inherit.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -19,7 +19,7 @@ M2 = {"R": 0.921042, "L": 0.007759, "K": 0.073472, "B": 0.000678, "J": 0.000136}
 
 
 def step(seed=1, noise="40dB", duration=1.0, at=0.1):
-    """The paper's motor under a step of 10.5 V, 1 kHz."""
+    """Returns a simulated recording of the paper's motor: a step of 10.5 V at ``at`` [s], sampled at 1 kHz."""
     time = np.arange(0, duration, 0.001)
     return motorfit.simulate(M2, time, np.where(time >= at, 10.5, 0.0), noise=noise, seed=seed)
 
@@ -31,7 +31,7 @@ def record():
 
 @pytest.fixture(scope="session")
 def program():
-    """The command line program, built from the same sources."""
+    """Returns a function that runs the command line program built from the same sources."""
     path = os.environ.get("MOTORFIT_PROGRAM")
     if not path:
         if os.environ.get("MOTORFIT_NO_SKIP"):

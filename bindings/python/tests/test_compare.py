@@ -1,4 +1,4 @@
-"""Methods side by side: numbers of the command line, arrays by method, what cannot be asked."""
+"""`compare`: results equal those of the command line program exactly; arrays by method; errors for wrong settings."""
 
 import json
 import math
@@ -20,7 +20,7 @@ def small():
 
 
 def untimed(document):
-    """Without what differs from one time to the next, and from one number of threads to another."""
+    """Returns the document without times and everything derived from them."""
     if isinstance(document, dict):
         timed = {"seconds", "seconds_one_run", "tables", "reached", "name"}
         return {key: untimed(value) for key, value in document.items() if key not in timed}
@@ -51,14 +51,14 @@ def test_a_recording_is_compared_on(program):
     assert found.expected == found.to_dict()["refined"]
 
 
-def test_the_paper(program):
+def test_the_preset_of_the_paper(program):
     printed = json.loads(program("compare", "--preset", "paper", "--runs", "2", "--json", "--device", "cpu").stdout)
     found = motorfit.compare(preset="paper", runs=2, device="cpu")
     assert untimed(found.to_dict()["blocks"]) == untimed(printed["blocks"])
     assert found.to_dict()["paper"]
 
 
-def test_results_own_their_parts(small):
+def test_attributes_agree_with_the_document(small):
     document = small.to_dict()
     (block,), (printed,) = small.blocks, document["blocks"]
     assert block.setting == printed["setting"]
@@ -88,7 +88,7 @@ def test_drawings(small):
         assert "jaya" in str(drawing)
 
 
-def test_wild_candidates_have_no_cost():
+def test_diverging_candidates_cost_infinity():
     found = motorfit.compare(runs=6, generations=3, population=5, bounds={"R": (100, 1000), "L": (1e-6, 1e-5)}, discretization="euler")
     (block,) = found.blocks
     for name in block.methods:
@@ -120,11 +120,11 @@ def test_a_callback_ends_it():
 @pytest.mark.parametrize(
     "settings, message",
     [
-        ({"preset": "paper", "methods": "gwo"}, "preset=\"paper\" is without methods"),
+        ({"preset": "paper", "methods": "gwo"}, "preset=\"paper\" cannot be combined with methods"),
         ({"methods": "sm"}, "methods names no search"),
         ({"methods": ["gwo", "gwo"]}, "names gwo twice"),
         ({"methods": "wolf"}, "wolf"),
-        ({"methods": "auto"}, "auto is no method"),
+        ({"methods": "auto"}, "auto cannot be compared"),
         ({"criteria": "nrmse:nothing"}, "nrmse:nothing"),
         ({"criteria": ["mse:std", "mse:std"]}, "criteria has a value twice"),
         ({"generations": [3, 3]}, "generations has a value twice"),
@@ -138,7 +138,7 @@ def test_a_callback_ends_it():
         ({"fix": {"R": -1.0}}, "fix: R is -1"),
     ],
 )
-def test_what_cannot_be_is_said(settings, message):
+def test_wrong_settings_raise_usage_errors(settings, message):
     with pytest.raises(motorfit.UsageError, match=message) as raised:
         motorfit.compare(**settings)
     assert raised.value.remedy
@@ -149,7 +149,7 @@ def test_keywords_are_checked(record):
         motorfit.compare(method="gwo")
     with pytest.raises(TypeError):
         motorfit.compare(runs=2.5)
-    with pytest.raises(motorfit.UsageError, match="without records"):
+    with pytest.raises(motorfit.UsageError, match="combined with records"):
         motorfit.compare(record, preset="paper")
     with pytest.raises(motorfit.DataError):
         motorfit.compare(motorfit.Record(record.time, current=record.current, speed=record.speed))

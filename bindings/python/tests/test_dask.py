@@ -1,4 +1,4 @@
-"""Sweeps over workers: the bytes of one machine, whatever happens to the workers."""
+"""Sweeps on Dask workers: the results file equals that of the command line program byte for byte, also after failures."""
 
 import contextlib
 import json
@@ -23,7 +23,7 @@ config = pytest.importorskip("dask").config
 dask = pytest.importorskip("motorfit.dask")
 wait_for_lock = pytest.importorskip("motorfit._shard").wait_for_lock
 
-# One motor outside of the study's folder, one that is none.
+# One recording lies outside of the study's folder, one is not a valid recording.
 STUDY = """
 recordings = ["line/*.csv", "../aside/one.csv", "lost.csv"]
 methods = ["gwo"]
@@ -55,7 +55,7 @@ def until(is_so, seconds=60):
 
 
 def is_idle(client):
-    """Whether no worker is at work, not even on what was given up."""
+    """Returns True if no worker executes a task, including cancelled ones."""
     return not any(client.run(lambda dask_worker: len(dask_worker.state.executing)).values())
 
 
@@ -82,7 +82,7 @@ def expected(program, study, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def long_study(tmp_path_factory):
-    """Some seconds of work for two cores, most of them after the first of six shards."""
+    """Returns a study of some seconds on two cores, most of it after the first of six shards."""
     return write(tmp_path_factory.mktemp("long"), LONG)
 
 
@@ -92,12 +92,12 @@ def long_expected(program, long_study, tmp_path_factory):
 
 
 RUNS, GOOD = 240, 180
-# Seeds of the long study, and of one that takes minutes and is never done in full.
+# Seeds of the long study, and of one that takes minutes and is never completed.
 LONG, ENDLESS = 480, 100_000
 
 
 def check(found, expected):
-    """The bytes are right, and no run is lost or doubled."""
+    """Asserts that the results are equal to the expected bytes, and that no run is missing or repeated."""
     assert found["results"].read_bytes() == expected
     merged = [json.loads(line) for line in expected.splitlines()]
     assert [row["id"] for row in merged] == list(range(found["runs"]))
@@ -114,7 +114,7 @@ def test_the_bytes_are_those_of_one_machine(client, study, expected, tmp_path, s
     check(found, expected)
     assert [state.shards_done for state in seen] == list(range(6)) and {state.shards for state in seen} == {5}
     assert [state.done for state in seen] == list(range(0, RUNS + 1, RUNS // 5)) and seen[-1].failed == RUNS - GOOD
-    # Failures are tried again, all else is not.
+    # Only failed runs are repeated.
     last = []
     again = dask.sweep(client, study, tmp_path / "out", shared=shared, progress=last.append)
     assert again["results"].read_bytes() == expected and ids(tmp_path / "out") == list(range(GOOD))
@@ -127,7 +127,7 @@ FIELDS = ("done", "total", "before", "failed", "seconds", "rate", "remaining")
 
 @pytest.mark.parametrize("shared", [None, False])
 def test_progress_means_what_it_does_on_one_machine(client, tmp_path, shared):
-    """One motor fails for its file, and is tried again; one cannot be identified, and is not."""
+    """A motor with an unreadable file is tried again, one that cannot be identified is not."""
     folder = tmp_path / "study"
     study = write_study(folder, 'recordings = ["line/*.csv", "lost.csv"]\nmethods = ["sm"]\nseeds = "1..20"', motors=3)
     rest = motorfit.simulate(M2, np.arange(0, 1, 0.001), np.zeros(1000))
@@ -149,20 +149,20 @@ def test_progress_means_what_it_does_on_one_machine(client, tmp_path, shared):
 
 
 @pytest.mark.parametrize("answer", [False, np.False_, np.bool_(0)])
-def test_an_answer_of_no_ends_it(client, study, tmp_path, answer):
+def test_a_callback_that_returns_false_ends_the_sweep(client, study, tmp_path, answer):
     found = dask.sweep(client, study, tmp_path / "out", progress=lambda _: answer)
     assert found["missing"] == RUNS
 
 
 @pytest.mark.parametrize("answer", [None, True, np.True_, 0, "", [], np.array([])])
-def test_any_other_answer_does_not(client, tmp_path, answer):
+def test_other_return_values_do_not_end_it(client, tmp_path, answer):
     study = write_study(tmp_path / "study", 'recordings = "line/*.csv"\nmethods = "sm"', motors=1)
     assert dask.sweep(client, study, tmp_path / "out", progress=lambda _: answer)["missing"] == 0
 
 
 @pytest.mark.parametrize(("shared", "allowed"), [(False, 3), (True, 3), (False, 0)])
 def test_a_killed_worker_costs_a_retry_and_nothing_else(long_study, long_expected, tmp_path, shared, allowed):
-    """Also where Dask itself gives a task up with its first worker."""
+    """Holds also if Dask gives up a task after one killed worker."""
     killed, seen = [], []
 
     def kill(state):
@@ -180,15 +180,15 @@ def test_a_killed_worker_costs_a_retry_and_nothing_else(long_study, long_expecte
     assert len(killed) == 1, "no worker was killed at work"
     assert len(before & after) == 1
     check(found, long_expected)
-    # No run is counted twice, or not at all.
+    # Each run is counted once.
     assert (seen[-1].shards_done, seen[-1].done, seen[-1].failed) == (6, found["runs"], found["failed"])
     assert all(state.done <= state.total for state in seen)
 
 
 def test_what_is_interrupted_goes_on_elsewhere(client, program, study, expected, tmp_path):
-    """By an answer of the callback, by an exception of it, then with other shards; the rest by the command line."""
+    """Interruptions by the callback's return value and by its exception; the command line program runs the rest."""
     out = tmp_path / "out"
-    # So many shards that most are not with the cluster when the first is finished.
+    # With 40 shards most are not yet submitted when the first is finished.
     most, first = dask.WINDOW, 40
     partly = dask.sweep(client, study, out, shards=first, shared=False, progress=lambda p: p.shards_done < 1)
     assert 0 < RUNS - partly["missing"] <= most * RUNS // first
@@ -207,7 +207,7 @@ def test_what_is_interrupted_goes_on_elsewhere(client, program, study, expected,
 
 
 def test_ctrl_c_keeps_all_that_is_finished(client, study, expected, tmp_path, monkeypatch):
-    """Also shards that are finished and have not come back yet."""
+    """Includes shards whose results have not been collected yet."""
     futures = []
 
     def submit(*args, **options):
@@ -223,14 +223,14 @@ def test_ctrl_c_keeps_all_that_is_finished(client, study, expected, tmp_path, mo
     monkeypatch.setattr(client, "submit", submit)
     with pytest.raises(KeyboardInterrupt):
         dask.sweep(client, study, tmp_path / "out", shards=4, shared=False, progress=press)
-    # A look at a worker, and the shards.
+    # One inspection of a worker, and four shards.
     assert len(futures) == 1 + 4 and ids(tmp_path / "out") == list(range(GOOD))
     check(motorfit.sweep(study, tmp_path / "out"), expected)
 
 
 @contextlib.contextmanager
 def pressed(is_so, seconds=60):
-    """Ctrl-C as soon as something is so, or has not become so for too long; gives whether it was."""
+    """Sends Ctrl-C once `is_so()` holds or the time is up; yields a list that is empty in the latter case."""
     was, over = [], threading.Event()
 
     def watch():
@@ -252,7 +252,7 @@ def pressed(is_so, seconds=60):
 
 
 def test_ctrl_c_frees_the_workers(client, tmp_path):
-    """While they are in the middle of shards of which each takes minutes."""
+    """The interruption comes during shards that take minutes each."""
     study, out = write(tmp_path, ENDLESS), tmp_path / "out"
     plan = motorfit.Sweep.plan(study, out)
 
@@ -266,7 +266,7 @@ def test_ctrl_c_frees_the_workers(client, tmp_path):
     assert any(done()) and max(done()) < plan.runs // 4
     kept = ids(out)
     assert len(kept) == len(set(kept))
-    # The same call would go on.
+    # The same call resumes the sweep.
     seen = []
     found = dask.sweep(client, study, out, shards=4, shared=True, progress=lambda p: seen.append(p) or False)
     assert seen[0].before == len(kept) and found["runs"] - found["missing"] >= len(kept)
@@ -311,7 +311,7 @@ def test_a_recording_that_cannot_be_read_fails_as_on_one_machine(client, program
     (tmp_path / "dask").mkdir()
     (tmp_path / "dask" / "manifest.json").write_bytes((plan.folder / "manifest.json").read_bytes())
 
-    # A plan would say that the recordings have changed.
+    # Planning would reject the changed recordings.
     class Planned:
         _check_limits = motorfit.Sweep._check_limits
 
@@ -349,7 +349,7 @@ def test_paths_stay_below_the_workers_folder(tmp_path):
         lay({"/etc/motorfit.csv": b"x"}, tmp_path / "other")
 
 
-def test_resources_are_asked_for(client, study, expected, tmp_path):
+def test_resources_are_respected(client, study, expected, tmp_path):
     with pytest.raises(motorfit.DeviceError, match="no worker with .*GPU"):
         dask.sweep(client, study, tmp_path / "out", resources={"GPU": 1}, wait=1)
     with cluster(threads_per_worker=2, n_workers=1, resources={"GPU": 1}) as other:
@@ -369,12 +369,12 @@ def test_errors_of_workers_come_back(client, study, tmp_path, monkeypatch):
         if state.shards_done == 0:
             (out / "results-2-of-2.jsonl").write_text("no results\n")
 
-    with pytest.raises(motorfit.DataError, match="no results file") as caught:
+    with pytest.raises(motorfit.DataError, match="not a results file") as caught:
         dask.sweep(client, study, out, shards=2, shared=True, retries=0, progress=spoil)
     assert caught.value.remedy
 
 
-def test_other_instructions_are_said(client, study, expected, tmp_path):
+def test_different_instruction_sets_give_a_warning(client, study, expected, tmp_path):
     out = tmp_path / "out"
     motorfit.Sweep.plan(study, out).run(shard=(1, 4))
     path = out / "results-1-of-4.jsonl"
@@ -386,12 +386,12 @@ def test_other_instructions_are_said(client, study, expected, tmp_path):
 
 @contextlib.contextmanager
 def threads():
-    """A cluster in this process."""
+    """Yields a client of a cluster in this process."""
     with distributed.Client(processes=False, n_workers=1, threads_per_worker=2, dashboard_address=":0") as client:
         yield client
 
 
-def test_the_main_job_is_a_task_like_any_other(client):
+def test_identify_can_be_mapped_over_workers(client):
     records = [step(seed=seed) for seed in range(1, 5)]
     found = client.gather(client.map(motorfit.identify, records, threads=1))
     for one, record in zip(found, records, strict=True):
@@ -418,7 +418,7 @@ def test_an_error_on_a_worker_is_tried_again(study, expected, tmp_path, monkeypa
         broken = iter([True])
         with pytest.raises(OSError, match="no room"):
             dask.sweep(client, study, tmp_path / "other", shards=3, shared=False, retries=0)
-    # The others are kept.
+    # The other shards are kept.
     assert len(ids(tmp_path / "other")) == GOOD * 2 // 3
 
 
@@ -439,13 +439,13 @@ def test_arguments_are_checked_before_the_work(client, tmp_path):
             dask.sweep(client, study, tmp_path / "out", **settings)
         assert caught.value.remedy, settings
     assert not (tmp_path / "out").exists()
-    # Numbers of numpy are numbers too.
+    # Numpy scalars are accepted.
     numbers = {"shards": np.int64(2), "retries": np.int64(0), "threads": np.int32(1), "wait": np.float32(60)}
     found = dask.sweep(client, study, tmp_path / "out", shared=np.False_, resources={}, **numbers)
     assert (found["missing"], found["failed"]) == (0, 0)
 
 
-def test_a_client_is_asked_for(client, study, tmp_path):
+def test_a_wrong_client_is_rejected(client, study, tmp_path):
     address = client.scheduler.address
     cluster = client.cluster
     with distributed.Client(address) as closed:
@@ -458,7 +458,7 @@ def test_a_client_is_asked_for(client, study, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-# What runs where a package is not installed.
+# Code that makes the import of a package fail.
 WITHOUT = "import sys; sys.modules[{name!r}] = None; "
 
 
@@ -471,7 +471,7 @@ def test_what_is_missing_is_said_where_dask_is_not_installed():
 
 @contextlib.contextmanager
 def served(kind, *arguments, without="nothing_that_is_there", **options):
-    """A server of Dask in a process of its own that cannot import something; gives its address."""
+    """Starts a Dask server in another process that cannot import `without`; yields its address."""
     program = WITHOUT.format(name=without) + (
         "import asyncio, distributed\n"
         "async def main():\n"
@@ -506,7 +506,7 @@ def test_a_scheduler_needs_no_motorfit(study, expected, tmp_path):
             check(dask.sweep(client, study, tmp_path / f"out-{shared}", shared=shared), expected)
 
 
-def test_a_worker_does(study, tmp_path):
+def test_a_worker_needs_motorfit(study, tmp_path):
     with by_hand(tmp_path, {}, {"without": "motorfit"}) as client:
         with pytest.raises(motorfit.UsageError, match="cannot import motorfit") as caught:
             dask.sweep(client, study, tmp_path / "out")

@@ -1,4 +1,4 @@
-"""The batch evaluator: every way to hand numbers over gives the numbers of the plain way, or a clear error."""
+"""`Evaluator`: every array-like gives the costs of the plain float64 array bit for bit, or raises an error."""
 
 import pickle
 import signal
@@ -19,12 +19,12 @@ def evaluator(record):
 
 
 def candidates(n, seed=0):
-    """Motors around the paper's."""
+    """Returns candidates with log-normal deviations of 30 % from the paper's motor, shape (n, 5)."""
     return np.array(list(M2.values())) * np.exp(np.random.default_rng(seed).normal(0, 0.3, (n, 5)))
 
 
 def test_costs_are_those_of_the_criterion(record, evaluator):
-    """Against a simulation by the library's other way, and the formula of the contract in numpy."""
+    """Oracle: the nrmse formula in numpy on signals of `simulate`, to a relative 1e-9."""
     assert evaluator.names == ["R", "L", "K", "B", "J"] and evaluator.device[0] == "cpu"
     tried = candidates(5)
     expected = []
@@ -32,7 +32,7 @@ def test_costs_are_those_of_the_criterion(record, evaluator):
         model = motorfit.simulate(dict(zip("RLKBJ", values)), record.time, record.voltage)
         errors = [(record.current - model.current) / record.current.std(), (record.speed - model.speed) / record.speed.std()]
         expected.append(np.sqrt(np.mean(np.square(errors)) * 2))
-    # nrmse² is (1/N) Σ Σ e² over both channels; the kernels add in another order.
+    # nrmse² is (1/N) Σ Σ e² over both channels; the kernels sum in another order.
     np.testing.assert_allclose(evaluator(tried), expected, rtol=1e-9)
 
 
@@ -45,7 +45,7 @@ def test_bounds_and_settings(record):
 
 
 def ways(values):
-    """Ways to hand the same numbers over."""
+    """Returns the same numbers in several memory layouts and types."""
     n, p = values.shape
     backwards = np.ascontiguousarray(values[::-1, ::-1])[::-1, ::-1]
     wide = np.zeros((2 * n, 3 * p))
@@ -123,9 +123,9 @@ def test_costs_that_are_not_numbers_are_inf(evaluator):
     values = candidates(6)
     good = evaluator(values)
     values[0], values[1], values[2] = np.nan, -np.inf, 0.0
-    # Friction that drives.
+    # Negative viscous friction.
     values[3, 3] = -1.0
-    # Without end an inductance lets no current through: that has a cost.
+    # With an infinite inductance the current is zero: the cost is finite.
     values[4, 1] = np.inf
     costs = evaluator(values)
     assert np.isinf(costs[:4]).all() and np.isfinite(costs[4])
@@ -163,7 +163,7 @@ def test_empty_tables_have_no_costs(evaluator):
 
 
 def test_a_cost_does_not_depend_on_the_table(evaluator):
-    """Large tables go in pieces."""
+    """Large tables are evaluated in pieces; the oracle is a small table."""
     values = candidates(300_000)
     costs = evaluator(values)
     picked = np.random.default_rng(2).integers(0, len(values), 50)
@@ -193,7 +193,7 @@ def test_several_recordings_are_one_problem():
     records = [step(seed=n) for n in range(3)]
     joint = motorfit.Evaluator(records, device="cpu")
     alone = [motorfit.Evaluator(r, device="cpu")(candidates(4)) for r in records]
-    # Alike in length: the mean square of all is the mean of theirs, each divided by its own deviation.
+    # For recordings of equal length the joint mean square is the mean of theirs, each scaled by its own deviation.
     np.testing.assert_allclose(joint(candidates(4)), np.sqrt(np.mean(np.square(alone), axis=0)), rtol=1e-3)
 
 
@@ -253,5 +253,5 @@ def test_a_call_within_a_call_is_said_or_done(evaluator):
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
-    assert seen and "within its own work" in seen[0]
+    assert seen and "within one of its own calls" in seen[0]
     np.testing.assert_array_equal(evaluator(candidates(3)), expected)

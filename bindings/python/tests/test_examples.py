@@ -1,4 +1,4 @@
-"""Every example runs, and those that search find the motor of the recording."""
+"""Every example runs, and the estimates of those that search are near the true parameters."""
 
 import importlib.util
 import os
@@ -13,7 +13,7 @@ from conftest import M2, ROOT
 
 EXAMPLES = sorted((ROOT / "bindings" / "python" / "examples").glob("*.py"))
 NEEDS = {"scipy": "scipy", "pymoo": "pymoo", "mealpy": "mealpy", "pandas": "pandas", "matplotlib": "matplotlib", "tqdm": "tqdm"}
-#: How far the parameters may be from the truth: what these searches reach with their budgets, over the seeds tried.
+#: Largest relative error of the parameters; the searches reach these with their budgets over the seeds tried.
 WITHIN = {"identify": 0.01, "scipy_differential_evolution": 0.01, "pymoo_search": 0.3, "mealpy_gwo": 0.3,
           "tqdm_progress": 0.01}
 

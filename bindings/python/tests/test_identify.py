@@ -1,4 +1,4 @@
-"""The main job: the numbers of the command line, its result's parts, progress, interruption."""
+"""`identify`: results equal those of the command line program exactly; attributes, progress, interruption, errors."""
 
 import json
 import pathlib
@@ -18,9 +18,9 @@ from conftest import M2, step
 
 
 def without_times(document):
-    """All but what differs from one run to the next, and the file that only one of them has read."""
+    """Returns the document without times and device."""
     document = {key: value for key, value in document.items() if key not in ("seconds", "device")}
-    # The program knows the rest of its command line.
+    # The advice spells flags in the program and keyword arguments here.
     document["trust"] = {**document["trust"], "next": document["trust"]["next"] is not None}
     return document
 
@@ -58,7 +58,7 @@ def test_a_joint_fit_and_held_out_recordings_too(program, tmp_path):
     assert found.to_dict()["validation"]["records"]
 
 
-def test_a_result_owns_its_parts(record):
+def test_attributes_are_consistent(record):
     found = motorfit.identify(record, method="gwo", generations=30)
     assert set(found.parameters) == set("RLKBJ") == set(found.std_errors) == set(found.ci95)
     for symbol, value in found.parameters.items():
@@ -87,7 +87,7 @@ def test_drawings_are_svg(record, tmp_path):
     assert motorfit.identify(record, polish="none").plot_correlation() is None
 
 
-def test_progress_is_told_and_may_end_the_search(record):
+def test_the_callback_sees_each_generation_and_can_end_the_search(record):
     seen = []
     found = motorfit.identify(record, method="gwo", generations=25, progress=seen.append)
     assert [p.generation for p in seen] == list(range(1, 26)) and seen[-1].evaluations == 2500
@@ -120,7 +120,7 @@ def test_wrong_settings_are_named(record):
         motorfit.identify(flat)
 
 
-def test_estimates_by_themselves_agree(record):
+def test_single_estimators_agree_with_identify(record):
     found = motorfit.identify(record)
     estimate = motorfit.steiglitz_mcbride(record)
     refined = motorfit.refine(record, estimate)
@@ -132,9 +132,9 @@ def test_estimates_by_themselves_agree(record):
         motorfit.refine(record, {key: estimate[key] for key in "RLKB"})
 
 
-def test_the_interpreter_goes_on_meanwhile(record):
+def test_other_threads_run_during_a_search(record):
     def search(generations):
-        """When a search began, when another thread could work meanwhile, and when it ended."""
+        """Returns the sorted times [s] of the start, of the wake-ups of another thread meanwhile, and of the end."""
         seen, done = [time.perf_counter()], threading.Event()
 
         def look():
@@ -155,7 +155,7 @@ def test_the_interpreter_goes_on_meanwhile(record):
     generations = 200
     while (seen := search(generations))[-1] - seen[0] < 0.3:
         generations *= 4
-    # A lock that is held all along would leave one gap as long as the work.
+    # If the search kept the GIL, one gap would be as long as the search.
     assert np.diff(seen).max() < 0.5 * (seen[-1] - seen[0])
 
 
@@ -188,18 +188,18 @@ def test_any_false_ends_the_search(record, false):
 
 
 @pytest.mark.parametrize("other", [None, True, np.True_, 0, "", []])
-def test_other_answers_do_not(record, other):
+def test_other_return_values_do_not_end_the_search(record, other):
     assert len(motorfit.identify(record, method="gwo", generations=15, progress=lambda p: other).history) == 15
 
 
-def test_the_thread_that_calls_calls_back(record):
+def test_the_callback_runs_in_the_calling_thread(record):
     seen = set()
     nested = []
 
     def look(progress):
         seen.add(threading.current_thread())
         if not nested:
-            # The threads are busy with the search that waits for this answer.
+            # The threads of the pool are occupied by the search that waits for this callback.
             nested.append(motorfit.identify(record, method="gwo", generations=3, progress=lambda p: None).cost)
             table = np.repeat([list(M2.values())], 20_000, axis=0)
             nested.append(motorfit.Evaluator(record, device="cpu")(table)[0])
@@ -221,7 +221,7 @@ def test_searches_in_many_threads_with_nested_work(record):
         assert set(pool.map(work, range(12))) == {expected}
 
 
-def test_what_cannot_call_back_is_refused(record):
+def test_a_wrong_callback_is_rejected(record):
     async def look(progress):
         return False
 
@@ -241,7 +241,7 @@ def test_what_cannot_call_back_is_refused(record):
         ({"threads": 0}, "threads"),
     ],
 )
-def test_errors_speak_of_keywords(record, settings, message):
+def test_errors_name_keyword_arguments(record, settings, message):
     with pytest.raises(motorfit.MotorfitError) as raised:
         motorfit.identify(record, **settings)
     text = f"{raised.value} {raised.value.remedy}"

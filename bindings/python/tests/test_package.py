@@ -1,4 +1,4 @@
-"""The package as a whole: stubs that say what is there, devices, versions."""
+"""The package: stubs and docstrings agree with the compiled module; devices and version with the command line program."""
 
 import ast
 import importlib.resources
@@ -15,7 +15,7 @@ from conftest import ROOT
 from motorfit import _motorfit
 
 
-def test_stubs_name_all_there_is():
+def test_stubs_name_every_public_item():
     tree = ast.parse(importlib.resources.files("motorfit").joinpath("_motorfit.pyi").read_text())
     classes = {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
     functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
@@ -38,9 +38,9 @@ def test_everything_public_is_documented():
                 assert member.startswith("_") or value.__doc__, f"{name}.{member}"
 
 
-def test_stubs_are_what_is_there(tmp_path):
-    """Names, signatures and defaults, by mypy's comparison of stubs with what runs."""
-    # What the compiler lists by itself, and the name of a caught exception.
+def test_stubs_agree_with_the_modules(tmp_path):
+    """Compares names, signatures and defaults of the stubs with the modules, by mypy.stubtest."""
+    # `__all__` of the compiled module, and the name of a caught exception.
     (tmp_path / "allowed").write_text("motorfit._motorfit.__all__\nmotorfit.dask.error\n")
     command = [sys.executable, "-m", "mypy.stubtest", "motorfit", "--allowlist", "allowed"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
@@ -48,7 +48,7 @@ def test_stubs_are_what_is_there(tmp_path):
 
 
 def settings_of(tree, name):
-    """The keywords of a TypedDict of the stubs, those of its bases included."""
+    """Returns the keys of a TypedDict of the stubs, including those of its bases."""
     classes = {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
     own = [node.target.id for node in classes[name].body if isinstance(node, ast.AnnAssign)]
     bases = [base.id for base in classes[name].bases if base.id in classes]
@@ -69,7 +69,7 @@ def test_docstrings_name_every_setting():
         named = {key for line in re.findall(r"^([a-z_, ]+?)(?: :|$)", text, re.MULTILINE) for key in line.split(", ")}
         assert set(settings_of(tree, settings)) <= named, name
         given = {"refine": (None, None), "read": ("a.csv",)}.get(name, (None,))
-        # Keywords of the stubs are keywords, and no others.
+        # The function accepts exactly the keywords of the stubs.
         with pytest.raises((TypeError, motorfit.MotorfitError)) as raised:
             getattr(motorfit, name)(*given, **{"nothing_at_all": 1})
         assert "nothing_at_all" in str(raised.value)
@@ -79,7 +79,7 @@ def test_docstrings_name_every_setting():
             assert "no keyword argument" not in str(raised.value), key
 
 
-def test_signatures_say_what_is_the_default():
+def test_signatures_show_defaults():
     for name in motorfit.__all__:
         thing = getattr(motorfit, name)
         if callable(thing) and not (isinstance(thing, type) and issubclass(thing, Exception)):

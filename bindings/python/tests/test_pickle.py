@@ -1,4 +1,4 @@
-"""Results through pickle: what they answer is the same, to the last bit."""
+"""Pickled results: every attribute equals that of the original, bit for bit."""
 
 import copy
 import pickle
@@ -11,7 +11,7 @@ from conftest import M2, step
 
 
 def answers(thing):
-    """All that an object answers: properties, what it says of itself, and methods that need nothing."""
+    """Returns the values of all properties and of all methods without arguments, and the repr."""
     found = {"repr": repr(thing)}
     for name in dir(thing):
         if name.startswith("__") or name in ("_restore", "save"):
@@ -22,7 +22,7 @@ def answers(thing):
 
 
 def same(a, b):
-    """Whether two answers are equal: arrays with their nan, drawings by their SVG."""
+    """Asserts that two values are equal: arrays including nan, figures by their SVG."""
     if isinstance(a, (motorfit.Svg, motorfit.Record)):
         text = str if isinstance(a, motorfit.Svg) else motorfit.Record.to_csv
         assert type(a) is type(b) and text(a) == text(b)
@@ -107,5 +107,5 @@ def test_a_recording_that_is_not_there_is_said(recording):
 def test_another_version_is_said(made, name):
     restore, (state,) = made.__reduce__()
     del state[name]
-    with pytest.raises(ValueError, match=f"another version of motorfit .* without {name}"):
+    with pytest.raises(ValueError, match=f"another version of motorfit .* lacks {name}"):
         restore(state)

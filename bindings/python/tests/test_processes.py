@@ -1,4 +1,4 @@
-"""Forked and spawned processes: work that was begun before a fork does not keep the child waiting; results come back."""
+"""Forked and spawned processes: a child of a parent with running threads does not hang, and returns the same results."""
 
 import multiprocessing
 
@@ -8,7 +8,7 @@ import pytest
 import motorfit
 from conftest import M2, step
 
-# What a child may take: a fit takes some ms.
+# Time limit of a child [s]; a fit takes some milliseconds.
 PATIENCE = 60
 
 
@@ -31,7 +31,7 @@ def study(folder):
 
 
 def in_process(how, work, given):
-    """What a process gives; a hang is a failure."""
+    """Returns the result of `work` in another process; a hang fails the test."""
     with multiprocessing.get_context(how).Pool(1) as pool:
         return pool.apply_async(work, (given,)).get(PATIENCE)
 
@@ -39,7 +39,7 @@ def in_process(how, work, given):
 @pytest.fixture(scope="module")
 def record():
     made = step()
-    # Threads are started here.
+    # Starts the threads of the parent.
     motorfit.identify(made)
     motorfit.Evaluator(made)(np.repeat([list(M2.values())], 20_000, axis=0))
     return made

@@ -1,4 +1,4 @@
-"""Recordings: from files, arrays, frames; their way through pickle; what is refused."""
+"""`Record` and `read`: files, arrays and frames give the same samples bit for bit; pickling; errors for wrong input."""
 
 import pathlib
 import pickle
@@ -18,7 +18,7 @@ def test_a_file_and_its_columns_are_one_recording():
     of_file = motorfit.Record.from_file(EXAMPLE)
     assert len(of_file) == len(of_file.time) == len(of_file.speed) > 1000
     assert of_file.path == EXAMPLE and len(of_file.sha256) == 64
-    # Numbers by Python: those of pandas are off by an ulp.
+    # Python parses the numbers, because the parser of pandas may be off by one ulp.
     frame = pandas.read_csv(EXAMPLE, comment="#", dtype=str).astype(float)
     again = motorfit.Record.from_columns(frame)
     for signal in ("time", "voltage", "current", "speed"):
@@ -125,7 +125,7 @@ def test_errors_say_where_and_what_to_do(tmp_path):
 
 @pytest.mark.parametrize("unit", ["ns", "us", "ms"])
 @pytest.mark.parametrize("start", [None, "2026-01-01T12:00"])
-def test_times_that_are_no_numbers_are_told_how_to_be(record, unit, start):
+def test_timestamps_are_rejected_with_advice(record, unit, start):
     elapsed = np.round(record.time * 1e3).astype("timedelta64[ms]").astype(f"timedelta64[{unit}]")
     times = elapsed if start is None else np.datetime64(start) + elapsed
     columns = {**record.to_columns(), "time_s": times}
@@ -135,12 +135,12 @@ def test_times_that_are_no_numbers_are_told_how_to_be(record, unit, start):
         assert 'numpy.timedelta64(1, "s")' in raised.value.remedy
     columns["time_s"] = (times - times[0]) / np.timedelta64(1, "s")
     np.testing.assert_allclose(motorfit.Record.from_columns(columns).time, record.time, atol=1e-12)
-    # Such a column beside does no harm.
+    # An additional column of this type is ignored.
     beside = motorfit.Record.from_columns({"when": times, **record.to_columns()})
     assert beside.to_csv() == record.to_csv()
 
 
-def test_words_in_frames_do_no_harm(record):
+def test_text_in_frames_is_ignored(record):
     count = len(record)
     notes = {"note": ["# start"] * 50 + ["% so\nor so"] * (count - 50), "# of\ntry": ["a, b"] * count}
     assert motorfit.Record.from_columns({**notes, **record.to_columns()}).to_csv() == record.to_csv()
@@ -166,12 +166,12 @@ def test_frames_take_the_options_of_files(record, tmp_path):
 
 
 @pytest.mark.parametrize("rate", [0, -1, float("nan"), float("inf")])
-def test_a_rate_is_more_than_nothing(record, rate):
+def test_a_rate_is_positive(record, rate):
     with pytest.raises(motorfit.UsageError, match="rate"):
         motorfit.Record.from_columns(record.to_columns(), rate=rate)
 
 
-def test_what_is_no_frame_is_said(record):
+def test_other_objects_than_frames_are_rejected(record):
     frame = pandas.DataFrame(record.to_columns())
     for wrong in (frame["time_s"], record.time, 3, None, "text"):
         with pytest.raises(TypeError, match="mapping of columns or a frame"):
@@ -197,7 +197,7 @@ def test_signals_cannot_be_written_to(record):
 
 
 @pytest.mark.parametrize("work", [motorfit.identify, motorfit.steiglitz_mcbride, motorfit.Evaluator])
-def test_what_is_no_recording_says_how_to_make_one(record, work):
+def test_other_objects_than_recordings_are_rejected_with_advice(record, work):
     some = [lambda wrong: wrong] if work is motorfit.steiglitz_mcbride else [lambda wrong: wrong, lambda wrong: [record, wrong]]
     for given in some:
         for path in ("log.csv", pathlib.Path("log.csv")):
@@ -212,7 +212,7 @@ def test_what_is_no_recording_says_how_to_make_one(record, work):
                 work(given(wrong))
 
 
-def test_every_so_manieth_sample_is_one_or_more(record):
+def test_decimation_is_one_or_more(record):
     with pytest.raises(motorfit.UsageError, match="^decimate is 0"):
         motorfit.Record.from_columns(record.to_columns(), decimate=0)
     with pytest.raises(motorfit.UsageError, match="^decimate is 0"):

@@ -1,4 +1,4 @@
-"""Sweeps on this machine: the bytes of the command line, interruptions, shards that travel."""
+"""`sweep` and `Sweep`: the results file equals that of the command line program byte for byte; interruptions, shards elsewhere."""
 
 import json
 import pathlib
@@ -25,7 +25,7 @@ noise = ["none", "40dB"]
 
 
 def write_study(folder, text=STUDY, motors=3):
-    """A study with recordings beside it; one of them is no recording."""
+    """Writes a study and its recordings, of which one is not a valid recording; returns the path of the study."""
     (folder / "line").mkdir(parents=True)
     for n in range(motors):
         (folder / "line" / f"{n}.csv").write_text(step(seed=n).to_csv())
@@ -36,7 +36,7 @@ def write_study(folder, text=STUDY, motors=3):
 
 
 def ids(folder, name="results-*.jsonl"):
-    """Numbers of the runs in results files, as they stand there, failures that are tried again aside."""
+    """Returns the sorted numbers of the runs in results files, without failures that are tried again."""
     lines = [line for path in folder.glob(name) for line in path.read_text().splitlines()]
     rows = [json.loads(line) for line in lines]
     return sorted(row["id"] for row in rows if "id" in row and (row["error"] or {}).get("kind") != "data")
@@ -49,7 +49,7 @@ def study(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def expected(program, study, tmp_path_factory):
-    """The results of the command line."""
+    """Returns the results file of the command line program."""
     out = tmp_path_factory.mktemp("expected") / "out"
     program("sweep", study, "--out", out, "--no-progress")
     return (out / "results.jsonl").read_bytes()
@@ -60,9 +60,9 @@ def test_the_bytes_are_those_of_the_command_line(study, expected, tmp_path):
     found = motorfit.sweep(study, tmp_path / "out", threads=2, progress=seen.append)
     assert found["results"].read_bytes() == expected
     assert (found["runs"], found["missing"], found["motors"]["count"]) == (96, 0, 4)
-    # The recording that is none fails alone, with its place.
+    # Only the invalid recording fails, with its file and line.
     assert found["failed"] == 24 and "lost.csv, line 3" in found["failures"][0]["message"]
-    # The others have a level of trust each.
+    # Every other run has a level of trust.
     assert sum(found["trust"][level] for level in ("good", "check", "poor")) == 72
     assert seen[-1].done == seen[-1].total == 96 and seen[-1].failed == 24 and seen[-1].seconds > 0
     again = motorfit.sweep(study, tmp_path / "out", limits={"R": (0.9, 0.95)})
@@ -84,8 +84,8 @@ def test_documents_are_those_of_the_command_line(program, study, tmp_path):
     assert motorfit.Sweep.open(out).digest == plan.digest
 
 
-def test_a_shard_travels_and_comes_back(study, expected, tmp_path):
-    """By hand what `motorfit.dask` does: a folder with the manifest, some recordings, what is finished."""
+def test_shards_can_be_run_elsewhere(study, expected, tmp_path):
+    """A folder with the manifest, the recordings of a shard and its finished runs is enough to run the shard elsewhere."""
     here = motorfit.Sweep.plan(study, tmp_path / "here")
     here.run(shard=(3, 4))
     left = here.left(5)
@@ -105,20 +105,20 @@ def test_a_shard_travels_and_comes_back(study, expected, tmp_path):
         assert tally["finished"] == left[index - 1]
         back = (there / f"results-{index}-of-5.jsonl").read_bytes()
         assert here.take((index, 5), back) == left[index - 1]
-        # Once more adds only the failures, which are tried again and again.
+        # A second import adds only the failures, which are repeated in every run.
         assert here.take((index, 5), back) == tally["failed"]
     assert here.merge()["results"].read_bytes() == expected
     assert ids(here.folder) == [n for n in range(96) if n < 72]
 
 
-def test_whole_motors_travel_alone(tmp_path):
+def test_a_shard_reads_only_its_recordings(tmp_path):
     study = write_study(tmp_path / "study", 'recordings = "line/*.csv"\nmethods = "sm"', motors=17)
     plan = motorfit.Sweep.plan(study, tmp_path / "out")
     assert plan.recordings((2, 2)) == [f"line/{name}.csv" for name in sorted(map(str, range(17)))[1::2]]
     assert len(plan.recordings((3, 5))) == 3 and plan.left(5) == [4, 4, 3, 3, 3]
 
 
-def test_what_does_not_belong_is_not_taken(study, tmp_path):
+def test_foreign_or_damaged_results_are_rejected(study, tmp_path):
     plan = motorfit.Sweep.plan(study, tmp_path / "out")
     plan.run(shard=(1, 2))
     results = (plan.folder / "results-1-of-2.jsonl").read_bytes()

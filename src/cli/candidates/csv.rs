@@ -1,6 +1,6 @@
-//! Candidates from CSV.
+//! Candidates from a CSV file or stdin.
 
-use super::{Source, open, places};
+use super::{Source, column_indices, open};
 use motorfit::motor::Axis;
 use motorfit::text::printable;
 use motorfit::{Error, Result};
@@ -10,7 +10,7 @@ use std::path::Path;
 pub(super) struct Table {
     reader: csv::Reader<Capped>,
     name: String,
-    places: Vec<(String, usize)>,
+    indices: Vec<(String, usize)>,
 }
 
 impl Table {
@@ -21,8 +21,8 @@ impl Table {
         let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(input);
         let heading = reader.headers().map_err(|e| broken(&name, &e))?;
         let columns: Vec<&str> = heading.iter().map(|cell| cell.trim_start_matches('\u{feff}')).collect();
-        let places = places(&format!("{name}, line 1"), &columns, axes)?;
-        Ok(Self { reader, name, places })
+        let indices = column_indices(&format!("{name}, line 1"), &columns, axes)?;
+        Ok(Self { reader, name, indices })
     }
 }
 
@@ -32,12 +32,12 @@ impl Source for Table {
     }
 
     fn next(&mut self, most: usize, width: usize, values: &mut Vec<f64>) -> Result<()> {
-        let Self { reader, name, places } = self;
+        let Self { reader, name, indices } = self;
         let mut row = csv::StringRecord::new();
         while values.len() < most * width && reader.read_record(&mut row).map_err(|e| broken(name, &e))? {
             let line = row.position().map_or(0, csv::Position::line);
-            for (column, place) in places.iter() {
-                let cell = row.get(*place).unwrap_or_default();
+            for (column, index) in indices.iter() {
+                let cell = row.get(*index).unwrap_or_default();
                 values.push(motorfit::record::parse_number(cell, false).map_err(|found| {
                     let message = format!("{name}, line {line}, column {column}: {found}");
                     Error::data(message, "Give a number in SI units.")
@@ -52,13 +52,13 @@ fn broken(name: &str, error: &csv::Error) -> Error {
     Error::data(format!("{name}: {}", printable(&error.to_string())), "Give a CSV with a heading and numbers.")
 }
 
-/// Bytes of a line at most: what is longer is no line of candidates, and would be kept in memory.
+/// Largest length of a line \[bytes\]. The CSV reader keeps a line in memory.
 const LINE_MAX: usize = 64 << 10;
 
-/// Input whose lines are capped.
+/// A reader that fails on lines longer than [`LINE_MAX`].
 struct Capped {
     input: Box<dyn Read + Send>,
-    /// Bytes since the last line end.
+    /// Length of the current line up to now \[bytes\].
     line: usize,
 }
 

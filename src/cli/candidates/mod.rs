@@ -1,4 +1,4 @@
-//! Where candidates come from: a sample of the bounds, or a file of any length, read piece by piece.
+//! Sources of candidates: a sample within the bounds, or a file of any length, read in batches.
 
 mod csv;
 #[cfg(feature = "parquet")]
@@ -14,12 +14,12 @@ use motorfit::{Error, Result};
 use std::fs::File;
 use std::path::Path;
 
-/// Candidates that come one after the other.
+/// A source of candidates, read in batches.
 pub(super) trait Source {
-    /// Returns the number of candidates, `None` where it is not known in advance.
+    /// Returns the number of candidates, `None` if it is not known in advance.
     fn count(&self) -> Option<u64>;
 
-    /// Appends the next candidates of `width` values, at most `most`; none at the end.
+    /// Appends at most `most` candidates of `width` values each, row by row; nothing at the end.
     fn next(&mut self, most: usize, width: usize, values: &mut Vec<f64>) -> Result<()>;
 }
 
@@ -40,14 +40,14 @@ impl Source for Sampled {
     }
 }
 
-/// Opens a file, `-` for stdin, and finds the column of each axis.
+/// Opens a file of candidates, `-` for stdin, and finds the column of each axis.
 pub(super) fn file(path: &Path, axes: &[Axis]) -> Result<Box<dyn Source>> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) {
         #[cfg(feature = "parquet")]
         return Ok(Box::new(parquet::Table::open(path, axes)?));
         #[cfg(not(feature = "parquet"))]
         return Err(Error::usage(
-            "this build reads no Parquet",
+            "this build cannot read Parquet",
             "Build with the feature parquet, or give the candidates as CSV.",
         ));
     }
@@ -58,7 +58,7 @@ fn open(path: &Path) -> Result<File> {
     File::open(path).map_err(|e| Error::data(format!("cannot be read: {e}"), "Check the path.").in_file(path))
 }
 
-/// `uniform:N`, `lhs:N` or `grid:N`.
+/// Parses `uniform:N`, `lhs:N` or `grid:N`.
 pub(super) fn sampling(text: &str) -> Result<(Sampling, u64)> {
     let bad = || {
         let message = format!("--sample: \"{}\" is no sample", excerpt(text));
@@ -71,7 +71,7 @@ pub(super) fn sampling(text: &str) -> Result<(Sampling, u64)> {
         "grid" => Sampling::Grid,
         _ => return Err(bad()),
     };
-    // 1e8 is as good as 100000000.
+    // The number is parsed as a float, so that 1e8 is accepted.
     let number = values::number(number, Setting::Sample)?;
     if !(1.0..=9e15).contains(&number) || number.fract() != 0.0 {
         return Err(bad());
@@ -79,19 +79,19 @@ pub(super) fn sampling(text: &str) -> Result<(Sampling, u64)> {
     Ok((kind, whole_u64(number)))
 }
 
-/// The name of each axis, and its column among those of a file.
-fn places(file: &str, columns: &[&str], axes: &[Axis]) -> Result<Vec<(String, usize)>> {
+/// Returns the name of each axis and the index of its column in a file.
+fn column_indices(file: &str, columns: &[&str], axes: &[Axis]) -> Result<Vec<(String, usize)>> {
     let names: Vec<String> = axes.iter().map(|axis| axis.scope.name(axis.parameter)).collect();
     let wrong = |what: &str, name: &str| {
         let found: Vec<String> = columns.iter().map(|column| format!("\"{}\"", excerpt(column))).collect();
         let message = format!("{file}: {what} {name}; there is {}", found.join(", "));
-        let hint = format!("Name one column for each free parameter ({}), or hold it with --fix.", names.join(","));
+        let hint = format!("Name one column for each free parameter ({}), or fix it with --fix.", names.join(","));
         Error::data(message, hint)
     };
-    let place = |name: &String| {
-        let mut found = columns.iter().enumerate().filter(|(_, column)| *column == name).map(|(place, _)| place);
-        let place = found.next().ok_or_else(|| wrong("no column", name))?;
-        if found.next().is_some() { Err(wrong("several columns", name)) } else { Ok((name.clone(), place)) }
+    let find = |name: &String| {
+        let mut found = columns.iter().enumerate().filter(|(_, column)| *column == name).map(|(at, _)| at);
+        let at = found.next().ok_or_else(|| wrong("no column", name))?;
+        if found.next().is_some() { Err(wrong("several columns", name)) } else { Ok((name.clone(), at)) }
     };
-    names.iter().map(place).collect()
+    names.iter().map(find).collect()
 }

@@ -1,6 +1,6 @@
-//! Candidates from Parquet: columns of numbers, read page by page.
+//! Candidates from a Parquet file, read page by page.
 
-use super::{Source, open, places};
+use super::{Source, column_indices, open};
 use motorfit::motor::Axis;
 use motorfit::numeric;
 use motorfit::text::excerpt;
@@ -17,11 +17,14 @@ use std::path::Path;
 pub(super) struct Table {
     reader: SerializedFileReader<File>,
     name: String,
-    places: Vec<(String, usize)>,
-    /// The row group that is read now, and those read.
+    indices: Vec<(String, usize)>,
+    /// Column readers of the current row group.
     columns: Vec<ColumnReader>,
+    /// Unread rows of the current row group.
     left: usize,
+    /// Index of the next row group.
     group: usize,
+    /// Rows read before.
     rows: u64,
 }
 
@@ -36,10 +39,10 @@ impl Table {
         let schema = reader.metadata().file_metadata().schema_descr_ptr();
         let paths: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
         let columns: Vec<&str> = paths.iter().map(String::as_str).collect();
-        let places = places(&name, &columns, axes)?;
-        for (parameter, place) in &places {
-            let column = schema.column(*place);
-            // Old files say what integers mean in the converted type alone.
+        let indices = column_indices(&name, &columns, axes)?;
+        for (parameter, index) in &indices {
+            let column = schema.column(*index);
+            // Old files give the meaning of integers as a converted type only.
             let means_numbers = match column.logical_type_ref() {
                 None => matches!(
                     column.converted_type(),
@@ -60,7 +63,7 @@ impl Table {
                 return Err(Error::data(message, "Write the column as DOUBLE or FLOAT, in SI units."));
             }
         }
-        Ok(Self { reader, name, places, columns: Vec::new(), left: 0, group: 0, rows: 0 })
+        Ok(Self { reader, name, indices, columns: Vec::new(), left: 0, group: 0, rows: 0 })
     }
 
     fn append(&mut self, most: usize, values: &mut Vec<f64>) -> Result<()> {
@@ -69,15 +72,15 @@ impl Table {
                 return Ok(());
             }
             let group = self.reader.get_row_group(self.group).map_err(|e| broken(&self.name, &e))?;
-            let columns = self.places.iter().map(|(_, place)| group.get_column_reader(*place));
+            let columns = self.indices.iter().map(|(_, index)| group.get_column_reader(*index));
             self.columns = columns.collect::<std::result::Result<_, _>>().map_err(|e| broken(&self.name, &e))?;
             self.left = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
             self.group += 1;
         }
-        let (count, width) = (most.min(self.left), self.places.len());
+        let (count, width) = (most.min(self.left), self.indices.len());
         let first = values.len();
         values.resize(first + count * width, 0.0);
-        for (n, (parameter, _)) in self.places.iter().enumerate() {
+        for (n, (parameter, _)) in self.indices.iter().enumerate() {
             let column = read(&mut self.columns[n], count).map_err(|e| broken(&self.name, &e))?;
             if let Some(row) = column.iter().position(|value| !value.is_finite()) {
                 let row = self.rows + row as u64 + 1;
@@ -104,7 +107,7 @@ impl Source for Table {
     }
 }
 
-/// The next `count` numbers of a column, NaN for a null.
+/// Reads the next `count` numbers of a column, NaN for a null.
 fn read(column: &mut ColumnReader, count: usize) -> std::result::Result<Vec<f64>, ParquetError> {
     match column {
         ColumnReader::DoubleColumnReader(reader) => numbers(reader, count, |v| v),
@@ -123,7 +126,7 @@ fn numbers<T: DataType>(
     let (mut values, mut levels) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let (records, _, _) = reader.read_records(count, Some(&mut levels), None, &mut values)?;
     if records < count {
-        return Err(ParquetError::EOF(format!("{records} rows where {count} are due")));
+        return Err(ParquetError::EOF(format!("{records} rows, expected {count}")));
     }
     if values.len() == count {
         return Ok(values.into_iter().map(number).collect());
@@ -134,16 +137,16 @@ fn numbers<T: DataType>(
     Ok(levels.into_iter().map(next).collect())
 }
 
-/// Does `work`; the reader panics on some broken files, which is an error here and not to be seen.
+/// Runs `work` and returns a panic in it as an error, without a message on stderr: the reader panics on some damaged files.
 fn guarded<T>(name: &str, work: impl FnOnce() -> Result<T>) -> Result<T> {
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| {}));
     let done = catch_unwind(AssertUnwindSafe(work));
     std::panic::set_hook(hook);
-    done.unwrap_or_else(|_| Err(broken(name, &"it contradicts itself")))
+    done.unwrap_or_else(|_| Err(broken(name, &"its contents are inconsistent")))
 }
 
 fn broken(name: &str, error: &dyn std::fmt::Display) -> Error {
-    let message = format!("{name}: is no Parquet that can be read: {}", excerpt(&error.to_string()));
+    let message = format!("{name}: cannot be read as Parquet: {}", excerpt(&error.to_string()));
     Error::data(message, "Write the file again, uncompressed or with Snappy or Zstandard.")
 }

@@ -1,4 +1,4 @@
-//! Commands and flags of `sweep`.
+//! Subcommands and flags of `sweep`.
 
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
@@ -8,17 +8,17 @@ use std::path::PathBuf;
 pub(crate) struct SweepArgs {
     #[command(subcommand)]
     pub action: Option<SweepAction>,
-    /// The study (TOML); its lists are factors, and its runs their product
+    /// Study (TOML); each list in it is a factor, and the runs are the product of the factors
     #[arg(value_name = "STUDY", required = true)]
     pub study: Option<PathBuf>,
-    /// The folder of the sweep: a new one, or one that this study was planned in
+    /// Folder of the sweep: a new one, or one in which this study was planned before
     #[arg(long, value_name = "DIR", required = true)]
     pub out: Option<PathBuf>,
     #[command(flatten)]
     pub threads: Threads,
     #[command(flatten)]
     pub shown: Shown,
-    /// A folder for report.html, result.json and CSV files
+    /// Write report.html, result.json and CSV files to this folder
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
     /// Print one JSON document
@@ -30,21 +30,21 @@ pub(crate) struct SweepArgs {
 
 #[derive(Subcommand)]
 pub(crate) enum SweepAction {
-    /// Pin a study in a folder: recordings with their digests, device, runs
+    /// Plan a study in a new folder: pin digests of its recordings, the device and the runs
     Plan {
-        /// The study (TOML)
+        /// Study (TOML)
         #[arg(value_name = "STUDY")]
         study: PathBuf,
-        /// A new folder
+        /// New folder for the sweep
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
     },
-    /// Run what is left of a planned sweep, or of one shard of it
+    /// Do the remaining runs of a planned sweep, or of one shard of it
     Run {
-        /// The folder of the sweep
+        /// Folder of the sweep
         #[arg(value_name = "DIR")]
         dir: PathBuf,
-        /// Which part of the runs, as I/N: any N shards together are the sweep
+        /// Shard to run, as I/N: shard I of N, which together are the sweep
         #[arg(long, value_name = "I/N", default_value = "1/1")]
         shard: String,
         #[command(flatten)]
@@ -55,23 +55,23 @@ pub(crate) enum SweepAction {
         #[command(flatten)]
         strict: Strict,
     },
-    /// Show how far a sweep is
+    /// Show the progress of a sweep and its shards
     Status {
-        /// The folder of the sweep
+        /// Folder of the sweep
         #[arg(value_name = "DIR")]
         dir: PathBuf,
         /// Print one JSON document
         #[arg(long)]
         json: bool,
     },
-    /// Put the results of all shards in order and sum them up
+    /// Merge the results of all shards and summarize them
     Merge {
-        /// The folder of the sweep
+        /// Folder of the sweep
         #[arg(value_name = "DIR")]
         dir: PathBuf,
         #[command(flatten)]
         shown: Shown,
-        /// A folder for report.html, result.json and CSV files
+        /// Write report.html, result.json and CSV files to this folder
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
         /// Print one JSON document
@@ -84,25 +84,25 @@ pub(crate) enum SweepAction {
 
 #[derive(Args)]
 pub(crate) struct Threads {
-    /// Threads [default: all]
+    /// Number of CPU threads [default: all]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub threads: Option<usize>,
 }
 
 #[derive(Args, Clone, Copy)]
 pub(crate) struct Strict {
-    /// Exit with 4 unless the standard errors of every finished run can be believed (trust: good)
+    /// Exit with code 4 unless the level of trust of every finished run is good
     #[arg(long)]
     pub strict: bool,
 }
 
-/// Outputs made of the results.
+/// Flags for outputs made from merged results.
 #[derive(Args)]
 pub(crate) struct Shown {
-    /// Limits that parameters of a motor must keep, as R=0.8:1.0,… in SI units; motors outside are named
+    /// Tolerances of parameters, as R=0.8:1.0,… in SI units; motors outside are listed
     #[arg(long, value_name = "LIMITS", value_delimiter = ',')]
     pub limits: Vec<String>,
-    /// A file for all results as Parquet
+    /// Write all results as Parquet to this file
     #[arg(long, value_name = "FILE")]
     pub parquet: Option<PathBuf>,
 }

@@ -1,4 +1,4 @@
-//! `sweep`: plan, run, status, merge, or all in one.
+//! The command `sweep`: plan, run, status and merge, or all in one.
 
 pub(crate) mod args;
 mod trust;
@@ -15,14 +15,15 @@ use motorfit::study::sweep::{Limits, Merged, Shard, Sweep, SweepStatus, Tally};
 use std::io::Read as _;
 use trust::{level_text, trusted};
 
-/// Columns that a terminal has at least, and rows of a table that are shown there.
+/// Width of printed tables \[characters\].
 const WIDTH: usize = 80;
+/// Largest number of printed rows of a table.
 const ROWS: usize = 40;
 
 pub(super) fn run(args: &SweepArgs, style: &Style) -> Result<Outcome> {
     match &args.action {
         Some(SweepAction::Plan { study, out }) => {
-            let (sweep, again) = Sweep::plan(study, out, cache::paces(style))?;
+            let (sweep, again) = Sweep::plan(study, out, cache::throughput_profile(style))?;
             data(&planned(&sweep, out, again))?;
             Ok(Outcome::Done)
         }
@@ -46,10 +47,10 @@ pub(super) fn run(args: &SweepArgs, style: &Style) -> Result<Outcome> {
 }
 
 fn all(args: &SweepArgs, style: &Style) -> Result<Outcome> {
-    // Clap has seen to both.
+    // Clap requires both without a subcommand.
     let (Some(study), Some(out)) = (&args.study, &args.out) else { return Ok(Outcome::Done) };
     let show = Show::new(&args.shown, args.report.as_deref(), args.json)?;
-    let (sweep, again) = Sweep::plan(study, out, cache::paces(style))?;
+    let (sweep, again) = Sweep::plan(study, out, cache::throughput_profile(style))?;
     style.note(planned(&sweep, out, again).trim_end());
     let tally = shard_run(&sweep, Shard::ALL, args.threads.threads, style)?;
     style.note(tally_text(Shard::ALL, &tally).trim_end());
@@ -73,7 +74,7 @@ fn planned(sweep: &Sweep, folder: &Path, again: bool) -> String {
 
 fn shard_run(sweep: &Sweep, shard: Shard, threads: Option<usize>, style: &Style) -> Result<Tally> {
     motorfit::device::check_threads(threads)?;
-    signals::remark("interrupted: what is finished is kept; run it again to go on");
+    signals::remark("interrupted: finished runs are kept; run the command again to continue");
     let mut show = progress::sweep_reporter(style);
     let tally = with_threads(threads, || {
         sweep.run(shard, &mut |progress| {
@@ -95,7 +96,7 @@ fn shard_run(sweep: &Sweep, shard: Shard, threads: Option<usize>, style: &Style)
     if let Some(fault) = &tally.fault {
         style.error(fault);
         if tally.lost > 0 {
-            style.complaint(&format!("{} finished runs could not be written: they will be done again", tally.lost));
+            style.complaint(&format!("{} finished runs could not be written and will be repeated", tally.lost));
         }
     }
     Ok(tally)
@@ -120,7 +121,7 @@ fn tally_text(shard: Shard, tally: &Tally) -> String {
     if tally.finished > 0 {
         let rate = count_u64(tally.finished) / tally.seconds;
         let seconds = engineering(tally.seconds, "s", 3);
-        let _ = write!(text, ", {} now in {seconds}, {} a second", tally.finished, significant(rate, 3));
+        let _ = write!(text, ", {} now in {seconds}, {} per second", tally.finished, significant(rate, 3));
     }
     if tally.failed > 0 {
         let _ = write!(text, "; {} without a result", tally.failed);
@@ -132,7 +133,7 @@ fn tally_text(shard: Shard, tally: &Tally) -> String {
         let _ = write!(text, "\non {}, {precision}", printable(name));
     }
     if tally.interrupted {
-        text.push_str("\ninterrupted: what is finished is kept; run it again to go on");
+        text.push_str("\ninterrupted: finished runs are kept; run the command again to continue");
     }
     text + "\n"
 }
@@ -142,7 +143,7 @@ fn status_text(status: &SweepStatus) -> String {
     if status.failed > 0 {
         let _ = write!(text, ", {} without a result", status.failed);
     }
-    text.push_str(if status.merged { "; merged results are there\n" } else { "\n" });
+    text.push_str(if status.merged { "; merged\n" } else { "\n" });
     for shard in &status.shards {
         let running = if shard.running { ", running" } else { "" };
         let failed = if shard.failed > 0 { format!(", {} without a result", shard.failed) } else { String::new() };
@@ -151,7 +152,7 @@ fn status_text(status: &SweepStatus) -> String {
     text
 }
 
-/// Outputs of the results, checked before the work.
+/// Outputs of merged results, whose paths are checked before the runs start.
 struct Show<'a> {
     limits: Limits,
     out: Option<Out>,
@@ -170,16 +171,19 @@ impl<'a> Show<'a> {
     }
 }
 
-/// Only Parquet is overwritten by Parquet: never a manifest, results or a recording.
+/// Checks a path for Parquet. Only an existing Parquet file may be replaced, never a manifest, results or a recording.
 fn check_parquet(path: &Path) -> Result<()> {
     if cfg!(not(feature = "parquet")) {
-        let message = "this build writes no Parquet";
-        return Err(Error::usage(message, "Build with the feature parquet; results.jsonl has the same."));
+        let message = "this build cannot write Parquet";
+        return Err(Error::usage(
+            message,
+            "Build with the feature parquet, or use results.jsonl, which has the same data.",
+        ));
     }
     let mut head = [0; 4];
     let file = std::fs::File::open(path);
     if path.exists() && !file.is_ok_and(|mut file| file.read_exact(&mut head).is_ok() && head == *b"PAR1") {
-        let message = "is there and is no Parquet: it is left as it is";
+        let message = "exists and is not Parquet; it is left unchanged";
         return Err(Error::data(message, "Name a new file with --parquet.").in_file(path));
     }
     Ok(())
@@ -189,11 +193,11 @@ fn merge(sweep: &Sweep, show: Show<'_>, strict: Strict, style: &Style) -> Result
     let Show { limits, out, parquet: wanted, json: as_json } = show;
     let Merged { results, summary, damaged } = sweep.merge()?;
     if damaged > 0 && summary.missing > 0 {
-        style.complaint(&format!("{damaged} lines of results are damaged"));
+        style.complaint(&format!("{damaged} lines of the results are damaged"));
     }
     if summary.missing > 0 {
         style.complaint(&format!(
-            "{} of {} runs are missing: run the sweep again, and merge",
+            "{} of {} runs are missing: run the sweep again, then merge",
             summary.missing, summary.runs
         ));
     }

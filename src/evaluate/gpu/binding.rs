@@ -1,13 +1,12 @@
-//! The buffers that a shader sees: the one place for their numbers and kinds. Shaders name them by constants that the
-//! prelude makes of this list.
+//! The table of the buffers that are bound to a shader. The prelude of a shader has a constant for each binding number.
 
 use crate::named::named;
 use wgpu::BufferUsages as U;
 
 named! {
-    /// A buffer that a shader sees, by the name of its constant there; its number is that of the binding.
+    /// A buffer that is bound to a shader, with the name of its constant there. The variant's number is the binding number.
     pub(super) enum Binding: U {
-        /// Which round of how many jobs.
+        /// Index of the round, and number of jobs.
         Round = "ROUND_BINDING" => U::UNIFORM.union(U::COPY_DST),
         /// The jobs of the workgroups.
         Jobs = "JOBS_BINDING" => U::STORAGE.union(U::COPY_DST),
@@ -29,17 +28,17 @@ named! {
 }
 
 impl Binding {
-    /// Returns the number as the shader and the device take it.
+    /// Returns the binding number.
     pub(super) const fn number(self) -> u32 {
         self as u32
     }
 
-    /// Returns the constants that shaders name bindings by.
+    /// Returns WGSL constants for the binding numbers.
     pub(super) fn constants() -> String {
         Self::ALL.map(|binding| format!("const {}: u32 = {}u;\n", binding.name(), binding.number())).concat()
     }
 
-    /// Returns the type in the layout of a pipeline; samples lie in a uniform buffer where they fit.
+    /// Returns the type in the layout of a pipeline. Samples are in a uniform buffer if they fit.
     pub(super) fn kind(self, uniform_samples: bool) -> wgpu::BufferBindingType {
         match self {
             Self::Round => wgpu::BufferBindingType::Uniform,

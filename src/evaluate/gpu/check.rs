@@ -1,5 +1,5 @@
-//! The self-check: the compilers of some driver versions are known to be wrong, so every shader is compared with the
-//! oracle before its first use.
+//! The self-check: the shader compilers of some driver versions are known to be faulty, so every shader is compared with the
+//! scalar evaluator before its first use.
 
 use super::device::{self, AdapterFacts};
 use super::features::ShaderFeatures;
@@ -7,16 +7,16 @@ use super::variant::{Precision, Variant};
 use crate::Result;
 use crate::criterion::{Criterion, Norm};
 use crate::evaluate::{Model, Problem, Scalar};
-use crate::motor::{Discretization, Drive, Parameter, Parameters, Space, simulate};
+use crate::motor::{Discretization, Parameter, Parameters, SimulationInput, Space, simulate};
 use crate::record::{Record, Samples};
 use crate::setting::text;
 use std::sync::Arc;
 
-/// Samples of the experiment: more than a block of the shader, and no multiple of anything.
+/// Number of samples of the experiment: more than a block of the shader, and no multiple of a block or a subgroup.
 const SAMPLES: u32 = 395;
 
-/// A short experiment with a motor like the paper's under a criterion and a model that need `variant`, and candidates
-/// around it.
+/// Returns a problem that uses the shader `variant`, with a short simulated recording of the paper's motor M2, and 37
+/// candidates around the true parameters.
 pub(super) fn specimen(variant: Variant) -> Result<(Arc<Problem>, Vec<f64>)> {
     let volts = |n: u32| match n {
         0..20 => 0.0,
@@ -24,7 +24,7 @@ pub(super) fn specimen(variant: Variant) -> Result<(Arc<Problem>, Vec<f64>)> {
         _ => 10.0 - f64::from(n / 100),
     };
     let voltage: Vec<f64> = (0..SAMPLES).map(volts).collect();
-    let drive = Drive { step_s: &[0.001], step_index: &[], voltage: &voltage, voltage_end: &[], torque: &[] };
+    let drive = SimulationInput { step_s: &[0.001], step_index: &[], voltage: &voltage, voltage_end: &[], torque: &[] };
     let [current, speed] = simulate(&Parameters::M2, &drive, [0.0; 2], Discretization::Zoh);
     let time_s = (0..SAMPLES).map(|n| f64::from(n) * 0.001).collect();
     let record = Record::new(Samples { time_s, voltage, torque: None, current: Some(current), speed: Some(speed) })?;
@@ -42,7 +42,7 @@ pub(super) fn specimen(variant: Variant) -> Result<(Arc<Problem>, Vec<f64>)> {
         let bounds: Vec<_> = extensions.iter().map(|&(of, value)| (of, 0.7 * value, 1.3 * value)).collect();
         space = Space::table2_with(&bounds, &[])?;
     }
-    // A delayed voltage needs the method for lines, which has more special steps than a zero-order hold.
+    // A first-order hold of a delayed voltage has more special steps than a zero-order hold, which are checked too.
     let discretization = if variant.features.is_some() { Discretization::Foh } else { Discretization::Zoh };
     let problem = Problem::new(&[record], Model { discretization, ..Model::default() }, space, criterion)?;
     let factor = |n: u32, axis: u32| 1.0 + 0.3 * f64::from(n * 7 + axis * 5 + 1).sin();
@@ -50,7 +50,7 @@ pub(super) fn specimen(variant: Variant) -> Result<(Arc<Problem>, Vec<f64>)> {
     Ok((Arc::new(problem), (0..37).flat_map(candidate).collect()))
 }
 
-/// Extensions that need these parts, the drive and friction besides, with values that are seen.
+/// Returns extensions that use the given shader parts, the drive and friction, with values that affect the cost.
 fn extensions(features: ShaderFeatures) -> Vec<(Parameter, f64)> {
     use Parameter as P;
     let ShaderFeatures { brushes, delayed, averages } = features;
@@ -66,7 +66,7 @@ fn extensions(features: ShaderFeatures) -> Vec<(Parameter, f64)> {
     drive.into_iter().chain([(P::NegativeGain, 0.9)]).chain(needed).collect()
 }
 
-/// Costs that a device gave against the oracle's.
+/// Compares the costs of a device with those of the scalar evaluator. Returns a device error if one deviates too far.
 pub(super) fn compare(
     facts: &AdapterFacts,
     precision: Precision,
@@ -74,7 +74,7 @@ pub(super) fn compare(
     values: &[f64],
     costs: &[f64],
 ) -> Result<()> {
-    // Ten times what the suite of tests allows.
+    // The tolerances are ten times those of the test suite.
     let allowed = match precision {
         Precision::F64 => 1e-11,
         Precision::F32 => 2e-4,
@@ -88,7 +88,7 @@ pub(super) fn compare(
             let AdapterFacts { name, driver, .. } = facts;
             let precision = precision.name();
             let message = format!(
-                "{name} ({driver}) computes wrongly in {precision}: {cost:e} where {oracle:e} is right, off by {error:.1e}"
+                "{name} ({driver}) computes wrongly in {precision}: cost {cost:e}, expected {oracle:e}, relative error {error:.1e}"
             );
             let remedy = text!("Update its driver, choose another adapter, or use " [Device = "cpu"] ".");
             return Err(device::error(message, remedy));

@@ -1,19 +1,19 @@
-//! The device's own clock: when the dispatches of a submission began and ended.
+//! Time stamps of the device at the begin and the end of a submission.
 
 use super::device::Device;
 use crate::numeric::count_u64;
 
-/// Bytes of both time stamps.
+/// Size of both time stamps \[bytes\].
 pub(super) const BYTES: usize = 16;
 
-/// Where a submission leaves its time stamps.
+/// The queries and the buffer for the time stamps of a submission.
 pub(super) struct Clock {
     queries: wgpu::QuerySet,
     resolved: wgpu::Buffer,
 }
 
 impl Clock {
-    /// `None` where the device has no clock.
+    /// Creates the queries and the buffer; `None` if the device has no clock.
     pub(super) fn of(device: &Device) -> Option<Self> {
         let device = &device.device;
         if !device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
@@ -33,7 +33,7 @@ impl Clock {
         Some(Self { queries, resolved })
     }
 
-    /// Returns the time stamps of a pass: the first pass stamps its beginning, the last its end.
+    /// Returns the time stamps that a pass writes: the first pass at its begin, the last at its end.
     pub(super) fn stamps(&self, pass: u32, passes: u32) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         let (first, last) = (pass == 0, pass + 1 == passes);
         (first || last).then_some(wgpu::ComputePassTimestampWrites {
@@ -43,14 +43,14 @@ impl Clock {
         })
     }
 
-    /// Copies the stamps to `target` from byte `at` on.
+    /// Copies the time stamps to `target` from byte `at` on.
     pub(super) fn resolve(&self, encoder: &mut wgpu::CommandEncoder, target: &wgpu::Buffer, at: u64) {
         encoder.resolve_query_set(&self.queries, 0..2, &self.resolved, 0);
         encoder.copy_buffer_to_buffer(&self.resolved, 0, target, at, BYTES as u64);
     }
 }
 
-/// Time that the device computed, over submissions that may overlap.
+/// Computing time of the device over submissions that may overlap.
 #[derive(Default)]
 pub(super) struct Kernel {
     until: u64,
@@ -65,7 +65,7 @@ impl Kernel {
         self.stamps += 1;
     }
 
-    /// Seconds, of ticks that take `period_ns`; `None` without any stamps.
+    /// Returns the computing time \[s\] for a clock period of `period_ns`; `None` without time stamps.
     pub(super) fn seconds(&self, period_ns: f32) -> Option<f64> {
         (self.stamps > 0).then_some(count_u64(self.ticks) * f64::from(period_ns) * 1e-9)
     }

@@ -1,4 +1,5 @@
-//! The constants of a motor with extensions on the device, behind its step maps; and which problems go to the CPU instead.
+//! The constants of motors with extensions, which shaders read after the step maps; and the conditions under which a problem is
+//! evaluated on the CPU instead.
 
 use super::features::{FIELDS, SLOTS, STATES, ShaderFeatures, Slot, WINDOWS};
 use super::variant::LANES;
@@ -7,15 +8,15 @@ use crate::motor::{DelayTaps, Extended, MovingAverage, Parameter, WINDOW_MAX};
 use crate::numeric::{count, real};
 use std::sync::Arc;
 
-/// Samples up to which f32 counts.
+/// Largest number of samples whose indices f32 represents exactly.
 const SAMPLES_MAX: usize = 1 << 24;
-/// A voltage that no drive reaches, for those without a saturation.
+/// Saturation of a drive that does not saturate \[V\].
 const VOLTS_MAX: f64 = 1e30;
 
-/// A candidate's constants for one recording, slot after slot.
+/// The constants of a candidate for one recording, slot after slot.
 pub(super) type Constants = [[f64; FIELDS]; SLOTS];
 
-/// Returns the constants of a motor; `time` holds those of [`crate::motor::tap_times`].
+/// Returns the constants of a motor. `time` is the result of [`crate::motor::tap_times`].
 pub(super) fn constants(
     features: ShaderFeatures,
     problem: &Problem,
@@ -35,14 +36,14 @@ pub(super) fn constants(
     }
     if features.delayed {
         let taps = DelayTaps::new(motor, signals.drive(), problem.settings(signals), time.clone());
-        // Steps count from the first that is simulated; of `samples` none has the number `samples + 1`.
+        // Steps are counted from the first simulated sample. The number `samples + 1` marks a step that does not occur.
         let (first, samples) = (problem.first_active(signals), signals.len());
         let own = &mut constants[features.slot(Slot::Taps)];
         own[0] = real(taps.whole.min(samples.cast_signed() + 1) as i64);
         own[1] = count(taps.movement.unwrap_or(0).min(samples + 1).saturating_sub(first));
         own[2..8].copy_from_slice(taps.gains.as_flattened());
         let own = &mut constants[features.slot(Slot::Special)];
-        // The shaders know the steps before the first movement by themselves.
+        // The first two special steps are those before the first movement, which the shaders handle.
         for (own, (at, gains)) in own.chunks_exact_mut(3).zip(&taps.special[2..]) {
             let at = at.min(&(samples + 1)).checked_sub(first).unwrap_or(samples + 1);
             own.copy_from_slice(&[count(at), gains[0], gains[1]]);
@@ -51,8 +52,8 @@ pub(super) fn constants(
     constants
 }
 
-/// Returns the number of past values that a sensor of a candidate keeps of one recording: a power of two, more than the
-/// longest window, or all samples.
+/// Returns the length of the ring buffer of past values of a sensor for one recording: a power of two that is larger than the
+/// longest window, or at least the number of simulated samples.
 pub(super) fn ring(problem: &Problem, signals: &Signals) -> usize {
     let longest = WINDOWS.map(|window| longest(problem, window)).into_iter().fold(1.0, f64::max);
     let active = signals.len() - problem.first_active(signals);
@@ -61,32 +62,32 @@ pub(super) fn ring(problem: &Problem, signals: &Signals) -> usize {
     (longest + 1).min(active.max(1)).next_power_of_two()
 }
 
-/// Returns the largest value of a parameter in the bounds of a problem.
+/// Returns the largest value of a parameter within the bounds of a problem, 0 if it is not among its parameters.
 fn longest(problem: &Problem, parameter: Parameter) -> f64 {
     let space = problem.space();
     let free = space.free().iter().filter(|axis| axis.parameter == parameter).map(|axis| axis.max);
-    let held = space.fixed().iter().filter(|held| held.0 == parameter).map(|held| held.2);
-    free.chain(held).fold(0.0, f64::max)
+    let fixed = space.fixed().iter().filter(|fixed| fixed.0 == parameter).map(|fixed| fixed.2);
+    free.chain(fixed).fold(0.0, f64::max)
 }
 
-/// Returns the bytes of the past values and the states of a candidate, over all recordings.
+/// Returns the bytes of the past sensor values and the states of a candidate, over all recordings.
 pub(super) fn kept_bytes(problem: &Problem, features: ShaderFeatures, number_bytes: usize) -> usize {
     let kept = |signals: &Arc<Signals>| STATES + features.channels() * ring(problem, signals);
     problem.signals().iter().map(|signals| number_bytes * kept(signals)).sum()
 }
 
-/// Returns whether the device takes a problem: not with delayed inputs on an uneven clock or with voltages that are lines of
-/// their own over each step, not where past values of sensors need more than `budget` bytes, and not recordings so long
-/// that f32 does not count them.
+/// Returns true if the device can evaluate a problem. It cannot evaluate delayed inputs with irregular steps or with a voltage
+/// that has a slope of its own over each step, past sensor values of more than `budget` bytes, or recordings with more samples
+/// than f32 can count.
 pub(super) fn is_served(problem: &Problem, number_bytes: usize, budget: usize) -> bool {
     let Some(features) = ShaderFeatures::of(problem.features()) else { return true };
-    let uneven = |s: &Signals| !s.step_index.is_empty() || s.has_own_lines();
+    let uneven = |s: &Signals| !s.step_index.is_empty() || s.has_slopes();
     let refused = |s: &Signals| s.len() > SAMPLES_MAX - 2 || (features.delayed && uneven(s));
     !problem.signals().iter().any(|s| refused(s)) && LANES * kept_bytes(problem, features, number_bytes) <= budget
 }
 
-/// Returns whether a candidate's windows exceed the bounds: its past values are kept for those, and the device computes
-/// wrongly beyond.
+/// Returns true if a sensor window of a candidate exceeds the bounds. The ring buffers are sized by the bounds, so that the
+/// device would compute a wrong cost.
 pub(super) fn is_beyond(problem: &Problem, candidate: &[f64]) -> bool {
     let axes = problem.space().free().iter().zip(candidate);
     problem.features().is_averaged()

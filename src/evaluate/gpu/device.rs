@@ -1,4 +1,4 @@
-//! Adapters and devices: what is there, opening one, and turning what goes wrong into errors.
+//! GPU adapters and devices: listing, selecting, opening, and conversion of faults to errors.
 
 use super::variant::{Fetch, UNIFORM_BYTES};
 use crate::setting::{Text, text};
@@ -8,55 +8,56 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// An adapter as `devices` lists it.
+/// Properties of an adapter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AdapterFacts {
-    /// Its place in the list, as `gpu:INDEX` names it.
+    /// Index in the list of adapters, as in `gpu:INDEX`.
     pub index: usize,
-    /// Its name.
+    /// Name of the adapter.
     pub name: String,
-    /// discrete, integrated, virtual, software or other.
+    /// Kind of the adapter: discrete, integrated, virtual, software or other.
     pub kind: &'static str,
-    /// The interface it is reached through.
+    /// Graphics interface, such as Vulkan.
     pub backend: String,
     /// Driver and its version.
     pub driver: String,
-    /// True if it computes in f64.
+    /// True if shaders can compute in f64.
     pub f64: bool,
-    /// Largest buffer that a shader can see \[bytes\].
+    /// Largest size of a bound storage buffer \[bytes\].
     pub binding_bytes_max: u64,
-    /// Most workgroups in one dimension of a dispatch.
+    /// Largest number of workgroups in one dimension of a dispatch.
     pub workgroups_max: u32,
 }
 
-/// Which adapter is asked for.
+/// The requested adapter.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Selector {
-    /// The best there is; a software one when there is nothing else.
+    /// The best adapter, which may be a software adapter if there is no other.
     #[default]
     Best,
-    /// By its place in the list.
+    /// The adapter with an index in the list of adapters.
     Index(usize),
-    /// By a part of its name, whatever the case.
+    /// The first adapter whose name contains a text, ignoring case.
     Name(String),
 }
 
-/// The time after which a submission counts as hung: this, and its work at a rate that the slowest
-/// software adapter reaches.
+/// Time after which a submission without work is considered to hang.
 const PATIENCE: Duration = Duration::from_secs(60);
+/// Rate of the slowest software adapter, at which the work of a submission extends [`PATIENCE`] \[candidate-steps/s\].
 const SLOWEST_STEPS_PER_SECOND: u64 = 20_000_000;
-/// Candidate-steps below which a submission is waited for awake, and for how long at most.
+/// Number of candidate-steps below which the thread spins instead of sleeping while it waits for a submission.
 const SPIN_STEPS: u64 = 1_000_000;
+/// Longest time of spinning.
 const SPIN: Duration = Duration::from_micros(300);
 
-/// Makes the error of a device.
+/// Returns a device error.
 pub(super) fn error(message: impl Into<Text>, remedy: impl Into<Text>) -> Error {
     Error::new(ErrorKind::Device, message, remedy)
 }
 
-/// The hint after a fault that may pass.
+/// Returns the hint for a fault that may be temporary.
 pub(super) fn again() -> Text {
-    text!("Run again; if it stays, update the driver or use " [Device = "cpu"] ".")
+    text!("Run again; if the error persists, update the driver or use " [Device = "cpu"] ".")
 }
 
 fn adapters() -> Vec<wgpu::Adapter> {
@@ -93,23 +94,23 @@ fn facts((index, adapter): (usize, &wgpu::Adapter)) -> AdapterFacts {
     }
 }
 
-/// Every adapter of this machine, the best first.
+/// Returns the adapters of this machine, the best first.
 #[must_use]
 pub fn list() -> Vec<AdapterFacts> {
     adapters().iter().enumerate().map(facts).collect()
 }
 
-/// An open device. Errors that nobody waits for are kept and reported with the next result.
+/// An open device. Asynchronous errors are stored and reported with the next result.
 pub(super) struct Device {
     pub facts: AdapterFacts,
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
-    /// The way in which samples reach the invocations: software adapters share them in subgroups, if these are of at least eight.
+    /// Access to samples: software adapters with subgroups of at least eight invocations broadcast them.
     pub fetch: Fetch,
-    /// True where samples may lie in a uniform buffer of [`UNIFORM_BYTES`].
+    /// True if the device supports uniform buffers of [`UNIFORM_BYTES`].
     pub uniform: bool,
     fault: Arc<Mutex<Option<String>>>,
-    /// The longest time that a submission may take.
+    /// Longest time of a submission, in addition to that of its work.
     pub patience: Duration,
     /// True if submissions are timed by the device's clock.
     pub timed: bool,
@@ -152,7 +153,7 @@ impl Device {
         Ok(Self { facts, device, queue, fetch, uniform, fault, patience: PATIENCE, timed: false })
     }
 
-    /// The first error since the last check, if any.
+    /// Returns the first error since the last check, if there was one.
     pub(super) fn check(&self) -> Result<()> {
         let fault = self.fault.lock().unwrap_or_else(PoisonError::into_inner).take();
         fault.map_or(Ok(()), |text| {
@@ -160,12 +161,12 @@ impl Device {
         })
     }
 
-    /// Waits until a submission of so many candidate-steps is done and its results have `arrived`.
+    /// Waits until a submission of `steps` candidate-steps is done and its results have `arrived`.
     pub(super) fn wait(&self, submission: wgpu::SubmissionIndex, steps: u64, arrived: &AtomicBool) -> Result<()> {
-        // Sleeping and being woken takes longer than short work itself.
+        // Short work takes less time than waking a sleeping thread.
         let spin = Instant::now();
         while steps < SPIN_STEPS && spin.elapsed() < SPIN && !arrived.load(Ordering::Acquire) {
-            // What it may report is reported by the wait below.
+            // Errors are reported by the wait below.
             let _ = self.device.poll(wgpu::PollType::Poll);
             std::hint::spin_loop();
         }
@@ -177,21 +178,21 @@ impl Device {
         let polled = self.device.poll(wait);
         self.check()?;
         polled.map(|_| ()).map_err(|e| {
-            // Dropping a device waits for its work, which a hung one never ends: it is left to the system.
+            // Dropping a device waits for its work, which never ends on a hung device. So the device is leaked.
             std::mem::forget((self.device.clone(), self.queue.clone()));
             error(
                 format!("{} did not finish within {} s: {e}", self.facts.name, patience.as_secs()),
-                text!("The device hangs or is far too slow: use " [Device = "cpu"] ", or restart its driver."),
+                text!("The device hangs or is too slow: use " [Device = "cpu"] ", or restart its driver."),
             )
         })
     }
 }
 
-/// The adapter that is asked for; the best there is in f64 where that is asked for too.
+/// Returns the index of the requested adapter. For `Best` with f64, adapters that support f64 are preferred.
 fn choose(list: &[AdapterFacts], selector: &Selector, f64: bool) -> Result<usize> {
     if list.is_empty() {
         return Err(error(
-            "no GPU adapter answers on this machine",
+            "no GPU adapter was found on this machine",
             text!(
                 "Install a Vulkan driver and its loader (Debian: libvulkan1 with mesa-vulkan-drivers or the vendor's \
                  driver), or use " [Device = "cpu"] "."
@@ -209,7 +210,7 @@ fn choose(list: &[AdapterFacts], selector: &Selector, f64: bool) -> Result<usize
     };
     found.ok_or_else(|| {
         let known: Vec<String> = list.iter().map(|a| format!("gpu:{} {}", a.index, a.name)).collect();
-        let hint = text!([Command::Devices] " lists what is there.");
-        error(format!("no adapter {wanted}; there is {}", known.join(", ")), hint)
+        let hint = text!([Command::Devices] " lists the adapters of this machine.");
+        error(format!("no adapter {wanted}; available: {}", known.join(", ")), hint)
     })
 }

@@ -1,4 +1,4 @@
-//! The evaluator: batches cut into submissions, several of them in flight, their sums made costs.
+//! The GPU evaluator: divides batches into submissions, keeps several in flight, and computes costs from their sums.
 
 use super::check;
 use super::clock::Kernel;
@@ -17,31 +17,31 @@ use crate::{Error, ErrorKind, Result};
 use std::collections::{HashSet, VecDeque};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Bytes of step maps in one submission, and of samples; larger batches are cut.
+/// Largest size of the step maps, and of the samples, in one submission \[bytes\]. Larger batches are divided.
 const BUDGET: u64 = 64 << 20;
-/// Submissions of one batch in flight.
+/// Number of submissions of one batch in flight.
 const FLIGHTS: usize = 2;
-/// Submissions whose buffers are kept.
+/// Number of sets of buffers.
 const SETS: usize = 4;
 
-/// Evaluates on one adapter.
+/// The GPU evaluator on one adapter.
 pub struct Gpu {
     device: Device,
     precision: Precision,
     budget: usize,
     pipelines: Pipelines,
-    /// Shaders that have computed rightly.
+    /// Shaders that passed the comparison with the scalar evaluator.
     checked: HashSet<Variant>,
     sets: Vec<Set>,
-    /// The set that is given up next.
+    /// Index of the set that was reused last.
     next: usize,
-    /// The number of times that all sets were given up.
+    /// Number of device failures, after each of which all sets were dropped.
     losses: usize,
-    /// The work that the device did while it was timed.
+    /// Computing time of the device in a timed evaluation.
     kernel: Kernel,
 }
 
-/// A part of the batch in flight.
+/// A submission in flight, with its parts of the batch.
 struct Flight {
     parts: Vec<Part>,
     set: usize,
@@ -51,15 +51,16 @@ struct Flight {
 struct Begun {
     flights: VecDeque<Flight>,
     waiting: VecDeque<Vec<Part>>,
-    /// The losses before it: after another one its sets are no longer its own.
+    /// Number of device failures before it. After another failure its sets are gone.
     losses: usize,
 }
 
 impl Gpu {
-    /// Opens an adapter and checks that it computes rightly. `precision`: `None` takes f64 where the device has it.
+    /// Opens an adapter and compares it with the scalar evaluator. A `precision` of `None` uses f64 if the device has it.
     ///
     /// # Errors
-    /// `Device` when there is no such adapter, it lacks f64, cannot be opened or computes wrongly.
+    /// Returns a device error if there is no matching adapter, or it lacks the requested f64, cannot be opened or computes
+    /// wrong costs.
     pub fn open(selector: &Selector, precision: Option<Precision>) -> Result<Self> {
         let device = Device::open(selector, precision == Some(Precision::F64))?;
         let has_f64 = device.facts.f64;
@@ -86,19 +87,19 @@ impl Gpu {
         Ok(gpu)
     }
 
-    /// Returns facts about the adapter.
+    /// Returns the properties of the adapter.
     #[must_use]
     pub fn facts(&self) -> &AdapterFacts {
         &self.device.facts
     }
 
-    /// The numbers that it computes with.
+    /// Returns the precision of the evaluation.
     #[must_use]
     pub fn precision(&self) -> Precision {
         self.precision
     }
 
-    /// Compares a shader with the oracle before its first use.
+    /// Compares a shader with the scalar evaluator before its first use.
     fn check_shader(&mut self, variant: Variant) -> Result<()> {
         if self.checked.contains(&variant) {
             return Ok(());
@@ -116,10 +117,12 @@ impl Gpu {
         Ok(())
     }
 
-    /// wgpu panics where a driver reports a loss while it is waited for. After a failure nothing in flight is trusted.
+    /// Runs `work` and turns a panic into an error: wgpu panics if the driver reports a lost device during a wait. After a
+    /// device error everything in flight is dropped.
     fn guard<T>(&mut self, work: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
-        let done = catch_unwind(AssertUnwindSafe(|| work(self)))
-            .unwrap_or_else(|_| Err(error(format!("{} was lost while it computed", self.device.facts.name), again())));
+        let done = catch_unwind(AssertUnwindSafe(|| work(self))).unwrap_or_else(|_| {
+            Err(error(format!("{} was lost during a computation", self.device.facts.name), again()))
+        });
         if done.as_ref().is_err_and(|e| e.kind() == ErrorKind::Device) {
             self.sets.clear();
             self.losses += 1;
@@ -127,7 +130,7 @@ impl Gpu {
         done
     }
 
-    /// Returns the shader that a group needs; its samples lie in a uniform buffer if they fit.
+    /// Returns the shader variant for a group. Its samples are in a uniform buffer if they fit.
     fn variant(&self, group: &Group<'_>) -> Variant {
         let features = ShaderFeatures::of(group.problem.features());
         Variant {
@@ -140,12 +143,12 @@ impl Gpu {
         }
     }
 
-    /// Returns whether the device takes a group; the CPU takes the others.
+    /// Returns true if the device can evaluate a group. The CPU evaluates the others.
     fn serves(&self, group: &Group<'_>) -> bool {
         is_served(group.problem, self.precision.bytes(), self.budget)
     }
 
-    /// An idle set: the one that holds these groups' scene if there is one, else a new one, else the next in turn.
+    /// Returns an idle set: preferably one with the data of these groups, else a new one, else the next in turn.
     fn idle_set(&mut self, groups: &[Group<'_>], variant: Variant) -> Result<usize> {
         let serves = |set: &Set| set.batch.as_ref().is_some_and(|batch| batch.serves(groups, variant));
         if let Some(found) = self.sets.iter().position(|set| set.flight.is_none() && serves(set)) {
@@ -161,10 +164,10 @@ impl Gpu {
                 return Ok(self.next);
             }
         }
-        Err(Error::usage("too many batches are pending", "Finish one before the next begins."))
+        Err(Error::usage("too many batches are pending", "Finish one before beginning the next."))
     }
 
-    /// Submits waiting parts until enough are in flight.
+    /// Submits waiting parts until [`FLIGHTS`] are in flight.
     fn launch(&mut self, batch: &Batch<'_>, pending: &mut Begun) -> Result<()> {
         while pending.flights.len() < FLIGHTS
             && let Some(parts) = pending.waiting.front()
@@ -172,7 +175,7 @@ impl Gpu {
             let groups: Vec<Group<'_>> = parts.iter().map(|part| part.of(batch)).collect();
             let variant = self.variant(&groups[0]);
             let set = match self.idle_set(&groups, variant) {
-                // What is in flight already frees a set when it lands.
+                // A submission in flight will release a set.
                 Err(_) if !pending.flights.is_empty() => return Ok(()),
                 found => found?,
             };
@@ -186,8 +189,8 @@ impl Gpu {
         Ok(())
     }
 
-    /// Waits for all parts and adds their sums to the totals of their candidates.
-    fn land(&mut self, batch: &Batch<'_>, mut pending: Begun, totals: &mut [f64]) -> Result<()> {
+    /// Waits for all submissions of a batch and adds their sums to the totals of the candidates.
+    fn collect_all(&mut self, batch: &Batch<'_>, mut pending: Begun, totals: &mut [f64]) -> Result<()> {
         loop {
             self.launch(batch, &mut pending)?;
             let Some(Flight { parts, set }) = pending.flights.pop_front() else { return Ok(()) };
@@ -214,8 +217,8 @@ fn add(unit: &Unit, problem: &Problem, sums: &Sums<'_>, totals: &mut [f64]) {
     }
 }
 
-/// Makes costs of the totals of a group. A candidate that the device does not take goes to the CPU.
-fn form(group: &Group<'_>, costs: &mut [f64]) -> Result<()> {
+/// Replaces the totals of a group by costs. Candidates that the device cannot evaluate are evaluated on the CPU.
+fn finish_costs(group: &Group<'_>, costs: &mut [f64]) -> Result<()> {
     for (row, cost) in costs.iter_mut().enumerate() {
         let values = group.candidates.row(row);
         if values.iter().any(|v| v.is_nan()) {
@@ -251,15 +254,18 @@ impl Evaluator for Gpu {
     fn finish(&mut self, batch: &Batch<'_>, pending: Pending, costs: &mut [f64]) -> Result<()> {
         batch.check(costs)?;
         let Some(begun) = pending.take::<Begun>() else {
-            return Err(Error::usage("this batch was begun by another evaluator", "Finish it where it was begun."));
+            return Err(Error::usage(
+                "this batch was begun by another evaluator",
+                "Finish it on the evaluator that began it.",
+            ));
         };
         costs.fill(0.0);
-        self.guard(|gpu| gpu.land(batch, begun, costs))?;
+        self.guard(|gpu| gpu.collect_all(batch, begun, costs))?;
         let mut rest = costs;
         for group in batch.groups {
             let (own, others) = rest.split_at_mut(group.candidates.count());
             if self.serves(group) {
-                form(group, own)?;
+                finish_costs(group, own)?;
             } else {
                 Simd::default().evaluate(&Batch { groups: &[*group] }, own)?;
             }

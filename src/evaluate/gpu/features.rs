@@ -1,46 +1,46 @@
-//! The parts of a shader for motors with extensions, and where the constants of a candidate lie for them.
+//! The optional parts of a shader for motors with extensions, and the layout of a candidate's constants.
 
 use crate::motor::{ModelFeatures, Parameter};
 
-/// The parts of a shader for motors with extensions, beyond friction and the drive, which all of them have.
+/// The optional parts of a shader for motors with extensions. Friction and the drive are always present.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ShaderFeatures {
-    /// True if brushes drop a voltage.
+    /// True if the brushes have a voltage drop.
     pub brushes: bool,
     /// True if the voltage is delayed.
     pub delayed: bool,
-    /// Which sensors average.
+    /// True for each sensor, of current and of speed, that is a moving average.
     pub averages: [bool; 2],
 }
 
-/// Entries of a step map, and of each slot of constants behind the maps of a block.
+/// Number of entries of a step map, and of each slot of constants after the maps of a block.
 pub(super) const FIELDS: usize = 12;
-/// Entries of the state of a block between rounds: state and running sums.
+/// Number of entries of a block that are kept between rounds: states and running sums.
 pub(super) const STATES: usize = 4;
-/// Words of a job.
+/// Number of words of a job.
 pub(super) const JOB: usize = 15;
-/// Windows of the sensors, in samples.
+/// Window lengths of the sensors, in samples.
 pub(super) const WINDOWS: [Parameter; 2] = [Parameter::CurrentAverage, Parameter::SpeedAverage];
 
-/// A group of a candidate's constants for one recording, [`FIELDS`] entries. The first are the values of the extensions,
-/// in the order of [`Parameter::EXTENSIONS`].
+/// A slot of [`FIELDS`] constants of a candidate for one recording. Before these slots are the values of the extensions, in the
+/// order of [`Parameter::EXTENSIONS`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Slot {
-    /// Whole samples, weight of the oldest, and one over the window, of each sensor.
+    /// For each sensor: integer part of the window, weight of the oldest sample, and reciprocal of the window.
     Averages,
-    /// Whole samples of the dead time, the step of the first movement, and the gains of three samples.
+    /// Integer part of the dead time in samples, step of the first movement, and gains of three samples.
     Taps,
-    /// Steps that no taps give, and their gains.
+    /// Steps whose input the taps do not represent, and their contributions.
     Special,
 }
 
-/// Slots with the values of the extensions.
+/// Number of slots with the values of the extensions.
 const VALUES: usize = Parameter::EXTENSIONS.len().div_ceil(FIELDS);
-/// Slots of a candidate at most.
+/// Largest number of slots of a candidate.
 pub(super) const SLOTS: usize = VALUES + 3;
 
 impl ShaderFeatures {
-    /// Returns the parts of a model; `None` for the linear motor.
+    /// Returns the shader parts that a model needs; `None` for the linear motor.
     pub(super) fn of(features: ModelFeatures) -> Option<Self> {
         (!features.is_linear()).then(|| Self {
             brushes: features.has(Parameter::BrushDrop),
@@ -49,12 +49,12 @@ impl ShaderFeatures {
         })
     }
 
-    /// Returns the slots that a block has behind its step maps.
+    /// Returns the number of slots after the step maps of a block.
     pub(super) fn slots(self) -> usize {
         self.slot(Slot::Taps) + if self.delayed { 2 } else { 0 }
     }
 
-    /// Returns the number of a slot.
+    /// Returns the index of a slot.
     pub(super) fn slot(self, slot: Slot) -> usize {
         let averages = usize::from(self.averages != [false; 2]);
         match slot {
@@ -64,7 +64,7 @@ impl ShaderFeatures {
         }
     }
 
-    /// Returns the number of sensors that average.
+    /// Returns the number of sensors that are moving averages.
     pub(super) fn channels(self) -> usize {
         self.averages.into_iter().filter(|averages| *averages).count()
     }

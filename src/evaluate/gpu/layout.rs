@@ -1,4 +1,4 @@
-//! A batch as the words of buffers. Offsets are those of `shaders/input.wgsl`.
+//! The layout of a batch in buffers, as `shaders/input.wgsl` reads it.
 
 use super::constants::ring;
 use super::reference::{Reference, ReferenceStep};
@@ -8,17 +8,17 @@ use crate::motor::tap_times;
 use crate::numeric::single;
 use std::sync::Arc;
 
-/// Loop iterations of an invocation in one dispatch: llvmpipe cuts them off at 65,535 without a word, and a real
-/// device's watchdog wants short dispatches too.
+/// Largest number of loop iterations of an invocation in one dispatch. llvmpipe stops loops silently after 65,535 iterations,
+/// and the watchdogs of hardware drivers limit the time of a dispatch.
 const ITERATIONS: usize = 60_000;
-/// The iterations that a segment and a block of samples add: one of its own and the last looks of the
-/// loops within. Measured on llvmpipe: 8 for a segment of one sample, all told.
+/// Number of loop iterations that llvmpipe counts in addition for each segment and each block of samples. A segment of one
+/// sample was measured as 8 iterations in all.
 const OVERHEAD: usize = 5;
 
-/// Where a job of motors with extensions says where what its sensors keep begins.
+/// Word of a job of motors with extensions that has the offset of the past sensor values.
 const RING: usize = 13;
 
-/// Numbers as bytes are uploaded.
+/// Conversion of numbers to the bytes of buffers.
 impl Precision {
     fn push(self, bytes: &mut Vec<u8>, values: &[f64]) {
         if self.bytes() == 8 {
@@ -33,34 +33,38 @@ impl Precision {
     }
 }
 
-/// One (group, recording): its blocks of candidates from `first` on.
+/// The blocks of candidates of one (group, recording).
 pub(super) struct Unit {
-    /// The group of the batch, and the recording of its problem.
+    /// Index of the group in the batch.
     pub group: usize,
+    /// Index of the recording in the group's problem.
     pub recording: usize,
+    /// Index of the first block, counted over all units.
     pub first: usize,
+    /// Number of blocks.
     pub blocks: usize,
-    /// Its first map, counted over all units: blocks times distinct steps and slots of constants.
+    /// Index of the first map, counted over all units. A block has a map for each distinct step and each slot of constants.
     pub map_first: usize,
-    /// The reference's maps for each distinct step.
+    /// Step maps of the reference for each distinct step.
     pub reference: Vec<ReferenceStep>,
-    /// Times of the samples, where inputs are delayed.
+    /// Times of the samples \[s\]; empty unless inputs are delayed.
     pub time: Arc<[f64]>,
 }
 
-/// A group that the layout was made of.
+/// A group for which a layout was made.
 struct Key {
     problem: Arc<Problem>,
     reference: Option<Vec<f64>>,
     count: usize,
 }
 
-/// All of a batch but the candidates' maps: it stays on the device for as long as problems, references and counts do.
+/// All data of a batch except the step maps of the candidates. They are reused as long as problems, references and numbers of
+/// candidates stay the same.
 pub(super) struct BatchLayout {
     key: Vec<Key>,
     pub variant: Variant,
     pub jobs: Vec<u32>,
-    /// Segments at which rounds begin and end; behind the jobs once all are there.
+    /// Segments at which rounds begin and end. They are appended to the jobs at the end.
     bounds: Vec<u32>,
     pub job_count: u32,
     pub rounds: u32,
@@ -69,17 +73,17 @@ pub(super) struct BatchLayout {
     pub samples: Vec<u8>,
     pub weights: Vec<u8>,
     pub blocks: usize,
-    /// Candidate-steps.
+    /// Number of candidate-steps.
     pub steps: u64,
-    /// Maps of all units, and slots of constants.
+    /// Number of step maps and slots of constants of all units.
     pub maps: usize,
-    /// Entries of the states between rounds; behind them what sensors keep.
+    /// Number of entries of the states between rounds, including the past sensor values after them.
     pub states: usize,
     pub units: Vec<Unit>,
 }
 
 impl BatchLayout {
-    /// Packs groups that need the same shader.
+    /// Creates the layout of groups that use the same shader.
     pub(super) fn new(groups: &[Group<'_>], variant: Variant) -> Self {
         let precision = variant.precision;
         let key = |group: &Group<'_>| Key {
@@ -105,7 +109,7 @@ impl BatchLayout {
             units: Vec::new(),
         };
         for (index, group) in groups.iter().enumerate() {
-            // The geometric middle of its box, where a group has no reference of its own.
+            // Without a given reference, it is the geometric mean of the bounds.
             let middle = || group.problem.space().free().iter().map(|axis| (axis.min * axis.max).sqrt()).collect();
             let values: Vec<f64> = group.reference.map_or_else(middle, <[f64]>::to_vec);
             for (recording, signals) in group.problem.signals().iter().enumerate() {
@@ -135,12 +139,12 @@ impl BatchLayout {
         layout
     }
 
-    /// Returns the bytes of the sums.
+    /// Returns the size of the sums \[bytes\].
     pub(super) fn sums_bytes(&self) -> usize {
         self.blocks * 2 * LANES * self.variant.precision.bytes()
     }
 
-    /// Returns whether these groups differ from those of the layout in their candidates alone.
+    /// Returns true if groups differ from those of the layout in the values of their candidates only.
     pub(super) fn serves(&self, groups: &[Group<'_>], variant: Variant) -> bool {
         let same = |key: &Key, group: &Group<'_>| {
             Arc::ptr_eq(&key.problem, group.problem)
@@ -154,12 +158,12 @@ impl BatchLayout {
 }
 
 fn word(n: usize) -> u32 {
-    // Buffers are limited to 4 GiB long before a count reaches this.
+    // Buffers are limited to 4 GiB, so that no count reaches this limit.
     u32::try_from(n).unwrap_or(u32::MAX)
 }
 
 impl BatchLayout {
-    /// Adds a recording of a group, by their indices.
+    /// Adds a recording of a group, given by the indices of group and recording.
     fn add(&mut self, [index, recording]: [usize; 2], group: &Group<'_>, reference: Reference) {
         let (problem, variant, precision) = (group.problem, self.variant, self.variant.precision);
         let signals = &problem.signals()[recording];
@@ -198,7 +202,8 @@ impl BatchLayout {
                 word(rounds),
                 word(initial),
             ]);
-            // The offset of the past values of sensors, values of each, sensors.
+            // Motors with extensions have six more words; `kept` is the offset of past sensor values, their number per sensor,
+            // and the number of sensors.
             if let Some([ring_first, ring, channels]) = kept {
                 let known = signals.history.first_movement;
                 let ring_at = ring_first + first * ring * channels;
@@ -214,7 +219,8 @@ impl BatchLayout {
         self.rounds = self.rounds.max(word(rounds));
     }
 
-    /// Samples from the first active one on: measured, or what the reference leaves and what drives deviations.
+    /// Adds the samples from the first active one on: the measured values, or for deviations the residuals of the reference and
+    /// its increments. Adds their weights too.
     fn add_samples(&mut self, signals: &Signals, active: usize, reference: &Reference) {
         let precision = self.variant.precision;
         for n in active..signals.len() {
@@ -235,7 +241,7 @@ impl BatchLayout {
         }
     }
 
-    /// The initial state; where inputs are delayed, all voltages too, that before the first sample first.
+    /// Adds the initial state and, if inputs are delayed, the voltage before the first sample and all voltages.
     fn add_initial(&mut self, signals: &Signals, delayed: bool) {
         let precision = self.variant.precision;
         let initial = if precision.is_deviation() { [0.0; 2] } else { signals.initial };
@@ -247,7 +253,8 @@ impl BatchLayout {
         }
     }
 
-    /// Runs from sample `from` on cut into segments; the bounds of rounds. Returns the number of rounds.
+    /// Divides runs into segments and rounds of bounded length and adds them. Samples are counted from `from`. Returns the
+    /// number of rounds.
     fn add_segments(&mut self, from: usize, runs: &[Run]) -> usize {
         self.bounds.push(word(self.segments.len()));
         let (mut rounds, mut iterations) = (0, 0);
@@ -279,7 +286,7 @@ impl BatchLayout {
     }
 }
 
-/// Returns runs of constant torque from a sample on, of a recording whose steps are even.
+/// Returns the runs of constant torque from sample `from` on, of a recording with uniform steps.
 fn torques(signals: &Signals, from: usize) -> Vec<Run> {
     let torque = |n: usize| signals.torque.get(n).copied().unwrap_or(0.0);
     let run = |n| Run { start: n, end: n + 1, step: 0, voltage: [0.0; 2], torque: torque(n) };

@@ -1,4 +1,4 @@
-//! Step maps of all candidates of a batch, made in f64 on all threads, as the shaders read them.
+//! Step maps of all candidates of a batch, computed in f64 on all threads and stored in the layout that the shaders read.
 
 use super::constants::{Constants, constants};
 use super::features::ShaderFeatures;
@@ -10,14 +10,14 @@ use crate::motor::{Extended, Reactions, StepMaps, inverse, product, step_maps, t
 use crate::numeric::single;
 use rayon::prelude::*;
 
-/// Maps that one task makes.
+/// Number of maps that one task computes.
 const TASK: usize = 64;
 
-/// Memory that the device reads; what it holds cannot be read here.
+/// Mapped memory that the device reads, and that is write-only here.
 type Bytes<'a> = wgpu::WriteOnly<'a, [u8]>;
 
-/// Writes the maps of `units` one after the other: per block FIELDS entries of LANES numbers for each distinct step, and
-/// for motors with extensions as many for each slot of constants.
+/// Writes the maps of `units` one after the other. Each block of candidates has FIELDS entries of LANES numbers for each
+/// distinct step and, for motors with extensions, for each slot of constants.
 pub(super) fn write_maps(groups: &[Group<'_>], units: &[Unit], variant: Variant, bytes: Bytes<'_>) {
     const fn task_bytes(fields: usize, number: usize) -> usize {
         TASK * LANES * fields * number
@@ -31,7 +31,7 @@ pub(super) fn write_maps(groups: &[Group<'_>], units: &[Unit], variant: Variant,
     }
 }
 
-/// `BYTES`: those of a task.
+/// Writes the maps in parallel tasks of `BYTES` bytes each.
 fn write<const BYTES: usize>(groups: &[Group<'_>], units: &[Unit], variant: Variant, bytes: Bytes<'_>) {
     let (tasks, rest) = bytes.into_chunks::<BYTES>();
     let tasks: Vec<wgpu::WriteOnly<'_, [u8; BYTES]>> = tasks.into_iter().collect();
@@ -47,7 +47,7 @@ fn write<const BYTES: usize>(groups: &[Group<'_>], units: &[Unit], variant: Vari
     write_from(groups, units, variant, last, rest);
 }
 
-/// Writes maps, counted over all units, from `map` on until `bytes` is full.
+/// Writes maps until `bytes` is full, beginning with number `map`, counted over all units.
 fn write_from(groups: &[Group<'_>], units: &[Unit], variant: Variant, mut map: usize, mut bytes: Bytes<'_>) {
     let Some(mut unit) = units.partition_point(|unit| unit.map_first <= map).checked_sub(1) else { return };
     let mut made: Option<([usize; 2], [Constants; LANES])> = None;
@@ -68,7 +68,7 @@ fn write_from(groups: &[Group<'_>], units: &[Unit], variant: Variant, mut map: u
             (None, _) => block.put_linear(at, variant.precision, &mut put),
             (Some(_), None) => block.put_extended(at, &mut put),
             (Some(features), Some(slot)) => {
-                // The slots of a block follow each other.
+                // The slots of a block are adjacent, so that its constants are computed once.
                 let known = made.filter(|(of, _)| *of == [unit, number]);
                 let (_, lanes) = known.unwrap_or_else(|| ([unit, number], block.constants(features)));
                 made = Some(([unit, number], lanes));
@@ -79,7 +79,7 @@ fn write_from(groups: &[Group<'_>], units: &[Unit], variant: Variant, mut map: u
     }
 }
 
-/// Candidates of one (group, recording) side by side; the last is repeated where there are fewer.
+/// LANES candidates of one (group, recording) side by side; missing ones repeat the last.
 struct Block<'a> {
     group: &'a Group<'a>,
     unit: &'a Unit,
@@ -87,7 +87,7 @@ struct Block<'a> {
 }
 
 impl Block<'_> {
-    /// Returns what `of` makes of each candidate and the recording.
+    /// Returns the value of `of` for each candidate and the index of the recording.
     fn each<T>(&self, of: impl Fn(&[f64], usize) -> T) -> [T; LANES] {
         std::array::from_fn(|lane| {
             let row = (self.number * LANES + lane).min(self.group.candidates.count() - 1);
@@ -109,7 +109,7 @@ impl Block<'_> {
         self.motors().map(|motor| constants(features, self.group.problem, self.signals(), &motor, &self.unit.time))
     }
 
-    /// Puts the map of linear motors.
+    /// Writes the map of linear motors.
     fn put_linear(&self, step: usize, precision: Precision, put: &mut dyn FnMut(&[f64; LANES])) {
         let problem = self.group.problem;
         let motors = self.each(|values, n| problem.parameters(values, n).to_array());
@@ -118,7 +118,7 @@ impl Block<'_> {
         put_map(put, precision, &maps, &self.unit.reference[step]);
     }
 
-    /// Puts the map of motors with extensions: D, gains, and what the reactions add to the other state.
+    /// Writes the map of motors with extensions: D, gains, and the contributions of the reactions to the other state.
     fn put_extended(&self, step: usize, put: &mut dyn FnMut(&[f64; LANES])) {
         let (problem, motors) = (self.group.problem, Extended::side_by_side(&self.motors()));
         let maps = step_maps(&motors.motor, self.signals().step_s[step], problem.method());
@@ -134,8 +134,8 @@ fn push(bytes: &mut Bytes<'_>, values: &[u8]) {
     }
 }
 
-/// A step map as the shader reads it: D and gains, or in deviations D, the matrix of the force and where the deviation
-/// comes to rest under each input, `−D⁻¹ (Γ − M Γ_r)`.
+/// Writes a step map: D and gains or, for deviations, D, the matrix of the force, and the equilibrium of the deviation per unit
+/// of each input, `−D⁻¹ (Γ − M Γ_r)`.
 fn put_map(
     put: &mut dyn FnMut(&[f64; LANES]),
     precision: Precision,

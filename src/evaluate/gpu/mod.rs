@@ -1,14 +1,15 @@
-//! The GPU evaluator: WGSL integrates the motor for the whole batch in parallel.
+//! The GPU evaluator: WGSL compute shaders simulate all candidates of a batch in parallel.
 //!
-//! Step maps are made in f64 on the CPU and uploaded; shaders do indexing, recurrence and accumulation alone; weighted
-//! sums per channel come back and the CPU forms the criterion. In f64 the states are computed as they are; in f32 as
-//! deviations from a reference, so that rounding is relative to the deviation.
+//! Step maps are computed in f64 on the CPU and uploaded. Shaders step the states and accumulate weighted sums of errors per
+//! channel, from which the CPU computes the criterion. In f64 the states are current and speed; in f32 they are deviations from
+//! a reference trajectory, so that rounding errors are relative to the deviation.
 //!
-//! Motors with extensions are computed as they are in f32 too, because deviations of motors with friction are not linear;
-//! a few problems of them go to the CPU (`constants` says which).
+//! Motors with extensions are computed without deviations in f32 too, because deviations of motors with friction do not obey
+//! linear equations. Some problems with extensions are evaluated on the CPU (see `constants`).
 //!
-//! A batch is one submission unless it is larger than the budget; then it is cut, and two parts are in flight. Callers
-//! with two batches can overlap them too: [`begin`](crate::evaluate::Evaluator::begin) the second before [`finish`](crate::evaluate::Evaluator::finish) of the first.
+//! A batch is one submission unless it exceeds the budget; then it is divided, with two submissions in flight. Callers can also
+//! overlap two batches: [`begin`](crate::evaluate::Evaluator::begin) the second before
+//! [`finish`](crate::evaluate::Evaluator::finish) of the first.
 
 mod binding;
 mod check;

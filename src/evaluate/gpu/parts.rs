@@ -1,10 +1,10 @@
-//! A batch cut into submissions.
+//! Division of a batch into submissions of bounded size.
 
 use super::constants::kept_bytes;
 use super::variant::{LANES, Variant};
 use crate::evaluate::{Batch, Group, Problem, Signals};
 
-/// Candidates `first..first + count` of a group, whose costs begin at `at` among those of the batch.
+/// The candidates `first..first + count` of a group. Their costs begin at index `at` of the costs of the batch.
 #[derive(Clone, Copy)]
 pub(super) struct Part {
     pub group: usize,
@@ -20,8 +20,9 @@ impl Part {
     }
 }
 
-/// Parts of one shader each and of bounded size: maps within `budget` bytes, and so what sensors keep, and samples within
-/// as many again (a recording that alone is larger still goes in one part). Groups without a shader are left out.
+/// Divides a batch into submissions. All parts of a submission use the same shader; their step maps, the past values of their
+/// sensors and their samples each fit in `budget` bytes. A single recording that is larger is not divided. Groups without a
+/// shader are left out.
 pub(super) fn split(
     batch: &Batch<'_>,
     budget: usize,
@@ -40,7 +41,7 @@ pub(super) fn split(
                 (maps_room, samples_room, shader) = (budget, budget.max(samples), Some(variant));
             }
             let fits = (maps_room / each).max(LANES).min(count - first);
-            // Blocks are whole.
+            // Blocks of candidates are not divided.
             maps_room = maps_room.saturating_sub(fits.next_multiple_of(LANES) * each);
             samples_room -= samples;
             if let Some(piece) = pieces.last_mut() {
@@ -52,12 +53,12 @@ pub(super) fn split(
     pieces
 }
 
-/// Bytes of a candidate, its maps or what its sensors keep; and of the samples.
+/// Returns the bytes of a candidate (the larger of its step maps and the past values of its sensors) and of the samples.
 fn bytes(problem: &Problem, variant: Variant) -> (usize, usize) {
     let (signals, number) = (problem.signals(), variant.precision.bytes());
     let maps: usize = signals.iter().map(|s| s.step_s.len() + variant.slots()).sum();
     let kept = variant.features.map_or(0, |features| kept_bytes(problem, features, number));
-    // Delayed inputs are read like samples, four numbers each.
+    // Delayed inputs are stored for each sample, as four numbers.
     let delayed = |s: &Signals| if variant.is_delayed() { 4 * s.len() } else { 0 };
     let samples = |s: &Signals| (s.len() - problem.first_active(s)) * variant.precision.sample() + delayed(s);
     let samples: usize = signals.iter().map(|s| samples(s) * number).sum();

@@ -1,4 +1,4 @@
-//! Compute pipelines by variant.
+//! Compute pipelines, compiled once for each shader variant.
 
 use super::binding::Binding;
 use super::device::Device;
@@ -8,7 +8,7 @@ use crate::Result;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-/// Pipelines of one device by variant.
+/// The pipelines of one device, each with its bind group layout, by variant.
 #[derive(Default)]
 pub(super) struct Pipelines(HashMap<Variant, (wgpu::BindGroupLayout, wgpu::ComputePipeline)>);
 

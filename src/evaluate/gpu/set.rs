@@ -1,5 +1,5 @@
-//! The buffers of a submission, from its upload to its sums. Buffers are kept and grow; a submission is one encoder
-//! with the copies to and from the device in it.
+//! The buffers of a submission. They are reused by later submissions and grow when needed. A submission is one command encoder,
+//! which includes the copies to and from the device.
 
 use super::binding::Binding;
 use super::clock::{BYTES as STAMPS, Clock};
@@ -14,36 +14,36 @@ use crate::{Error, Result};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Most workgroups in one dimension.
+/// Largest number of workgroups in one dimension.
 const DISPATCH_MAX: u32 = 65_535;
-/// Bytes between the uniforms of rounds: the alignment that every device accepts.
+/// Distance of the uniforms of successive rounds \[bytes\]: the alignment that every device accepts.
 const ROUND_BYTES: usize = 256;
 
 /// The buffers of one submission.
 #[derive(Default)]
 pub(super) struct Set {
     pub batch: Option<BatchLayout>,
-    /// The submission that is not collected.
+    /// The submission in flight, whose sums are not collected yet.
     pub flight: Option<wgpu::SubmissionIndex>,
     pub buffers: [Option<wgpu::Buffer>; Binding::ALL.len()],
-    /// Step maps on their way to the device; mapped whenever nothing is in flight.
+    /// Staging buffer of step maps, which is mapped whenever nothing is in flight.
     pub upload: Option<wgpu::Buffer>,
     pub read_back: Option<wgpu::Buffer>,
     bind_group: Option<(Variant, wgpu::BindGroup)>,
-    /// Made when a submission is first timed.
+    /// Clock for timed submissions, created by the first.
     clock: Option<Clock>,
-    /// True if the sums can be read.
+    /// True once the sums can be read.
     arrived: Arc<AtomicBool>,
 }
 
-/// The sums that came back.
+/// The sums of a submission, as read from the device.
 pub(super) struct Sums<'a> {
     precision: Precision,
     bytes: &'a [u8],
 }
 
 impl Sums<'_> {
-    /// One number.
+    /// Returns the number at index `at`.
     #[inline]
     pub(super) fn get(&self, at: usize) -> f64 {
         if self.precision.bytes() == 8 {
@@ -55,8 +55,8 @@ impl Sums<'_> {
 }
 
 impl Set {
-    /// Uploads and starts groups that need the shader `variant`. What the last submission of this set left on the
-    /// device is used again where it fits.
+    /// Uploads groups that use the shader `variant`, and starts their evaluation. Data of the last submission of this set are
+    /// reused if only the candidates have changed.
     pub(super) fn submit(
         &mut self,
         device: &Device,
@@ -105,7 +105,7 @@ impl Set {
         self.write(device, Binding::Weights, &batch.weights)
     }
 
-    /// Puts bytes into a buffer; a uniform one of samples has its full size.
+    /// Writes bytes to a buffer. The uniform buffer of samples always has its full size.
     fn write(&mut self, device: &Device, binding: Binding, bytes: &[u8]) -> Result<()> {
         let least = if binding == Binding::Samples { UNIFORM_BYTES } else { 0 };
         self.ensure(device, binding, bytes.len().max(least))?;
@@ -115,7 +115,7 @@ impl Set {
         Ok(())
     }
 
-    /// Makes the step maps right where the device fetches them from. Returns their bytes.
+    /// Computes the step maps directly in the mapped staging buffer. Returns their size \[bytes\].
     fn put_maps(&mut self, device: &Device, groups: &[Group<'_>], batch: &BatchLayout) -> Result<usize> {
         let variant = batch.variant;
         let bytes = batch.maps * variant.fields() * LANES * variant.precision.bytes();
@@ -169,8 +169,8 @@ impl Set {
         Ok(submission)
     }
 
-    /// Waits for the submission and hands its sums to `read` for each unit: per block those of current, then those of
-    /// speed. Returns when it began and ended by the device's clock, where that was asked for.
+    /// Waits for the submission and passes its sums to `read` for each unit: per block those of current, then those of speed.
+    /// Returns the begin and the end of the submission in ticks of the device's clock if it was timed.
     pub(super) fn collect(
         &mut self,
         device: &Device,
@@ -191,7 +191,7 @@ impl Set {
         Ok(stamps)
     }
 
-    /// A buffer of at least `size` bytes; a new one ends the bind group.
+    /// Ensures that a buffer has at least `size` bytes. A new buffer invalidates the bind group.
     fn ensure(&mut self, device: &Device, binding: Binding, size: usize) -> Result<()> {
         if grow(&mut self.buffers[binding as usize], device, size, binding.usage())? {
             self.bind_group = None;
@@ -220,15 +220,15 @@ impl Set {
 }
 
 fn lost() -> Error {
-    error("the device has lost its buffers", "Run again.")
+    error("the buffers of the device were lost", "Run again.")
 }
 
 fn unmapped(device: &Device, reason: &dyn std::fmt::Display) -> Error {
     error(format!("{}: a buffer cannot be mapped: {reason}", device.facts.name), again())
 }
 
-/// Makes a new buffer where the one there is has less than `size` bytes; returns whether it did. Buffers grow by half, so
-/// that a slowly growing batch does not make a new one each time. Those for writing begin mapped.
+/// Replaces a buffer of less than `size` bytes by a new one. Returns true if it did. A new buffer is larger than needed by
+/// half, so that slowly growing batches rarely need another. Buffers for writing are created mapped.
 fn grow(buffer: &mut Option<wgpu::Buffer>, device: &Device, size: usize, usage: wgpu::BufferUsages) -> Result<bool> {
     if buffer.as_ref().is_some_and(|buffer| buffer.size() >= size as u64) {
         return Ok(false);
@@ -236,7 +236,7 @@ fn grow(buffer: &mut Option<wgpu::Buffer>, device: &Device, size: usize, usage: 
     let limits = device.device.limits();
     let limit = usize::try_from(limits.max_buffer_size.min(device.facts.binding_bytes_max)).unwrap_or(usize::MAX);
     if size > limit {
-        let message = format!("a recording needs a buffer of {size} bytes; {} has {limit}", device.facts.name);
+        let message = format!("a recording needs a buffer of {size} bytes; {} allows {limit}", device.facts.name);
         return Err(error(message, text!("Use " [Device = "cpu"] ", or cut the recording.")));
     }
     let size = (size + size / 2).next_multiple_of(ROUND_BYTES).max(UNIFORM_BYTES).min(limit) & !3;

@@ -1,11 +1,11 @@
-//! Shaders: small WGSL files joined with a prelude for what a batch needs.
+//! Assembly of shaders from the WGSL files of `shaders/` and a generated prelude.
 
 use super::binding::Binding;
 use super::features::{self, ShaderFeatures, Slot};
 use super::variant::{BLOCK, Fetch, LANES, Precision, UNIFORM_BYTES, Variant, WORKGROUP};
 use crate::motor::Parameter;
 
-/// Returns the text of a file of `shaders/`.
+/// Includes the text of a file of `shaders/`.
 macro_rules! shader {
     ($name:literal) => {
         include_str!(concat!("../../../shaders/", $name, ".wgsl"))
@@ -43,7 +43,7 @@ pub fn assemble(variant: Variant) -> String {
     parts.join("\n")
 }
 
-/// Returns the types, the constants and the place of the samples of a variant.
+/// Returns the types, the constants and the declaration of the samples for a variant.
 fn prelude(variant: Variant) -> String {
     let Variant { precision, absolute, weighted, uniform, .. } = variant;
     let (scalar, fields, sample, job) = (precision.scalar(), variant.fields(), precision.sample(), variant.job());
@@ -61,8 +61,8 @@ fn prelude(variant: Variant) -> String {
     )
 }
 
-/// Returns what shaders for motors with extensions need besides: the parts that act, where their constants lie (that of a
-/// parameter by its symbol), and reading for each candidate of an invocation at a place of its own.
+/// Returns the second part of the prelude for motors with extensions: flags of the optional parts, offsets of their constants
+/// (that of a parameter is named by its symbol), and functions that read a different index for each candidate of an invocation.
 fn extended_prelude(features: ShaderFeatures) -> String {
     let ShaderFeatures { brushes, delayed, averages: [current, speed] } = features;
     let [averages, taps, special] =

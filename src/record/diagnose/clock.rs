@@ -1,12 +1,12 @@
-//! The clock: jitter and gaps.
+//! Rule on the clock: jitter and gaps.
 
 use super::{Finding, Quantity, View, text};
 use crate::numeric::{differences, peak, runs, standard_deviation};
 use crate::text::significant;
 
-/// Standard deviation of the steps over the period from which on it is jitter.
+/// Largest standard deviation of the steps, relative to the period, of a regular clock.
 const SPREAD: f64 = 0.03;
-/// A step of so many periods is a gap.
+/// Longest step that is not a gap \[periods\].
 const GAP: f64 = 1.4;
 
 pub(super) fn jitter(view: &View<'_>, findings: &mut Vec<Finding>) {
@@ -24,20 +24,20 @@ pub(super) fn jitter(view: &View<'_>, findings: &mut Vec<Finding>) {
         message += &format!(", {} of them are gaps, the longest of {} periods", gaps.len(), significant(longest, 3));
     }
     let remedy = if are_two_values(&steps, period) {
-        message += "; they take two values, as times rounded too coarsely do";
+        message += "; they take two values, as if the times were rounded too coarsely";
         text!(
-            "If samples were taken by a timer, leave the time out and give " [Rate = "HZ"] "; else record times with \
-             more digits."
+            "If a timer took the samples, leave out the time column and give " [Rate = "HZ"] "; otherwise record times \
+             with more digits."
         )
     } else {
-        "Each step is simulated as it is, so that parameters stay right; better, sample by a timer.".into()
+        "Each step is simulated with its length, so that parameters stay unbiased; a timer is better.".into()
     };
     let places = gaps.into_iter().map(|gap| gap.start..gap.end + 1);
     let finding = Finding::new("jitter", Quantity::Time, message, remedy).mention_if(spread <= SPREAD).at(places);
     findings.push(finding.figure("spread", spread).figure("longest", longest));
 }
 
-/// Returns whether the steps take two values, up to a millionth of the period.
+/// Returns true if the steps take exactly two values, within a millionth of the period.
 fn are_two_values(steps: &[f64], period: f64) -> bool {
     let is = |value: f64, step: &&f64| (value - **step).abs() <= 1e-6 * period;
     let second = steps.iter().find(|step| !is(steps[0], step));

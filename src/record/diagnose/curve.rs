@@ -1,27 +1,28 @@
-//! The motor's static curve: the speed that each voltage leads to.
+//! Rules on the static characteristic of the motor: the steady-state speed for each voltage.
 
 use super::{Channel, Finding, Quantity, View};
 use crate::numeric::{count, mean, slope, whole};
 use crate::text::significant;
 
-/// Faster varying voltages show no static curve.
-const RESTLESS: f64 = 0.3;
-/// Bins of |voltage|.
+/// Largest rate of change of the voltage (standard deviation of its differences over its own) for a static characteristic.
+const ROUGHNESS: f64 = 0.3;
+/// Number of bins of |voltage|.
 const BINS: usize = 12;
-/// Blocks of which a recording is seen as; fewer than this many samples are too few.
+/// Largest number of blocks over which samples are averaged.
 const BLOCKS: usize = 400;
+/// Fewest samples for an estimate.
 const SAMPLES_MIN: usize = 100;
 
 pub(super) fn curve(view: &View<'_>, findings: &mut Vec<Finding>) {
     let Some(speed) = view.speed.as_ref().filter(|speed| speed.range > 0.0 && !view.loaded) else { return };
-    if view.restless >= RESTLESS || view.input.range == 0.0 || view.len() < SAMPLES_MIN {
+    if view.roughness >= ROUGHNESS || view.input.range == 0.0 || view.len() < SAMPLES_MIN {
         return;
     }
     let Some(points) = static_curve(view, speed) else { return };
     findings.extend(falls(&points).or_else(|| saturates(&points)));
 }
 
-/// A point of the static curve: |voltage|, the speed that it leads to, its standard error.
+/// A point of the static characteristic: |voltage| \[V\], steady-state speed \[rad/s\] and its standard error \[rad/s\].
 #[derive(Debug, Clone, Copy)]
 struct Point {
     volts: f64,
@@ -29,7 +30,7 @@ struct Point {
     error: f64,
 }
 
-/// Sums over the blocks of one bin: 1, v, and each of x (before), y (after), z (instrument).
+/// Sums over the blocks of one bin, for the voltage v, the speeds x of a block and y of the next one, and the instrument z.
 #[derive(Debug, Clone, Copy, Default)]
 struct Bin {
     count: f64,
@@ -37,7 +38,7 @@ struct Bin {
     vv: f64,
     xyz: [f64; 3],
     xyz_v: [f64; 3],
-    /// yz, xz, xx, zz
+    /// Sums of yz, xz, xx and zz.
     products: [f64; 4],
 }
 
@@ -55,7 +56,7 @@ impl Bin {
         }
     }
 
-    /// The products with mean and slope over v taken out of both factors.
+    /// Returns the sums of products after mean and slope over v are removed from both factors.
     fn partial(&self) -> [f64; 4] {
         let vv = self.vv - self.v * self.v / self.count;
         let with_v = |k: usize| self.xyz_v[k] - self.xyz[k] * self.v / self.count;
@@ -71,9 +72,10 @@ impl Bin {
     }
 }
 
-/// The static curve by instrumental variables: the speed of a block is `a` times that of the block before plus a
-/// function of the voltage; the block before that, whose noise is independent, is the instrument. So a slow motor
-/// under short steps shows the speeds that it would come to.
+/// Estimates the static characteristic by instrumental variables (T. Söderström, P. Stoica 1983).
+///
+/// The speed of a block is `a` times that of the block before plus a function of the voltage; the speed two blocks before,
+/// whose noise is independent, is the instrument. This extrapolates a slow motor under short steps to its steady-state speeds.
 fn static_curve(view: &View<'_>, speed: &Channel<'_>) -> Option<Vec<Point>> {
     let rows = rows(view, speed);
     let mut bins = [Bin::default(); BINS];
@@ -87,7 +89,7 @@ fn static_curve(view: &View<'_>, speed: &Channel<'_>) -> Option<Vec<Point>> {
         used += bin.count;
     }
     let [yz, xz, xx, zz] = sums;
-    // A motor that has settled in every block has no memory to be told.
+    // If the motor settles within each block, the instrument is uncorrelated and a is 0.
     let a = if xz > 4.0 * (xx * zz / f64::max(used, 1.0)).sqrt() { yz / xz } else { 0.0 };
     if !(-0.3..0.9).contains(&a) {
         return None;
@@ -107,7 +109,8 @@ fn static_curve(view: &View<'_>, speed: &Channel<'_>) -> Option<Vec<Point>> {
     Some(points.collect())
 }
 
-/// Blocks with a steady voltage: the bin of |v|, |v|, and the speeds now, next and before, with the sign of v.
+/// Returns the blocks with a steady voltage: the bin of |v|, |v|, and the speeds of this block, the next and the previous one,
+/// times the sign of v.
 fn rows(view: &View<'_>, speed: &Channel<'_>) -> Vec<(usize, f64, [f64; 3])> {
     let length = view.len().div_ceil(BLOCKS);
     let blocks = |values: &[f64]| values.chunks_exact(length).map(mean).collect::<Vec<f64>>();
@@ -126,7 +129,7 @@ fn rows(view: &View<'_>, speed: &Channel<'_>) -> Vec<(usize, f64, [f64; 3])> {
     rows
 }
 
-/// More voltage, less speed: the drive turns back, or its command overflows.
+/// Detects a speed that decreases as the voltage increases, as under a drive that folds back or whose command overflows.
 fn falls(points: &[Point]) -> Option<Finding> {
     let top = points.last().filter(|_| points.len() >= 3)?;
     let best = points.iter().max_by(|a, b| a.speed.total_cmp(&b.speed))?;
@@ -136,13 +139,13 @@ fn falls(points: &[Point]) -> Option<Finding> {
         return None;
     }
     let [at, peak, end, last] = [best.volts, best.speed, top.volts, top.speed].map(|x| significant(x, 3));
-    let message = format!("the speed falls as the voltage rises: {peak} rad/s at {at} V but {last} rad/s at {end} V");
-    let remedy = format!("Leave out what lies above {at} V, and check the drive and the range of its command there.");
+    let message = format!("the speed decreases with more voltage: {peak} rad/s at {at} V but {last} rad/s at {end} V");
+    let remedy = format!("Leave out voltages above {at} V, and check the drive and the range of its command there.");
     let finding = Finding::new("speed_falls", Quantity::Speed, message, remedy);
     Some(finding.figure("volts", best.volts).figure("drop", drop / best.speed))
 }
 
-/// The gain of the top third of voltages below a quarter of that of the bottom third.
+/// Detects saturation: the gain in the top third of the voltages is below a quarter of that in the bottom third.
 fn saturates(points: &[Point]) -> Option<Finding> {
     let (low, high) = (points.first()?.volts, points.last()?.volts);
     let third = (high - low) / 3.0;
@@ -160,9 +163,9 @@ fn saturates(points: &[Point]) -> Option<Finding> {
     let [bottom_shown, top_shown] = [bottom, top].map(|gain| significant(gain, 3));
     let from = significant(high - third, 3);
     let message = format!(
-        "the speed stops rising with the voltage: {bottom_shown} rad/s per V at first, {top_shown} above {from} V"
+        "the speed saturates: it rises by {bottom_shown} rad/s per V at low voltages, by {top_shown} above {from} V"
     );
-    let remedy = "Leave the highest voltages out, and check the drive's range and its supply.";
+    let remedy = "Leave out the highest voltages, and check the range of the drive and its supply.";
     let finding = Finding::new("speed_saturates", Quantity::Speed, message, remedy);
     Some(finding.figure("gain_first", bottom).figure("gain_last", top))
 }

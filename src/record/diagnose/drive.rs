@@ -1,4 +1,4 @@
-//! A current that is cut off by its sensor or limited by the drive.
+//! Rules on a current that its sensor clips or the drive limits.
 
 use super::{Channel, ConstantInput, Finding, Quantity, View, sensor, text};
 use crate::numeric::{count, mean, runs};
@@ -11,10 +11,10 @@ pub(super) fn drive(view: &View<'_>, findings: &mut Vec<Finding>) {
     findings.extend(clipped(view, current).or_else(one_sided).or_else(|| limited(view, current)));
 }
 
-/// Samples at which the current is exactly as large as it ever is.
+/// Fewest consecutive samples exactly at the extreme value of a clipped current.
 const CLIPPED_MIN: usize = 4;
 
-/// A run of exactly the largest (or smallest) value that is entered by a jump and left under the same voltage.
+/// Detects runs of exactly the largest or smallest value that are entered by a jump and left under a constant voltage.
 fn clipped(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
     let values = current.values;
     let mut places = Vec::new();
@@ -24,9 +24,9 @@ fn clipped(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
             continue;
         }
         let at_top = runs(values.len(), |n| (sign * values[n]).to_bits() == extreme.to_bits());
-        let is_told = |run: &Range<usize>| run.len() >= CLIPPED_MIN && enters_and_leaves(view, current, run, sign);
-        if at_top.iter().any(is_told) {
-            // Where a run tells what the level is, single samples at it are cut off too.
+        let is_clipped = |run: &Range<usize>| run.len() >= CLIPPED_MIN && enters_and_leaves(view, current, run, sign);
+        if at_top.iter().any(is_clipped) {
+            // One such run establishes the level; shorter runs at the level are clipped too.
             places.extend(at_top);
         }
     }
@@ -35,47 +35,49 @@ fn clipped(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
     }
     let samples: usize = places.iter().map(Range::len).sum();
     let shown = engineering(current.peak, "A", 3);
-    let message = format!("the current stands at {shown} for {samples} samples, as if it were cut off there");
+    let message = format!("the current stays at {shown} for {samples} samples, as if it were cut off there");
     let remedy = text!(
-        "Leave these samples of the current out with " [Mask = "auto"] ", or record with less voltage or a larger range."
+        "Leave these samples of the current out with " [Mask = "auto"] ", or record with less voltage or a larger \
+         range."
     );
     let finding = Finding::new("current_clipped", Quantity::Current, message, remedy);
     Some(finding.figure("level", current.peak).figure("samples", count(samples)).at(places))
 }
 
-/// Returns whether the current jumps up to a run at its top and falls from it while the voltage stays.
+/// Returns true if the current jumps to the extreme value of a run and decreases after it under a constant voltage.
 fn enters_and_leaves(view: &View<'_>, current: &Channel<'_>, run: &Range<usize>, sign: f64) -> bool {
     let (values, top) = (current.values, sign * current.values[run.start]);
     let before = run.start.checked_sub(2).map(|n| top - sign * values[n]);
     let jump = (0.1 * current.range).max(4.0 * if current.is_fine() { 0.0 } else { current.quantum });
-    let Some(stretch) = view.constant_inputs.iter().find(|s| s.samples.contains(&(run.end - 1))) else { return false };
-    let after = &values[run.end..stretch.samples.end.max(run.end)];
+    let Some(segment) = view.constant_inputs.iter().find(|s| s.samples.contains(&(run.end - 1))) else { return false };
+    let after = &values[run.end..segment.samples.end.max(run.end)];
     let falls = after.iter().fold(0.0, |fall: f64, i| fall.max(top - sign * i));
-    // A fall by steps of quantization right after the run is what a flat top looks like too: it must be steep.
+    // The decrease must be steep: at a flat maximum a quantized current decreases by single steps.
     let steep = values.get(run.end + run.len()).is_some_and(|i| top - sign * i > 2.5 * current.quantum);
     before.is_some_and(|rise| rise > jump) && falls > 0.15 * current.range && steep
 }
 
-/// A current that stays within 5 % while the speed runs through half of its range under one voltage: back-EMF must
-/// lower it. Around the peak of a slow winding the speed runs through 31 % at most.
+/// Detects a current limit: a current within 5 % while the speed changes by half of its range under a constant voltage,
+/// although the back-EMF must reduce it. Around the current peak of a slow winding the speed changes by at most 31 %.
 fn limited(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
     let speed = view.speed.as_ref().filter(|speed| speed.range > 0.0 && !view.loaded)?;
     let long = view.constant_inputs.iter().filter(|s| s.samples.len() >= 20 && view.part(s.volts) > 0.2);
-    let places: Vec<_> = long.filter_map(|stretch| plateau(current, speed, stretch)).collect();
+    let places: Vec<_> = long.filter_map(|segment| plateau(current, speed, segment)).collect();
     let level = mean(&current.values[places.first()?.clone()]);
     let shown = engineering(level, "A", 3);
     let message = format!("the current stays at {shown} while the motor speeds up, as under a current limit");
-    let remedy = "Use steps small enough for the drive not to limit the current, or record the motor's voltage.";
+    let remedy = "Use steps that do not reach the current limit, or record the voltage at the motor.";
     Some(Finding::new("current_clipped", Quantity::Current, message, remedy).figure("level", level).at(places))
 }
 
-fn plateau(current: &Channel<'_>, speed: &Channel<'_>, stretch: &ConstantInput) -> Option<Range<usize>> {
-    let sign = stretch.volts.signum();
+/// Returns the samples of a segment in which the current stays at its limit.
+fn plateau(current: &Channel<'_>, speed: &Channel<'_>, segment: &ConstantInput) -> Option<Range<usize>> {
+    let sign = segment.volts.signum();
     let i = |n: usize| sign * current.values[n];
-    let samples = stretch.samples.clone();
+    let samples = segment.samples.clone();
     let top = samples.clone().max_by(|a, b| i(*a).total_cmp(&i(*b)))?;
     let level = i(top);
-    // Noise within the band, else nothing is told.
+    // The noise must be within the band.
     if level <= 0.0 || 4.0 * current.noise > 0.05 * level {
         return None;
     }

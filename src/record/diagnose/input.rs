@@ -1,4 +1,4 @@
-//! The input: only one change, an idle value.
+//! Rules on the input: a single change, an idle value that is not zero, a reset at the end.
 
 use super::reset::reset;
 use super::{Finding, Quantity, View, text};
@@ -11,26 +11,26 @@ pub(super) fn input(view: &View<'_>, findings: &mut Vec<Finding>) {
     findings.extend(idle(view));
 }
 
-/// One change of the voltage, and nothing else, before sample `end`.
+/// Detects a voltage that changes only once before sample `end`.
 fn single_edge(view: &View<'_>, end: usize) -> Option<Finding> {
     let mut changes: Vec<usize> = Vec::new();
     let mut level = view.constant_inputs[0].volts;
-    for stretch in view.constant_inputs.iter().skip(1).take_while(|s| s.samples.start < end) {
-        if view.part(stretch.volts - level) > 0.05 {
-            changes.push(stretch.samples.start);
+    for segment in view.constant_inputs.iter().skip(1).take_while(|s| s.samples.start < end) {
+        if view.part(segment.volts - level) > 0.05 {
+            changes.push(segment.samples.start);
         }
-        level = stretch.volts;
+        level = segment.volts;
     }
     let (&first, &last) = (changes.first()?, changes.last()?);
     // A step that takes up to three samples is one change; a pulse is not.
     let stays = view.part(level - view.constant_inputs[0].volts) > 0.02;
-    let message = "the voltage changes only once: a delay of the drive cannot be told from a slow motor";
-    let remedy = "Record several steps, up and down; three or more tell delays and dead times.";
+    let message = "the voltage changes only once: a delay of the drive is hard to distinguish from a slow motor";
+    let remedy = "Record several steps, up and down; three or more make delays and dead times identifiable.";
     let finding = Finding::new("single_edge", Quantity::Voltage, message, remedy).mention_if(true);
     (changes.len() <= 3 && last - first < 3 && stays).then(|| finding.at(Some(first..last + 1)))
 }
 
-/// A voltage that is never 0 but starts from a small value.
+/// Detects a voltage that starts at a small constant value and is never 0.
 fn idle(view: &View<'_>) -> Option<Finding> {
     let rest = view.first_rest();
     let volts = view.input.values[0];
@@ -39,7 +39,7 @@ fn idle(view: &View<'_>) -> Option<Finding> {
     if rest.len() < 10 || rest.len() == view.len() || !is_constant || !never {
         return None;
     }
-    let message = format!("the voltage is never 0 V; at rest it is {} V", significant(volts, 3));
+    let message = format!("the voltage is never 0 V; it is {} V at rest", significant(volts, 3));
     let idle = significant(volts, 4);
     let remedy = text!("If that is the drive's idle command, subtract it: " [Offset = "voltage={idle}"] ".");
     let finding = Finding::new("idle_input", Quantity::Voltage, message, remedy).mention_if(true);

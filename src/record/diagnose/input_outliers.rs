@@ -1,4 +1,7 @@
-//! Outliers of the voltage: pulses of up to three samples that the motor did not get, as what it measurably does shows.
+//! Outliers of the voltage: pulses of up to three samples to which the measured outputs do not respond.
+//!
+//! Each output is predicted by a regression on its own past and the voltage; a pulse is an outlier if the predictions are
+//! clearly better without it.
 
 use super::outliers::Outliers;
 use super::pulses::{Pulses, level, noise};
@@ -7,36 +10,39 @@ use super::view::{Channel, View};
 use crate::numeric::{count, order_statistic, peak};
 use std::ops::Range;
 
-/// A pulse is a change by this part of the range of the voltage and so many times its noise…
+/// Smallest size of a pulse, as a fraction of the range of the voltage.
 const PART: f64 = 0.004;
+/// Smallest size of a pulse, in standard deviations of the noise of the voltage.
 const NOISES: f64 = 8.0;
-/// …after which the voltage is the same again within this part of it.
+/// Largest change of the voltage from before to after a pulse, as a fraction of its size.
 const AGREE: f64 = 0.3;
-/// Samples behind a pulse in which its effect is looked for.
+/// Number of samples after a pulse in which its effect is examined.
 const EFFECT: usize = 3;
-/// The effect that a pulse would have had, in usual residuals, and the part of its square that is left without the pulse.
+/// Largest norm of the scaled residuals of a channel without the pulse that is accepted if it is larger than with the pulse.
 const TIMES: f64 = 5.0;
+/// Smallest decrease of the sum of squared scaled residuals without the pulse.
 const BETTER: f64 = 25.0;
+/// Largest ratio of the sums of squared residuals without and with the pulse.
 const LEFT: f64 = 0.4;
-/// Up to this part of the samples are few.
+/// Largest ratio of pulses to samples at which pulses are left out of the regressions.
 const FEW: f64 = 0.005;
-/// More than this part of the samples are no single outliers.
+/// Largest fraction of the samples that can be outliers; more are a property of the signal.
 const RARE: f64 = 0.02;
 
-/// Returns the outliers of the voltage.
+/// Returns the outliers of the voltage; `None` if there are none, or if they are too many.
 pub(super) fn of_input(view: &View<'_>) -> Option<Outliers> {
     let pulses = pulses(view);
     if pulses.is_empty() || view.by_current() {
         return None;
     }
-    // Few pulses are no part of what the motor is known by.
+    // Few pulses are left out, so that they do not bias the regressions.
     let mut is_left_out = vec![false; view.len()];
     if count(pulses.len()) <= (FEW * count(view.len())).max(6.0) {
         pulses.iter().for_each(|pulse| is_left_out[pulse.start..pulse.end + EFFECT].fill(true));
     }
     let models: Vec<Model<'_>> =
         view.channels().filter_map(|channel| Model::new(view, channel, &is_left_out)).collect();
-    // Before the first response a drive may not be awake yet.
+    // Before the first response the drive may still be disabled.
     let awake = models
         .iter()
         .filter_map(|model| model.values.windows(3).position(|w| w.iter().all(|x| x.abs() > 0.1 * peak(model.values))))
@@ -58,10 +64,10 @@ pub(super) fn of_input(view: &View<'_>) -> Option<Outliers> {
     (is_rare && !places.is_empty()).then_some(Outliers { quantity: view.input.quantity, places, repaired })
 }
 
-/// Runs of one to three samples that differ from the voltage before and behind them.
+/// Returns runs of one to three samples that differ from the voltage before and after them.
 fn pulses(view: &View<'_>) -> Vec<Range<usize>> {
     let volts = view.input.values;
-    // Without the outermost values, so that an outlier does not set the range.
+    // The extreme values are left out, so that an outlier does not determine the range.
     let outer = (0.01_f64).max(6.0 / count(volts.len()));
     let mut copy = volts.to_vec();
     let [low, high] = [outer, 1.0 - outer].map(|p| order_statistic(&mut copy, p));
@@ -70,10 +76,11 @@ fn pulses(view: &View<'_>) -> Vec<Range<usize>> {
     Pulses { least, agree: AGREE, slack: 0.0, with_turns: true }.of(volts)
 }
 
-/// A regression of a channel on itself and the voltage before.
+/// Regression of a channel on its last two values and the voltage.
 struct Model<'a> {
     values: &'a [f64],
     solution: Solution,
+    /// Standard deviation of the residuals, estimated from a quantile.
     scale: f64,
 }
 
@@ -105,7 +112,7 @@ impl<'a> Model<'a> {
         [1.0, x[m - 1], x[m - 2], volts[m], volts[m - 1], volts[m - 2], 0.0, 0.0]
     }
 
-    /// Returns the sum of squared residuals at a pulse and behind it, in usual residuals, with the voltage as it is or repaired.
+    /// Returns the sum of squared scaled residuals at a pulse and after it, with the recorded or the repaired voltage.
     fn residual(&self, view: &View<'_>, pulse: &Range<usize>, is_repaired: bool) -> f64 {
         let mut volts = view.input.values[pulse.start - 2..pulse.end + EFFECT].to_vec();
         if is_repaired {

@@ -1,27 +1,34 @@
-//! A speed as the voltage filtered by a first-order lag, fitted by its output error: the time constant on a grid.
+//! Output-error fit of the speed as a sum of functions of the voltage behind first-order lags.
+//!
+//! The time constant is searched on a grid; the gains follow by linear least squares. Samples are averaged in blocks.
 
 use super::regression::{Row, Solution, Sums};
 use crate::numeric::{count, mean, squares_about};
 
-/// Time constants of the grid, from half a block to this part of the blocks, each this many times the one before.
+/// Longest time constant of the grid, as a fraction of the number of blocks; the shortest one is half a block.
 const LONGEST: f64 = 0.5;
+/// Ratio of consecutive time constants of the grid.
 const RATIO: f64 = 1.5;
-/// Parts of the best of them that are tried then.
+/// Multiples of the best time constant of the grid that are tried afterwards.
 const FINE: [f64; 8] = [0.7, 0.8, 0.88, 0.94, 1.06, 1.13, 1.25, 1.4];
-/// Samples are put together to so many blocks at most, at first and to be sure.
+/// Largest number of blocks in the first fit.
 pub(super) const COARSE: usize = 500;
+/// Largest number of blocks in the confirming fit.
 pub(super) const FINE_BLOCKS: usize = 2000;
-/// A lag alone, and one with a faster one, in parts of it: the winding's.
+/// Relative time constants of a single lag.
 pub(super) static ONE_LAG: [f64; 1] = [1.0];
+/// Relative time constants of a mechanical lag and a faster, electrical one.
 pub(super) static TWO_LAGS: [f64; 2] = [1.0, 0.2];
 
-/// A voltage, and means of a speed over blocks of samples.
+/// A voltage, and the means of a speed over blocks of samples.
 pub(super) struct Blocks<'a> {
+    /// Voltage of each sample \[V\].
     pub volts: &'a [f64],
+    /// Mean speed of each block \[rad/s\].
     pub speed: Vec<f64>,
-    /// Samples in a block.
+    /// Number of samples in a block.
     pub length: usize,
-    /// The time constants of the lags, in parts of the first.
+    /// Time constants of the lags, relative to the first one.
     lags: &'static [f64],
 }
 
@@ -31,15 +38,18 @@ impl<'a> Blocks<'a> {
         Self { volts, speed: speed.chunks_exact(length).map(mean).collect(), length, lags }
     }
 
-    /// Returns the best fit of the speed by functions of the voltage, at most [`super::regression::WIDTH`], each behind the
-    /// lags, that `is_allowed` by its gains; of all time constants, or of those near one in blocks.
+    /// Returns the best fit of the speed by functions of the voltage, each behind every lag, whose gains `is_allowed`
+    /// accepts.
+    ///
+    /// Functions times lags number at most [`super::regression::WIDTH`]. `near` restricts the search to the neighbourhood of
+    /// one time constant \[blocks\].
     pub(super) fn fit(
         &self,
         functions: &[&dyn Fn(f64) -> f64],
         near: Option<f64>,
         is_allowed: impl Fn(&Row) -> bool,
     ) -> Option<Fit> {
-        // A voltage may change its sign within a block: the functions are of samples, and their means of blocks.
+        // A voltage may change its sign within a block: the functions are evaluated at samples and then averaged.
         let mean_of = |function: &&dyn Fn(f64) -> f64| -> Vec<f64> {
             let block = |block: &[f64]| block.iter().map(|v| function(*v)).sum::<f64>() / count(self.length);
             self.volts.chunks_exact(self.length).map(block).collect()
@@ -48,11 +58,11 @@ impl<'a> Blocks<'a> {
         let mut best: Option<Fit> = None;
         let mut try_one = |constant: f64| {
             let decay = (-1.0 / constant).exp();
-            let (solution, left) = self.fit_with(&ends, decay);
+            let (solution, sse) = self.fit_with(&ends, decay);
             let mut gains = Row::default();
             solution.coefficients.iter().enumerate().for_each(|(k, c)| gains[k % functions.len()] += c);
-            if is_allowed(&gains) && best.as_ref().is_none_or(|best| left < best.left) {
-                best = Some(Fit { constant, decay, gains, left });
+            if is_allowed(&gains) && best.as_ref().is_none_or(|best| sse < best.sse) {
+                best = Some(Fit { constant, decay, gains, sse });
             }
             best.as_ref().map(|best| best.constant)
         };
@@ -67,19 +77,20 @@ impl<'a> Blocks<'a> {
         best
     }
 
+    /// Fits the gains for one decay over a block and returns them with the sum of squared residuals.
     fn fit_with(&self, ends: &[Vec<f64>], decay: f64) -> (Solution, f64) {
         let mut sums = Sums::default();
         self.rows(ends, decay, |row, speed| sums.add(row, speed));
         let solution = sums.solve();
-        let mut left = 0.0;
-        self.rows(ends, decay, |row, speed| left += (speed - solution.predicted(row)).powi(2));
-        (solution, left)
+        let mut sse = 0.0;
+        self.rows(ends, decay, |row, speed| sse += (speed - solution.predicted(row)).powi(2));
+        (solution, sse)
     }
 
-    /// Visits the rows: each function behind the first lag, then each behind the second.
+    /// Visits the rows of regressors: each function behind the first lag, then each behind the second.
     fn rows(&self, ends: &[Vec<f64>], decay: f64, mut visit: impl FnMut(&Row, f64)) {
         let decays: Vec<f64> = self.lags.iter().map(|part| decay.powf(part.recip())).collect();
-        // The mean over a block of a lag that the block's voltage drives.
+        // Mean step response of each lag over a block.
         let insides: Vec<f64> = decays.iter().map(|decay| 1.0 - (1.0 - decay) / -decay.ln()).collect();
         let mut row = Row::default();
         let mut states = Row::default();
@@ -94,17 +105,20 @@ impl<'a> Blocks<'a> {
         }
     }
 
-    /// Returns the sum of squares about the mean of the speed.
+    /// Returns the sum of squares of the block speeds about their mean.
     pub(super) fn squares(&self) -> f64 {
         squares_about(mean(&self.speed), &self.speed)
     }
 }
 
-/// A fit: what the first lag keeps over a block, the gain of each function, and the sum of squares that is left.
+/// Result of a fit.
 pub(super) struct Fit {
-    /// The time constant in blocks.
+    /// Time constant of the first lag \[blocks\].
     pub constant: f64,
+    /// Decay of the first lag over a block.
     pub decay: f64,
+    /// Gain of each function, summed over the lags.
     pub gains: Row,
-    pub left: f64,
+    /// Sum of squared residuals.
+    pub sse: f64,
 }

@@ -1,28 +1,31 @@
-//! The delay of the first edge.
+//! Rule on a first response that is delayed more than the later ones, as by a drive that wakes up.
 
 use super::{Channel, Finding, View};
 use crate::numeric::{count, mean, upper_median, whole};
 use crate::text::engineering;
 
-/// The first delay is this many times the later ones and this much more \[s\].
+/// Smallest ratio of the first delay to the later ones.
 const TIMES: f64 = 3.0;
+/// Smallest difference of the first delay from the later ones \[s\].
 const MORE_S: f64 = 0.02;
-/// Samples behind an edge that its response needs, and the part of the response at which it counts as begun.
+/// Fewest samples of constant voltage after an edge.
 const SAMPLES_MIN: usize = 10;
+/// Fraction of a response at which it counts as begun.
 const BEGUN: f64 = 0.1;
 
 pub(super) fn start_latency(view: &View<'_>, findings: &mut Vec<Finding>) {
-    // A current answers first, so that its delay is the drive's.
+    // The current comes first among the channels: its delay is that of the drive alone.
     findings.extend(view.channels().find_map(|channel| late(view, channel)));
 }
 
-/// An edge from one steady voltage to another: where, and from where to where the response to it is seen.
+/// An edge between two constant voltages: its sample, the level of the channel before it and the change after it.
 struct Edge {
     at: usize,
     before: f64,
     change: f64,
 }
 
+/// Compares the delay of the first response of a channel with those of the later ones.
 fn late(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
     let long: Vec<usize> = (1..view.constant_inputs.len())
         .filter(|&k| {
@@ -32,7 +35,7 @@ fn late(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
                 && after.samples.len() >= SAMPLES_MIN
         })
         .collect();
-    // Responses are compared over one length, so that those of a linear motor are alike.
+    // Responses are compared over a common length, over which those of a linear motor are proportional.
     let mut lengths: Vec<f64> = long.iter().map(|&k| count(view.constant_inputs[k].samples.len())).collect();
     let length = whole(upper_median(&mut lengths));
     let edges: Vec<Edge> = long.into_iter().filter_map(|k| edge(view, channel, k, length)).collect();
@@ -55,13 +58,13 @@ fn late(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
     }
     let [after, later_after] = [first, later].map(|delay| engineering(delay, "s", 3));
     let message =
-        format!("the motor answers the first change of the voltage after {after}, later ones after {later_after}");
-    let remedy = "Leave the first one out: the drive was waking up.";
+        format!("the motor responds to the first change of voltage after {after}, to later ones after {later_after}");
+    let remedy = "Leave out the first change: the drive was waking up.";
     let finding = Finding::new("start_latency", channel.quantity, message, remedy);
     Some(finding.at(Some(edges[0].at..edges[0].at + 1)).figure("first_s", first).figure("later_s", later))
 }
 
-/// The edge at the start of stretch `k`, if the channel stood before it and has changed `length` samples behind it.
+/// Returns the edge at the start of segment `k` if the channel was steady before it and has changed `length` samples after it.
 fn edge(view: &View<'_>, channel: &Channel<'_>, k: usize, length: usize) -> Option<Edge> {
     let (before, after) = (&view.constant_inputs[k - 1].samples, &view.constant_inputs[k].samples);
     let at = after.start;
@@ -74,15 +77,15 @@ fn edge(view: &View<'_>, channel: &Channel<'_>, k: usize, length: usize) -> Opti
     let level = tail(at, few);
     let change = tail(end, few) - level;
     let earlier = tail(at - few.min(at - before.start), few.min(at - before.start).max(1));
-    let stood = k == 1 && before.len() >= 3 || (level - earlier).abs() < 0.05 * change.abs() + channel.noise;
-    (stood && change.abs() > channel.floor() && change.abs() > 0.05 * channel.range).then_some(Edge {
+    let was_steady = k == 1 && before.len() >= 3 || (level - earlier).abs() < 0.05 * change.abs() + channel.noise;
+    (was_steady && change.abs() > channel.floor() && change.abs() > 0.05 * channel.range).then_some(Edge {
         at,
         before: level,
         change,
     })
 }
 
-/// Returns the time after an edge at which the response has begun, for two samples.
+/// Returns the time \[s\] after an edge at which two consecutive samples exceed the fraction `begun` of the response.
 fn delay(view: &View<'_>, channel: &Channel<'_>, edge: &Edge, begun: f64) -> Option<f64> {
     let done = |n: usize| (channel.values[n] - edge.before) / edge.change > begun;
     let at = (edge.at..view.len() - 1).find(|&n| done(n) && done(n + 1))?;

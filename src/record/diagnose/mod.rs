@@ -1,7 +1,7 @@
-//! Diagnostics of a recording before it is used: rules on its clock, its input, its sensors and what
-//! the motor does. Each rule is quiet where it cannot tell.
+//! Diagnostics of a recording before it is used: rules on the clock, the input, the sensors and the motion of the motor.
 //!
-//! Thresholds come from trials on real recordings; false alarms are held down on simulated ones (`tests/diagnose`).
+//! A rule that is inconclusive reports nothing. Thresholds were chosen on real recordings; `tests/diagnose` bounds the rate of
+//! false alarms on simulated ones.
 
 mod clock;
 mod comb;
@@ -38,35 +38,35 @@ use outliers::Outliers;
 use std::ops::Range;
 use view::{Channel, ConstantInput, View};
 
-/// Severities of findings.
+/// Severity of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Severity {
-    /// Sure enough, and parameters from such a recording are likely off: to be reported with them.
+    /// A fault that is certain enough and likely biases the parameters; it is reported with them.
     Report,
-    /// Good to know, or less sure.
+    /// A remark: a minor or less certain fault.
     Mention,
 }
 
-/// Something odd about a recording.
+/// A possible fault of a recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
-    /// A short name that does not change.
+    /// Stable short name, for programs.
     pub code: &'static str,
-    /// Its severity.
+    /// Severity of the fault.
     pub severity: Severity,
-    /// The signal it is about.
+    /// Signal concerned.
     pub quantity: Quantity,
-    /// The samples it is about, at most 20 ranges; empty where it is about the whole recording.
+    /// Ranges of samples concerned, at most 20; empty if the complete recording is meant.
     pub places: Vec<Range<usize>>,
-    /// In words.
+    /// Description for people.
     pub message: Text,
-    /// The remedy.
+    /// Remedy, as one or more sentences.
     pub remedy: Text,
-    /// The figures that it rests on, by name.
+    /// Numbers that support the finding, by name.
     pub figures: Vec<(&'static str, f64)>,
 }
 
-/// The largest number of places that a finding names.
+/// Largest number of ranges of samples in a finding.
 const PLACES_MAX: usize = 20;
 
 impl Finding {
@@ -101,43 +101,43 @@ impl Finding {
     }
 }
 
-/// The codes of findings, each with what it says; what more likely explains a poor fit comes first.
+/// Codes of findings with their meanings, in decreasing order of their likelihood to cause a poor fit.
 pub static FINDINGS: [(&str, &str); 20] = [
     ("sign_reversed", "A channel has the opposite sign of the others."),
-    ("units", "Magnitudes fit no motor, but would in another unit."),
+    ("units", "The magnitudes are implausible for a motor, but plausible in another unit."),
     ("no_motion", "The motor does not move under voltage."),
     ("motion_without_input", "The motor moves without voltage."),
     ("voltage_without_current", "The voltage does not reach the motor."),
-    ("outliers", "Single samples are far off those around them."),
-    ("current_clipped", "The current is cut off or limited."),
-    ("start_latency", "The first movement comes late."),
+    ("outliers", "Single samples are far from their neighbours."),
+    ("current_clipped", "The current is clipped or limited."),
+    ("start_latency", "The motor responds late to the first voltage."),
     ("speed_falls", "The speed falls where the voltage rises."),
     ("speed_saturates", "The speed no longer follows the voltage."),
     ("undersampled_input", "The voltage changes faster than it is sampled."),
-    ("averaged_sensor", "A sensor shows an average over samples."),
+    ("averaged_sensor", "A sensor averages over samples."),
     ("held_samples", "Values are repeated over several samples."),
-    ("rest_offset", "A sensor is not zero while the motor rests."),
-    ("coarse_quantization", "The steps of a sensor are coarse."),
+    ("rest_offset", "A sensor is not zero while the motor is at rest."),
+    ("coarse_quantization", "The quantization of a sensor is coarse."),
     ("speed_ripple", "The speed has a periodic ripple in the steady state."),
     ("input_reset", "The voltage is reset at the end."),
-    ("idle_input", "The voltage is not zero while the motor rests."),
-    ("single_edge", "The voltage changes once only."),
+    ("idle_input", "The voltage is not zero while the motor is at rest."),
+    ("single_edge", "The voltage changes only once."),
     ("jitter", "Samples are not evenly spaced."),
 ];
 
-/// The codes of findings that do not explain why a fit fails, though they may matter to its errors.
+/// Codes of findings that affect the errors of a fit but do not make it fail.
 const MINOR: [&str; 6] = ["rest_offset", "speed_ripple", "input_reset", "idle_input", "single_edge", "jitter"];
 
-/// Returns whether findings of a code, where they are more than remarks, may explain why a fit fails or is poor.
+/// Returns true if reported findings of a code can cause a failed or poor fit.
 #[must_use]
-pub fn explains_failure(code: &str) -> bool {
+pub fn can_cause_poor_fit(code: &str) -> bool {
     FINDINGS.iter().any(|(listed, _)| *listed == code) && !MINOR.contains(&code)
 }
 
-/// Looks at a recording and adds what it finds.
+/// Examines a recording and appends its findings.
 type Rule = fn(&View<'_>, &mut Vec<Finding>);
 
-/// The rules in the order in which they look, each with whether it also is one of recordings whose input is the current.
+/// Rules in the order in which they are applied, each with true if it also applies to recordings whose input is the current.
 const RULES: [(Rule, bool); 16] = [
     (clock::jitter, true),
     (units::units, true),
@@ -157,7 +157,7 @@ const RULES: [(Rule, bool); 16] = [
     (ripple::speed_ripple, false),
 ];
 
-/// Everything odd that is found about a recording, what matters most first.
+/// Returns the findings about a recording, in decreasing order of importance.
 #[must_use]
 pub fn diagnose(record: &Record) -> Vec<Finding> {
     let mut findings = findings(record);
@@ -165,7 +165,7 @@ pub fn diagnose(record: &Record) -> Vec<Finding> {
     findings
 }
 
-/// The same with all places. Outliers are found first, and the other rules look at the recording without them.
+/// Returns the findings with all their ranges. Outliers are detected first and replaced before the other rules are applied.
 pub(super) fn findings(record: &Record) -> Vec<Finding> {
     let mut findings = Vec::new();
     let outliers = outliers(record);
@@ -182,7 +182,7 @@ pub(super) fn findings(record: &Record) -> Vec<Finding> {
     findings
 }
 
-/// The outliers of each signal: those of the voltage first, because the outputs are explained by it.
+/// Returns the outliers of each signal. Those of the input are found first and replaced, because it predicts the outputs.
 fn outliers(record: &Record) -> Vec<Outliers> {
     let of_input = input_outliers::of_input(&View::new(record));
     let repaired = of_input.as_ref().map(|outliers| record.with_repaired(std::slice::from_ref(outliers)));
@@ -191,7 +191,7 @@ fn outliers(record: &Record) -> Vec<Outliers> {
 }
 
 impl Record {
-    /// Returns a copy with outliers replaced by what the samples around them predict.
+    /// Returns a copy with outliers replaced by predictions from the surrounding samples.
     fn with_repaired(&self, outliers: &[Outliers]) -> Self {
         let mut record = self.clone();
         record.samples.change(|quantity, values| {
@@ -202,7 +202,8 @@ impl Record {
         record
     }
 
-    /// Returns a copy with outliers of the voltage replaced by the voltage around them, and how many samples they are.
+    /// Returns a copy with outliers of the voltage replaced by interpolation, and their number of samples; `None` without
+    /// outliers.
     pub(super) fn with_repaired_input(&self) -> Option<(Self, usize)> {
         let outliers = input_outliers::of_input(&View::new(self))?;
         let samples = outliers.repaired.len();
@@ -210,7 +211,7 @@ impl Record {
     }
 }
 
-/// Returns the stretches in which the voltage changes faster than it is sampled.
-pub(super) fn undersampled_stretches(record: &Record) -> Vec<Range<usize>> {
-    undersampled::stretches(&View::new(record))
+/// Returns the segments in which the voltage changes faster than it is sampled.
+pub(super) fn undersampled_segments(record: &Record) -> Vec<Range<usize>> {
+    undersampled::segments(&View::new(record))
 }

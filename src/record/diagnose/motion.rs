@@ -1,19 +1,19 @@
-//! Rules on motion without voltage, and voltage without motion.
+//! Rules on motion without voltage, and on voltage without motion.
 
 use super::rest::MOVES;
 use super::{Channel, Finding, Quantity, View};
 use crate::numeric::{count, mean, running_sums, runs, standard_deviation};
 use std::ops::Range;
 
-/// Samples that a judgement needs.
+/// Fewest samples for a finding.
 const SAMPLES_MIN: usize = 10;
 
 pub(super) fn motion(view: &View<'_>, findings: &mut Vec<Finding>) {
     let Some(speed) = view.speed.as_ref().filter(|_| view.len() >= SAMPLES_MIN && !view.loaded) else { return };
     if does_not_move(view, speed) {
-        let message = "the motor did not move: the speed shows nothing of the voltage";
-        let remedy = "Leave the recording out; it can only tell R, and L, from the current. Use more voltage, or check \
-                      the drive and the speed sensor.";
+        let message = "the motor did not move: the speed does not respond to the voltage";
+        let remedy = "Leave out the recording; only R and L are identifiable, from the current. Use more voltage, or \
+                      check the drive and the speed sensor.";
         findings.push(Finding::new("no_motion", Quantity::Speed, message, remedy).figure("peak", speed.peak));
         return;
     }
@@ -25,20 +25,21 @@ pub(super) fn motion(view: &View<'_>, findings: &mut Vec<Finding>) {
     places.dedup_by(|later, earlier| later.start < earlier.end);
     if !places.is_empty() {
         let message = "the motor speeds up, or keeps its speed, while the recorded voltage is 0 V";
-        let remedy = "Check that the column of the voltage is what the motor got: commands too short to be recorded, a \
-                      flag, another channel, a hand on the shaft. The recording cannot be fitted as it is.";
+        let remedy = "Check that the voltage column is the voltage at the motor, not a flag or another channel, that \
+                      no command was too short to be recorded, and that nothing else turned the shaft. The \
+                      recording cannot be fitted as it is.";
         let finding = Finding::new("motion_without_input", Quantity::Voltage, message, remedy);
         findings.push(finding.figure("places", count(places.len())).at(places));
     }
 }
 
-/// From standstill to motion within a run of samples without voltage: at rest for twice as long as it then takes to
-/// move, so that it is not the current of a pulse before.
+/// Detects a start from standstill within a run of samples without voltage. The motor must rest twice as long as it then takes
+/// to move, which excludes the effect of current from an earlier pulse.
 fn start_of_motion(view: &View<'_>, speed: &Channel<'_>, run: &Range<usize>) -> Option<Range<usize>> {
     let coarse = if speed.is_fine() { 0.0 } else { speed.quantum };
     let still = (0.03 * speed.peak).max(3.0 * speed.noise).max(1.5 * coarse);
     let moving = (MOVES * speed.peak).max(8.0 * speed.noise).max(3.0 * coarse);
-    // Where there is voltage elsewhere, a spike of the sensor is no motion.
+    // If the recording has a voltage elsewhere, motion must last, unlike a spike of the sensor.
     let lasts = if view.input.peak > 0.0 { 3 } else { 1 };
     let mut quiet = 0;
     let mut since = None;
@@ -61,8 +62,8 @@ fn start_of_motion(view: &View<'_>, speed: &Channel<'_>, run: &Range<usize>) -> 
     None
 }
 
-/// A motor on its way that gets faster all through a run without voltage: what current was left would have gone in its
-/// first part.
+/// Returns true if a moving motor accelerates throughout a run without voltage, in which remaining current would decay in the
+/// first quarter.
 fn speeds_up(speed: &Channel<'_>, run: &Range<usize>) -> bool {
     let part = run.len() / 4;
     if part < SAMPLES_MIN {
@@ -76,7 +77,7 @@ fn speeds_up(speed: &Channel<'_>, run: &Range<usize>) -> bool {
     same && rises && levels[0].abs() > 0.1 * speed.peak && levels[3].abs() - levels[1].abs() > floor
 }
 
-/// A speed that stays while there is no voltage from the start on, although it changes fast when voltage comes.
+/// Detects a constant speed without voltage from the start of the recording on, although the speed changes fast under voltage.
 fn keeps_moving(view: &View<'_>, speed: &Channel<'_>, run: &Range<usize>) -> Option<Range<usize>> {
     let count = run.len();
     if run.start > 0 || count < 2 * SAMPLES_MIN || run.end + count / 2 > view.len() {
@@ -92,6 +93,7 @@ fn keeps_moving(view: &View<'_>, speed: &Channel<'_>, run: &Range<usize>) -> Opt
     (stays && change > (5.0 * drift).max(0.05 * speed.peak).max(speed.floor())).then(|| run.clone())
 }
 
+/// Returns true if the speed is constant, noise or flicker of an encoder although there is a voltage.
 fn does_not_move(view: &View<'_>, speed: &Channel<'_>) -> bool {
     if view.input.peak == 0.0 {
         return false;
@@ -105,13 +107,13 @@ fn does_not_move(view: &View<'_>, speed: &Channel<'_>) -> bool {
         return stands(speed);
     }
     let changes = values.windows(2).filter(|w| w[0].to_bits() != w[1].to_bits()).count();
-    // An encoder that flickers by one count.
+    // An encoder flickers by one count.
     let flickers = speed.range <= 2.01 * speed.quantum && count(changes) < 0.02 * count(values.len());
     let is_noise = speed.noise > 0.0 && standard_deviation(values) < 1.25 * speed.noise;
     (flickers || is_noise) && !follows(view, values)
 }
 
-/// Returns whether the speed is noise about zero, or an encoder's flicker by one count.
+/// Returns true if the speed is noise about zero, or flickers by one encoder count.
 fn stands(speed: &Channel<'_>) -> bool {
     let values = speed.values;
     let (level, spread) = (mean(values).abs(), standard_deviation(values));
@@ -123,7 +125,7 @@ fn stands(speed: &Channel<'_>) -> bool {
     is_noise || count(zeros) > 0.9 * count(values.len()) && speed.range <= 2.01 * speed.quantum
 }
 
-/// Returns whether a signal follows the voltage, at once or its running sum, in any of the first lags.
+/// Returns true if a signal correlates with the voltage or its running sum, at any of several lags.
 fn follows(view: &View<'_>, values: &[f64]) -> bool {
     let size = values.len();
     let sure = 4.5 / count(size).sqrt();
@@ -137,6 +139,7 @@ fn follows(view: &View<'_>, values: &[f64]) -> bool {
     })
 }
 
+/// Returns the correlation coefficient of two signals; 0 if one is constant.
 fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let (mean_a, mean_b) = (mean(a), mean(b));
     let product: f64 = a.iter().zip(b).map(|(a, b)| (a - mean_a) * (b - mean_b)).sum();

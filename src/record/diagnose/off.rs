@@ -1,21 +1,23 @@
-//! A voltage that never reaches the motor: the drive is off.
+//! Rule on a voltage that does not reach the motor because the drive is off: no current flows.
 
 use super::{Channel, Finding, Quantity, View, text};
 use crate::numeric::{count, mean, order_statistic, runs};
 use std::ops::Range;
 
-/// A current below this part of the largest one is none, and so is one below so many standard deviations of its noise.
+/// Current, as a fraction of its peak, up to which it counts as zero.
 const NONE: f64 = 0.02;
+/// Current, in standard deviations of its noise, up to which it counts as zero.
 const NOISES: f64 = 3.0;
+/// Largest current, as a fraction of its peak, that noise makes count as zero at the start.
 const NONE_MOST: f64 = 0.06;
-/// Samples without current at the start that a dead time does not explain.
+/// Fewest samples without current at the start; a dead time is shorter.
 const FIRST_MIN: usize = 20;
 
 pub(super) fn off(view: &View<'_>, findings: &mut Vec<Finding>) {
     let Some(current) = view.current.as_ref().filter(|c| c.range > 0.0 && view.len() >= 20 && !view.loaded) else {
         return;
     };
-    // The noise of a current that follows a fast binary voltage is not known.
+    // The estimated noise is limited: that of a current under a fast binary voltage is too large.
     let none = (NONE * current.peak).max((NOISES * current.noise).min(NONE_MOST * current.peak));
     let mut places: Vec<Range<usize>> = from_the_start(view, current, none).into_iter().collect();
     let first = places.first().map_or(0, |place| place.end);
@@ -27,25 +29,25 @@ pub(super) fn off(view: &View<'_>, findings: &mut Vec<Finding>) {
         return;
     }
     let samples = count(places.iter().map(Range::len).sum());
-    let message = "there is voltage but no current while the motor stands or coasts: the drive was off";
+    let message = "there is a voltage but no current while the motor stands still or coasts: the drive was off";
     let remedy = text!(
-        "Cut the recording there with " [Mask = "auto"] ", or record the voltage at the motor: a drive that is off is no \
-         short circuit."
+        "Cut the recording there with " [Mask = "auto"] ", or record the voltage at the motor: a disabled drive does \
+         not short it."
     );
     let finding = Finding::new("voltage_without_current", Quantity::Current, message, remedy);
     findings.push(finding.figure("samples", samples).at(places));
 }
 
-/// A drive that is off from the first sample with voltage on: no current flows although the voltage changes, or the current
-/// begins although it does not, or the motor is known to stand.
+/// Detects a drive that is off at the first voltage: no current flows although the motor stands still, the voltage changes, or
+/// the current later begins without a change of the voltage.
 fn from_the_start(view: &View<'_>, current: &Channel<'_>, none: f64) -> Option<Range<usize>> {
     let (i, v, size) = (current.values, view.input.values, view.len());
     let begin = (0..size).find(|n| v[*n].abs() > 0.1 * view.input.peak)?;
-    // Two of three: a single one may be noise.
+    // Two of three samples, as a single one may be noise.
     let flows = |n: usize| i[n..(n + 3).min(size)].iter().filter(|i| i.abs() > none).count() >= 2;
     let end = (0..size).find(|n| flows(*n))?;
     let least = FIRST_MIN.max(size / 50);
-    // A deadband takes the voltage of small commands.
+    // A deadband can suppress small commands.
     let strong: Vec<usize> = (begin..end).filter(|n| v[*n].abs() > 0.5 * view.input.peak).collect();
     if strong.len() < 3 || end - strong[0] < least {
         return None;
@@ -55,24 +57,24 @@ fn from_the_start(view: &View<'_>, current: &Channel<'_>, none: f64) -> Option<R
         let still = (0.1 * order_statistic(&mut sizes, 0.95)).max(5.0 * speed.noise);
         speed.values[strong[0]..end].iter().all(|w| w.abs() <= still)
     };
-    let is_told = match &view.speed {
+    let is_off = match &view.speed {
         Some(speed) => stands(speed),
-        // Without a speed the motor could run idle: then a change of the voltage draws a current.
+        // Without a measured speed the motor could run idle, but a change of the voltage would still cause a current.
         None => {
             changes(view, strong[0].max(1)..end - least / 2) || swings(view, i, none, &strong) || begins(view, i, end)
         }
     };
-    is_told.then_some(begin..end)
+    is_off.then_some(begin..end)
 }
 
-/// Returns whether the voltage jumps in some samples, or from rest before them.
+/// Returns true if the voltage jumps within some samples, or from rest before them.
 fn changes(view: &View<'_>, samples: Range<usize>) -> bool {
     let v = view.input.values;
     let from_rest = samples.start >= 10 && v[..samples.start - 2].iter().all(|v| v.abs() < 0.05 * view.input.peak);
     from_rest || samples.clone().any(|n| (v[n] - v[n - 1]).abs() > 0.3 * view.input.peak)
 }
 
-/// Returns whether the same voltages, changing as fast, draw a current later: then no deadband takes them.
+/// Returns true if equal voltages that change as fast cause a current later, which excludes a deadband.
 fn swings(view: &View<'_>, i: &[f64], none: f64, strong: &[usize]) -> bool {
     let v = view.input.values;
     let (first, last) = (strong[0].max(1), strong[strong.len() - 1]);
@@ -85,13 +87,13 @@ fn swings(view: &View<'_>, i: &[f64], none: f64, strong: &[usize]) -> bool {
     extremes[1] - extremes[0] > 0.3 * view.input.peak && later.len() > strong.len() && 10 * with > 8 * later.len()
 }
 
-/// Returns whether the current begins at a sample although the voltage goes on as before.
+/// Returns true if the current begins at a sample although the voltage does not change.
 fn begins(view: &View<'_>, i: &[f64], at: usize) -> bool {
     let v = view.input.values;
     let around = at.saturating_sub(3)..(at + 3).min(v.len());
     let last = (at + (at / 10).max(3)).min(v.len());
     let rises = i[at..last].iter().any(|i| i.abs() > 0.3 * view.current.as_ref().map_or(0.0, |c| c.peak));
-    // What flows later at the same voltages shows that no deadband takes them.
+    // Current at the same voltages later excludes a deadband.
     let level = v[..at].iter().fold(0.0, |most: f64, v| most.max(v.abs()));
     let none = 0.05 * view.current.as_ref().map_or(0.0, |c| c.peak);
     let [mut with, mut all] = [0, 0];
@@ -99,16 +101,16 @@ fn begins(view: &View<'_>, i: &[f64], at: usize) -> bool {
         (with, all) = (with + usize::from(i[n].abs() > none), all + 1);
     }
     let jumps = around.clone().skip(1).any(|n| (v[n] - v[n - 1]).abs() > 0.1 * view.input.peak);
-    let stood = v[at / 2..at].iter().all(|of| (of - v[at]).abs() < 0.05 * view.input.peak);
-    rises && !jumps && v[at].abs() > 0.3 * view.input.peak && (stood || 10 * with >= 9 * all)
+    let was_constant = v[at / 2..at].iter().all(|of| (of - v[at]).abs() < 0.05 * view.input.peak);
+    rises && !jumps && v[at].abs() > 0.3 * view.input.peak && (was_constant || 10 * with >= 9 * all)
 }
 
-/// Voltage without current at half the speed or less that the voltage led to elsewhere: v − Kω = R i cannot be 0 there.
+/// Detects voltage without current at less than half of the proportional speed, where v − K ω = R i cannot be 0.
 fn without_current(view: &View<'_>, current: &Channel<'_>, none: f64) -> Vec<Range<usize>> {
-    // The sensor's offset, as far as it is told from a true current.
+    // The offset of the sensor, if a rest identifies it.
     let rest = view.first_rest();
     let offset = if rest.len() >= 10 { mean(&current.values[rest]) } else { 0.0 };
-    // Not the peak: a single spike would make all else slow.
+    // A quantile instead of the peak, which a single spike would determine.
     let fast = view.speed.as_ref().map(|speed| {
         let mut sizes: Vec<f64> = speed.values.iter().map(|w| w.abs()).collect();
         order_statistic(&mut sizes, 0.95)
@@ -120,7 +122,7 @@ fn without_current(view: &View<'_>, current: &Channel<'_>, none: f64) -> Vec<Ran
     let without =
         |n: usize| view.input.values[n].abs() > 0.5 * view.input.peak && (current.values[n] - offset).abs() <= none;
     let is_off = |n: usize| without(n) && slow(n);
-    // A drive that goes off while the motor turns fast is only told when it has slowed down: it has been off before.
+    // A drive that turns off at a high speed is detected only after the motor has slowed down; the run is extended back.
     let whole = |run: Range<usize>| {
         let start = (0..run.start).rev().take_while(|n| without(*n)).last().unwrap_or(run.start);
         let end = (run.end..view.len()).take_while(|n| without(*n)).last().map_or(run.end, |n| n + 1);
@@ -128,7 +130,7 @@ fn without_current(view: &View<'_>, current: &Channel<'_>, none: f64) -> Vec<Ran
     };
     let least = (view.len() / 50).max(10);
     let from_the_edge = |run: &Range<usize>| {
-        // Without a speed only a step from rest that never draws current is told from a motor without friction.
+        // Without a measured speed only a step from rest that never causes current differs from a motor without friction.
         view.constant_inputs.windows(2).any(|w| {
             let (rest, on) = (&w[0], &w[1].samples);
             let was_at_rest = rest.volts.abs() < 0.05 * view.input.peak && rest.samples.len() >= 10;

@@ -1,4 +1,4 @@
-//! The search for outliers: samples that are predicted otherwise from those before them and from those behind them.
+//! Search for outliers: runs of samples that disagree with predictions from the samples before and after them.
 
 use super::predictor::{Predictor, REACH, Scaled};
 use super::pulses::RUN_MAX;
@@ -6,43 +6,47 @@ use crate::numeric::order_statistic;
 use std::cell::OnceCell;
 use std::ops::Range;
 
-/// A run of one, two or three samples is off from so many usual residuals at its ends on…
+/// Smallest combined residual at the ends of an outlier of one, two and three samples, in scales of the residuals.
 const TIMES: [f64; RUN_MAX] = [7.5, 5.0, 4.5];
-/// …and looked at from so many at its first sample on.
+/// Smallest residual of the first sample at which a run is examined, in scales.
 const SUSPECTED: f64 = 4.0;
-/// With a run replaced, the samples around it are within so many.
+/// Largest residual of the samples around a replaced run, in scales.
 const AROUND_TIMES: f64 = 4.5;
-/// The predictions from both sides agree within this part of the deviation: behind a step, or a peak that decays, the signal
-/// is another than before it.
+/// Largest difference of the residuals from both sides, as a fraction of the deviation. It excludes steps and decaying peaks,
+/// after which the signal differs from before.
 const AGREE: f64 = 0.35;
-/// They differ by so many of their usual residuals more, away from changes of the input and near them.
+/// Additional difference that is allowed, in scales of both residuals, away from edges of the input and near them.
 const DIFFER: [f64; 2] = [2.5, 1.5];
-/// The usual residual of both near changes of the input, in terms of the smaller one.
+/// Scale of the combined residual near edges of the input, relative to the smaller one of both sides.
 const NEAR_EDGES: f64 = 1.3;
-/// Samples on each side whose residuals give the local scale.
+/// Number of samples on each side whose residuals give the local scale.
 const AROUND: usize = 24;
-/// A response comes up to so many samples after the change of the input.
+/// Largest delay of a response to a change of the input \[samples\].
 const RESPONSE: usize = 100;
 
-/// A signal with the predictors of it from both sides.
+/// A signal with its predictors from both sides.
 pub(super) struct Search<'a> {
     of: Scaled<'a>,
-    /// From the samples before, and from those behind, over one to three samples; made where a sample is suspected.
+    /// Predictors from the samples before and after, over distances of one to three samples; fitted when first used.
     sides: [[OnceCell<Predictor>; RUN_MAX]; 2],
-    /// The |residual| of each sample predicted from those before it, nothing repaired.
+    /// |Residual| of each sample, predicted one step ahead from the recorded signal.
     first: Vec<f64>,
-    /// The least deviation that counts.
+    /// Smallest deviation of an outlier, relative to the range of the signal.
     least: f64,
 }
 
-/// The combined prediction of a sample from both sides.
+/// Residual of a sample, combined from both sides.
 struct Joint {
+    /// Mean of the residuals of both sides, weighted by their inverse variances.
     residual: f64,
+    /// Scale of the combined residual.
     scale: f64,
+    /// True if both sides agree and neither extrapolates.
     agrees: bool,
 }
 
 impl Joint {
+    /// Combines the residuals of sample `m`.
     fn new(of: &Scaled<'_>, sides: [&Predictor; 2], m: usize) -> Self {
         let [early, late] = sides.map(|side| side.residual(of, m));
         let [a, b] = sides.map(|side| side.scale(of, m));
@@ -59,13 +63,13 @@ impl Joint {
         };
         let agrees =
             (early - late).abs() < limit && early * late > 0.0 && sides.iter().all(|side| side.has_seen(of, m));
-        // Both contain the noise of the sample itself.
+        // The scale is not reduced by the combination, because both residuals contain the noise of the sample itself.
         Self { residual, scale, agrees }
     }
 }
 
 impl<'a> Search<'a> {
-    /// A search for deviations above `least`, in parts of the signal's range.
+    /// Creates a search for deviations above `least`, relative to the range of the signal.
     pub(super) fn new(of: Scaled<'a>, least: f64) -> Self {
         let mut first = vec![0.0; of.values.len()];
         let before = Predictor::new(&of, 1, true);
@@ -74,12 +78,12 @@ impl<'a> Search<'a> {
         Self { of, sides, first, least }
     }
 
-    /// Returns the runs of outliers at pulses, and for each of their samples its index and what would fit.
+    /// Returns the runs of outliers at pulses, and index and replacement of each of their samples.
     pub(super) fn found(mut self, pulses: &[Range<usize>]) -> (Vec<Range<usize>>, Vec<(usize, f64)>) {
         let mut places: Vec<Range<usize>> = Vec::new();
         let mut repaired = Vec::new();
         let last = self.of.values.len().saturating_sub(RUN_MAX + REACH);
-        // Noise may hide the first sample of a run, or seem one.
+        // Noise may hide the first sample of a run, or appear as one.
         let starts = |pulse: &Range<usize>| (pulse.start + 1).saturating_sub(RUN_MAX).max(REACH)..pulse.end.min(last);
         let mut next = 0;
         for n in pulses.iter().flat_map(starts) {
@@ -94,7 +98,7 @@ impl<'a> Search<'a> {
         (places, repaired)
     }
 
-    /// Replaces the run of outliers that begins at `n` if the samples around fit what is put in its place.
+    /// Replaces the run of outliers that begins at `n`, if the samples around it agree with the replacement.
     fn replaced_at(&mut self, n: usize) -> Option<Range<usize>> {
         let fitting = self.run_at(n)?;
         let run = n..n + fitting.len();
@@ -107,12 +111,12 @@ impl<'a> Search<'a> {
         None
     }
 
-    /// Returns the predictor from one side over `k` samples.
+    /// Returns the predictor from one side over a distance of `k` samples.
     fn side(&self, is_before: bool, k: usize) -> &Predictor {
         self.sides[usize::from(!is_before)][k - 1].get_or_init(|| Predictor::new(&self.of, k, is_before))
     }
 
-    /// Returns what would fit in place of a run of outliers that begins at `n`, `None` where there is none.
+    /// Returns replacements for a run of outliers that begins at `n`; `None` if there is none.
     fn run_at(&self, n: usize) -> Option<Vec<f64>> {
         let (of, before) = (&self.of, self.side(true, 1));
         if before.residual(of, n).abs() <= self.least.max(SUSPECTED * before.scale(of, n)) || !of.is_regular(n) {
@@ -134,7 +138,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Returns whether the samples around a run that was replaced fit it: a signal that goes on elsewhere does not.
+    /// Returns true if the samples around a replaced run agree with it, which excludes a step of the signal.
     fn fits_around(&self, run: Range<usize>) -> bool {
         let fits = |is_before: bool, m: usize| {
             let side = self.side(is_before, 1);
@@ -143,7 +147,7 @@ impl<'a> Search<'a> {
         (run.end..run.end + 2).all(|m| fits(true, m)) && (run.start - 2..run.start).all(|m| fits(false, m))
     }
 
-    /// The usual size of the residuals around a sample, itself and its followers left out.
+    /// Returns the scale of the residuals around a sample, without the sample and its successors.
     fn local_scale(&self, n: usize) -> f64 {
         let before = n.saturating_sub(AROUND)..n.saturating_sub(1);
         let behind = n + RUN_MAX + 2..(n + AROUND).min(self.first.len());
@@ -151,8 +155,8 @@ impl<'a> Search<'a> {
         order_statistic(&mut sizes, 0.85) / 1.44
     }
 
-    /// Returns whether a run at `start` is the response to a change of the input: others are followed by the same after the same
-    /// time, or it follows a pulse as short as itself and there is none to compare it with.
+    /// Returns true if a run at `start` is the response to a change of the input: half of the other changes are followed by a
+    /// similar residual after the same delay or, if there are no others, the change is a short pulse.
     fn is_response(&self, start: usize) -> bool {
         let input = &self.of.view.input;
         let size = input.values.len();

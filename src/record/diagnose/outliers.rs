@@ -1,4 +1,6 @@
-//! Outliers: single samples, or runs of up to three, that fit neither the samples before them nor those behind them.
+//! Rule on outliers of the outputs: runs of up to three samples that disagree with predictions from both sides.
+//!
+//! Pulses are candidates; a [`Search`] compares them with predictions from the samples before and after them.
 
 use super::outlier_search::Search;
 use super::predictor::Scaled;
@@ -9,23 +11,26 @@ use crate::numeric::{count, peak};
 use crate::text::{counted, significant};
 use std::ops::Range;
 
-/// Residuals below this part of the range are none, nor those below so many steps of a coarse sensor.
+/// Smallest residual of an outlier, as a fraction of the range.
 const PART: f64 = 0.01;
+/// Smallest residual of an outlier, in quantization steps of the sensor.
 const STEPS: f64 = 2.5;
-/// Pulses from so many times the noise of the signal on are looked at…
+/// Smallest size of a pulse, in standard deviations of the noise.
 const NOISES: f64 = 4.0;
-/// …if it is the same behind them as before within this part of their size and so many times the noise.
+/// Largest change of the signal from before to after a pulse, as a fraction of its size.
 const AGREE: f64 = 1.0;
+/// Additional change that is allowed, in standard deviations of the noise.
 const SLACK: f64 = 6.0;
-/// More than this part of the samples are no single outliers but how the sensor is.
+/// Largest fraction of the samples that can be outliers; more are a property of the sensor.
 const RARE: f64 = 0.03;
 
-/// The samples of a signal that are outliers.
+/// Outliers of a signal.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Outliers {
     pub quantity: Quantity,
+    /// Ranges of samples that are outliers.
     pub places: Vec<Range<usize>>,
-    /// For each sample of the places its index and what the samples around it predict.
+    /// Index and predicted value of each of these samples.
     pub repaired: Vec<(usize, f64)>,
 }
 
@@ -40,6 +45,7 @@ pub(super) fn report(view: &View<'_>, outliers: &[Outliers], findings: &mut Vec<
     findings.extend(outliers.iter().map(|outliers| finding(view, outliers)));
 }
 
+/// Creates the finding for the outliers of a signal.
 fn finding(view: &View<'_>, outliers: &Outliers) -> Finding {
     let (quantity, repaired) = (outliers.quantity, &outliers.repaired);
     let values = view.record.samples().signals().find(|(of, _)| *of == quantity).map_or(&[][..], |(_, values)| values);
@@ -50,7 +56,7 @@ fn finding(view: &View<'_>, outliers: &Outliers) -> Finding {
     let (samples, unit) = (repaired.len(), quantity.unit());
     let verb = if samples == 1 { "is" } else { "are" };
     let message = format!(
-        "{} of the {quantity} {verb} far off the samples around: {list}{more} {unit}",
+        "{} of the {quantity} {verb} far from the surrounding samples: {list}{more} {unit}",
         counted(samples, "single sample")
     );
     let what = if quantity == Quantity::Voltage { "Have them replaced by" } else { "Leave them out with" };
@@ -60,6 +66,7 @@ fn finding(view: &View<'_>, outliers: &Outliers) -> Finding {
     finding.figure("samples", count(samples)).figure("largest", peak(&deviations))
 }
 
+/// Returns the outliers of an output; `None` if there are none, or if they are too many.
 fn of_channel(view: &View<'_>, channel: &Channel<'_>) -> Option<Outliers> {
     let of = Scaled::new(view, channel.values)?;
     let coarse = if is_quantized(channel) { channel.quantum / of.range } else { 0.0 };
@@ -71,7 +78,7 @@ fn of_channel(view: &View<'_>, channel: &Channel<'_>) -> Option<Outliers> {
         return None;
     }
     let (places, mut repaired) = Search::new(of, least).found(&pulses);
-    // What goes on for longer is no outlier.
+    // Adjacent runs that are too long together are not outliers.
     let runs: Vec<Range<usize>> = places
         .chunk_by(|a: &Range<usize>, b| a.end == b.start)
         .map(|run| run[0].start..run[run.len() - 1].end)
@@ -83,7 +90,7 @@ fn of_channel(view: &View<'_>, channel: &Channel<'_>) -> Option<Outliers> {
     (is_rare && !repaired.is_empty()).then_some(Outliers { quantity: channel.quantity, places, repaired })
 }
 
-/// Returns whether nine of ten differences are whole multiples of the smallest ones.
+/// Returns true if nine of ten differences are multiples of the quantization step.
 fn is_quantized(channel: &Channel<'_>) -> bool {
     let steps = channel.values.windows(2).map(|w| (w[1] - w[0]).abs() / channel.quantum);
     let (whole, all) = steps

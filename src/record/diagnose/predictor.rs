@@ -1,45 +1,47 @@
-//! Predictions of a signal from one of its sides and the input, for the rule on outliers.
+//! Linear prediction of a signal from the samples on one side and the input, for the rule on outliers.
 
 use super::pulses::RUN_MAX;
 use super::regression::{Row, Solution, Sums, WIDTH};
 use super::view::View;
 use crate::numeric::{count, order_statistic, whole};
 
-/// Samples that a prediction looks at beyond its sample, at most.
+/// Largest distance of a sample that a prediction uses.
 pub(super) const REACH: usize = RUN_MAX + 1;
-/// Equations of a regression at most.
+/// Largest number of rows of a regression.
 const ROWS_MAX: usize = 700;
-/// Changes of the input above this part of its range make its response.
+/// Smallest change of the input, as a fraction of its range, that counts as an edge.
 const EDGE: f64 = 0.02;
-/// A row of regressors whose leverage is so many times the mean is like none that was seen.
+/// Largest leverage of a row, relative to the mean, at which a prediction is not an extrapolation.
 const LEVERAGE: f64 = 6.0;
-/// Values beyond so many ranges from the median are left out of regressions.
+/// Largest distance from the median, in ranges, of values in a regression.
 const OUTSIDE: f64 = 2.5;
-/// Samples of a class from which its scale is known.
+/// Fewest samples of a class for an estimate of its scale.
 const CLASS_MIN: usize = 30;
-/// The quantile of |residuals| that their scale is made of, and that of a normal distribution: outliers may be one of ten.
+/// Order of the quantile of |residuals| that gives their scale, robust against a tenth of outliers, and that quantile for a
+/// standard normal variable.
 const QUANTILE: [f64; 2] = [0.9, 1.645];
 
-/// A signal in parts of its range, without its outermost values, and the input in parts of its peak.
+/// A signal less its median, relative to its range without extreme values, and the input relative to its peak.
 pub(super) struct Scaled<'a> {
     pub view: &'a View<'a>,
     pub values: Vec<f64>,
     input: Vec<f64>,
-    /// For each sample, true where the input changes within [`REACH`] samples.
+    /// True for samples with an edge of the input within [`REACH`] samples.
     pub is_edge: Vec<bool>,
-    /// The median of the signal and its range, without its outermost values.
+    /// Median of the signal.
     pub middle: f64,
+    /// Range of the signal without its extreme values.
     pub range: f64,
 }
 
 impl<'a> Scaled<'a> {
-    /// Returns `None` where there are too few samples, or the signal is constant but for single values.
+    /// Scales a signal; `None` for too few samples, or a signal that is constant except for single values.
     pub(super) fn new(view: &'a View<'a>, values: &[f64]) -> Option<Self> {
         let size = values.len();
         if size < 12 * REACH {
             return None;
         }
-        // So that a few values beyond all others do not set the range.
+        // The extreme values are left out, so that outliers do not determine the range.
         let outer = (0.01_f64).max(6.0 / count(size));
         let mut copy = values.to_vec();
         let [low, middle, high] = [outer, 0.5, 1.0 - outer].map(|p| order_statistic(&mut copy, p));
@@ -65,7 +67,8 @@ impl<'a> Scaled<'a> {
         })
     }
 
-    /// The regressors for sample `m` from samples `k` and `k + 1` before it, or behind it, and the input between.
+    /// Returns the regressors of sample `m`: a constant, the samples `k` and `k + 1` before or after it and, near edges, the
+    /// input in between.
     fn row(&self, m: usize, k: usize, is_before: bool) -> Row {
         let x = |n: usize| self.values[n];
         let v = |n: usize| self.input[n];
@@ -83,37 +86,40 @@ impl<'a> Scaled<'a> {
         row
     }
 
-    /// Returns whether no gap in time is within reach of a sample.
+    /// Returns true if no gap in time is within [`REACH`] of a sample.
     pub(super) fn is_regular(&self, m: usize) -> bool {
         let time = &self.view.time[m - REACH..=m + REACH];
         time.windows(2).all(|w| w[1] - w[0] < 2.5 * self.view.period())
     }
 }
 
-/// A regression for samples `k` beyond the last known one, with the usual size of its residuals.
+/// A predictor `k` samples ahead, or back, with the scale of its residuals.
 ///
-/// Where the input is constant or changes slowly, samples are predicted from samples alone; near its changes from the input too.
+/// Samples are predicted from samples alone, and near edges of the input from the input too.
 pub(super) struct Predictor {
     k: usize,
     is_before: bool,
-    /// Away from changes of the input, and near them.
+    /// Regressions away from edges of the input, and near them.
     classes: [Class; 2],
 }
 
+/// A regression and the scale of its residuals.
 #[derive(Default)]
 struct Class {
     solution: Solution,
+    /// Number of rows.
     rows: f64,
-    /// Infinite where too few samples show what is usual.
+    /// Standard deviation of the residuals, estimated from a quantile; infinite with too few samples.
     scale: f64,
 }
 
 impl Predictor {
+    /// Fits a predictor from the samples before, or after, over a distance `k`.
     pub(super) fn new(of: &Scaled<'_>, k: usize, is_before: bool) -> Self {
         let samples = REACH..of.values.len() - REACH;
         let stride = (count(samples.len()) / count(ROWS_MAX)).max(1.0);
         let rows = whole(count(samples.len()) / stride);
-        // The part of the stride varies, so that periods of the input do not meet it.
+        // The rows are offset by varying fractions of the stride, so that it cannot coincide with a period of the input.
         let at = |j: usize| samples.start + whole((count(j) + (count(j) * 0.618).fract()) * stride);
         let chosen: Vec<usize> = (0..rows).map(at).filter(|m| *m < samples.end && of.is_regular(*m)).collect();
         let class = |is_edge: bool| {
@@ -127,22 +133,22 @@ impl Predictor {
         &self.classes[usize::from(of.is_edge[m])]
     }
 
-    /// Returns what the signal is predicted to be at sample `m`.
+    /// Returns the prediction of sample `m`.
     pub(super) fn predicted(&self, of: &Scaled<'_>, m: usize) -> f64 {
         self.class(of, m).solution.predicted(&of.row(m, self.k, self.is_before))
     }
 
-    /// Returns the signal at sample `m` less what it is predicted to be.
+    /// Returns the residual of sample `m`: the signal less its prediction.
     pub(super) fn residual(&self, of: &Scaled<'_>, m: usize) -> f64 {
         of.values[m] - self.predicted(of, m)
     }
 
-    /// Returns the usual size of the residual of sample `m`, infinite where it is not known.
+    /// Returns the scale of the residual of sample `m`; infinite if it is not known.
     pub(super) fn scale(&self, of: &Scaled<'_>, m: usize) -> f64 {
         self.class(of, m).scale
     }
 
-    /// Returns whether the regression has seen samples such as those that predict `m`.
+    /// Returns true if the prediction of sample `m` is not an extrapolation: the leverage of its regressors is small.
     pub(super) fn has_seen(&self, of: &Scaled<'_>, m: usize) -> bool {
         let class = self.class(of, m);
         class.solution.leverage(&of.row(m, self.k, self.is_before)) * class.rows < LEVERAGE * count(WIDTH)
@@ -150,14 +156,14 @@ impl Predictor {
 }
 
 impl Class {
-    /// Fits up to thrice: samples that are far off after a fit are left out of the next.
+    /// Fits up to three times; each fit leaves out samples with residuals above 6 scales in the one before.
     fn new(of: &Scaled<'_>, chosen: &[usize], row: impl Fn(usize) -> Row) -> Self {
         let mut class = Self { scale: f64::INFINITY, ..Self::default() };
         if chosen.len() < CLASS_MIN {
             return class;
         }
         let rows: Vec<(Row, f64)> = chosen.iter().map(|m| (row(*m), of.values[*m])).collect();
-        // Values far outside would spoil the regression.
+        // Extreme values would bias the regression.
         let is_usual = |row: &Row, value: f64| row[1].abs().max(row[2].abs()).max(value.abs()) < OUTSIDE;
         let mut taken: Vec<bool> = rows.iter().map(|(row, value)| is_usual(row, *value)).collect();
         let mut sizes = Vec::with_capacity(rows.len());
@@ -173,7 +179,7 @@ impl Class {
             let is_near =
                 |(n, (row, value)): (usize, &(Row, f64))| sizes[n] < 6.0 * class.scale && is_usual(row, *value);
             let next: Vec<bool> = rows.iter().enumerate().map(is_near).collect();
-            // The next fit would be the same.
+            // The next fit would be identical.
             if next == taken {
                 break;
             }

@@ -1,24 +1,25 @@
-//! Pulses: runs of one to three samples that differ from those before and behind them, where these agree.
+//! Detection of pulses: runs of one to three samples that differ from those before and after them, while these agree.
 
 use crate::numeric::{count, order_statistic};
 use std::ops::Range;
 
-/// The longest pulse \[samples\].
+/// Length of the longest pulse \[samples\].
 pub(super) const RUN_MAX: usize = 3;
-/// Samples at each end that are looked at beside a pulse only.
+/// Number of samples at the end of a signal that can only be neighbours of a pulse.
 const MARGIN: usize = RUN_MAX + 1;
 
-/// A quantile of magnitudes, and that of a normal distribution.
+/// Order of a quantile, and that quantile of the magnitude of a standard normal variable.
 const QUANTILE: [f64; 2] = [0.2, 0.2533];
 
-/// The pulses that are looked for.
+/// Criteria of a pulse.
 pub(super) struct Pulses {
-    /// The least deviation from a line between the samples around.
+    /// Smallest deviation from the line between the neighbouring samples.
     pub least: f64,
-    /// The change from before a pulse to behind it is below this part of its deviation, and so much more.
+    /// Largest change from before to after a pulse, as a fraction of its deviation.
     pub agree: f64,
+    /// Additional change that is allowed, in units of the signal.
     pub slack: f64,
-    /// The turn of a signal that goes up and down looks like a pulse: then one is as large as two steps of it.
+    /// True if a pulse must exceed twice the slope of the signal at turning points, which look like pulses.
     pub with_turns: bool,
 }
 
@@ -41,7 +42,7 @@ impl Pulses {
 
     fn is_pulse(&self, values: &[f64], pulse: Range<usize>) -> bool {
         let (before, behind) = (pulse.start - 1, pulse.end);
-        // Most samples are none, as their first one says.
+        // A quick test of the first sample rejects most candidates.
         if (values[pulse.start] - level(values, &pulse, pulse.start)).abs() <= self.least {
             return false;
         }
@@ -49,19 +50,20 @@ impl Pulses {
         let [rise, fall] = [values[before] - values[before - 1], values[behind + 1] - values[behind]];
         let turn = if self.with_turns && rise * fall < 0.0 { 2.0 * rise.abs().min(fall.abs()) } else { 0.0 };
         let change = values[behind] - values[before];
-        // The same value, or as much more as the slope on both sides makes.
+        // The values before and after agree directly, or after correction for the slope on both sides.
         let left = change.abs().min((change - 0.5 * (rise + fall) * count(pulse.len() + 1)).abs());
         size > self.least.max(turn) && left < self.agree * size + self.slack
     }
 }
 
-/// Returns the value at sample `n` of a pulse by a line between those around it.
+/// Returns the value at sample `n` of a pulse by linear interpolation between its neighbours.
 pub(super) fn level(values: &[f64], pulse: &Range<usize>, n: usize) -> f64 {
     let part = count(n + 1 - pulse.start) / count(pulse.len() + 1);
     values[pulse.start - 1] + part * (values[pulse.end] - values[pulse.start - 1])
 }
 
-/// The noise of a signal by its smallest second differences: a binary one that switches often has some of 0 too.
+/// Returns the standard deviation of the noise of a signal, from a low quantile of its second differences, which is robust for
+/// binary signals that switch often.
 pub(super) fn noise(values: &[f64]) -> f64 {
     let second = |w: &[f64]| (w[0] - 2.0 * w[1] + w[2]).abs();
     let mut sizes: Vec<f64> = values.windows(3).map(second).collect();

@@ -1,16 +1,15 @@
-//! Least squares of a few regressors, for rules that predict a signal.
+//! Linear least squares with few regressors, by the normal equations and Cholesky decomposition.
 
-/// Regressors at most.
+/// Largest number of regressors.
 pub(super) const WIDTH: usize = 8;
 
-/// The part of its square by which each regressor is damped, so that regressors that depend on each other share what they
-/// explain.
+/// Regularization of each regressor relative to its sum of squares, for regressors that are linearly dependent.
 const DAMPING: f64 = 1e-9;
 
-/// A row of regressors; those that are not used are 0.
+/// A row of regressors; unused ones are 0.
 pub(super) type Row = [f64; WIDTH];
 
-/// The sums of a least-squares problem, those of products below the diagonal and on it.
+/// Normal equations: the lower triangle of XᵀX, and Xᵀy.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sums {
     products: [[f64; WIDTH]; WIDTH],
@@ -18,7 +17,7 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    /// Adds an equation: the regressors and what they are to explain.
+    /// Adds an equation: a row of regressors and the response.
     pub(super) fn add(&mut self, row: &Row, value: f64) {
         for (k, of) in row.iter().enumerate() {
             self.products[k][..=k].iter_mut().zip(row).for_each(|(sum, other)| *sum += of * other);
@@ -26,7 +25,7 @@ impl Sums {
         }
     }
 
-    /// Returns the solution, by Cholesky's decomposition; its coefficients are 0 of regressors that are 0 throughout.
+    /// Returns the least-squares solution; coefficients of regressors that are always 0 are 0.
     pub(super) fn solve(&self) -> Solution {
         let mut lower = [[0.0; WIDTH]; WIDTH];
         for k in 0..WIDTH {
@@ -50,7 +49,7 @@ impl Sums {
     }
 }
 
-/// Solves with a lower triangular matrix.
+/// Solves a lower triangular system by forward substitution.
 fn forward(lower: &[Row; WIDTH], right: &Row) -> Row {
     let mut found = *right;
     for k in 0..WIDTH {
@@ -60,7 +59,7 @@ fn forward(lower: &[Row; WIDTH], right: &Row) -> Row {
     found
 }
 
-/// The solution of a least-squares problem.
+/// Least-squares solution: the coefficients and the Cholesky factor.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Solution {
     pub coefficients: Row,
@@ -68,12 +67,12 @@ pub(super) struct Solution {
 }
 
 impl Solution {
-    /// Returns what the regressors of a row explain.
+    /// Returns the prediction for a row of regressors.
     pub(super) fn predicted(&self, row: &Row) -> f64 {
         self.coefficients.iter().zip(row).map(|(c, x)| c * x).sum()
     }
 
-    /// Returns the leverage of a row: its squared distance from 0 in terms of the rows that were added, over their count.
+    /// Returns the leverage `xᵀ (XᵀX)⁻¹ x` of a row.
     pub(super) fn leverage(&self, row: &Row) -> f64 {
         forward(&self.lower, row).iter().map(|y| y * y).sum()
     }

@@ -1,30 +1,30 @@
-//! A voltage that falls to zero, or to its first value, in the last samples.
+//! Rule on a voltage that is reset to zero, or to its first value, in the last samples, as at the end of a program.
 
 use super::{Finding, Quantity, View, text};
 use crate::text::{counted, significant};
 use std::ops::Range;
 
-/// Samples at the end in which a reset is looked for.
+/// Largest length of a reset at the end \[samples\].
 const LAST: usize = 3;
-/// A reset is a change by this part of the range of the voltage.
+/// Smallest size of a reset, as a fraction of the range of the voltage.
 const PART: f64 = 0.25;
-/// Samples of another voltage before it.
+/// Fewest samples before a reset.
 const BEFORE: usize = 10;
-/// Of a voltage that takes its last value before, all changes from sample to sample stay below this part of the reset.
+/// Largest change between samples, relative to the reset, if the voltage has taken its last value before.
 const SMOOTH: f64 = 0.5;
 
-/// Adds the finding for a reset: the program's end, not the motor's experiment.
+/// Returns the finding for a reset, which is not part of the experiment.
 pub(super) fn reset(view: &View<'_>) -> Option<Finding> {
     let place = place(view)?;
     let [from, to] = [0, place.start - 1].map(|n| significant(view.time[n], 7));
     let volts = significant(view.input.values[place.start], 3);
     let last = if place.len() == 1 { "sample".to_owned() } else { counted(place.len(), "sample") };
-    let message = format!("the voltage falls to {volts} V in the last {last}: the motor had no time to respond");
-    let remedy = text!("Leave them out: " [Crop = "{from}:{to}"] ", or " [Mask = "auto"] ".");
+    let message = format!("the voltage is reset to {volts} V in the last {last}: the motor had no time to respond");
+    let remedy = text!("Leave these samples out: " [Crop = "{from}:{to}"] ", or " [Mask = "auto"] ".");
     Some(Finding::new("input_reset", Quantity::Voltage, message, remedy).at(Some(place)))
 }
 
-/// The samples of a level that the voltage has nowhere before but at rest at the start, or only passes smoothly.
+/// Returns the last samples if the voltage takes their level elsewhere only at rest at the start, or passes it smoothly.
 fn place(view: &View<'_>) -> Option<Range<usize>> {
     let values = view.input.values;
     let (size, level) = (values.len(), *values.last()?);

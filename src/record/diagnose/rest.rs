@@ -1,17 +1,17 @@
-//! Rules on sensors while the motor rests.
+//! Rule on the offsets of sensors while the motor is at rest.
 
 use super::{Channel, Finding, View, text};
 use crate::numeric::{count, mean, peak, standard_deviation};
 use crate::text::{engineering, significant};
 use std::ops::Range;
 
-/// Samples of rest that a judgement needs.
+/// Fewest samples of rest for an estimate of the offsets.
 const SAMPLES_MIN: usize = 10;
-/// An offset below this part of the largest value is none.
+/// Largest offset, as a fraction of the peak of the signal, that is ignored.
 const PART: f64 = 0.01;
-/// Offsets from this part on are reported.
+/// Smallest offset, as a fraction of the peak, that is reported instead of mentioned.
 const PART_REPORTED: f64 = 0.05;
-/// A speed above this part of the largest is motion.
+/// Speed, as a fraction of its peak, above which the motor counts as moving.
 pub(super) const MOVES: f64 = 0.1;
 
 pub(super) fn rest(view: &View<'_>, findings: &mut Vec<Finding>) {
@@ -19,7 +19,7 @@ pub(super) fn rest(view: &View<'_>, findings: &mut Vec<Finding>) {
     if rest.len() < SAMPLES_MIN || view.loaded {
         return;
     }
-    // A motor that turns before the voltage comes is no motor at rest.
+    // A motor that turns before a voltage is applied is not at rest.
     let turns = |speed: &Channel<'_>| {
         let level = mean(&speed.values[rest.clone()]).abs();
         level > MOVES * speed.peak && (speed.range > 0.5 * speed.peak || !is_flat(speed, &rest))
@@ -30,7 +30,7 @@ pub(super) fn rest(view: &View<'_>, findings: &mut Vec<Finding>) {
     findings.extend(view.channels().filter_map(|channel| offset(channel, &rest)));
 }
 
-/// Returns whether the channel stands still during `rest`: half as much drift as spread.
+/// Returns true if the channel is constant during `rest`: the means of both halves differ by at most 4 standard errors.
 fn is_flat(channel: &Channel<'_>, rest: &Range<usize>) -> bool {
     let values = &channel.values[rest.clone()];
     let (first, last) = values.split_at(values.len() / 2);
@@ -38,6 +38,7 @@ fn is_flat(channel: &Channel<'_>, rest: &Range<usize>) -> bool {
     drift <= standard_deviation(values) * (8.0 / count(values.len()).sqrt()).min(1.0) + 1e-12 * channel.peak
 }
 
+/// Detects a mean at rest that is constant and differs from zero.
 fn offset(channel: &Channel<'_>, rest: &Range<usize>) -> Option<Finding> {
     let values = &channel.values[rest.clone()];
     let (level, spread) = (mean(values), standard_deviation(values));
@@ -46,7 +47,7 @@ fn offset(channel: &Channel<'_>, rest: &Range<usize>) -> Option<Finding> {
     if channel.peak == 0.0 || level.abs() <= sure || part <= PART || !is_flat(channel, rest) {
         return None;
     }
-    // A single value that is off says nothing of the others.
+    // A single outlier can produce the mean.
     if peak(values) > 3.0 * level.abs() + 6.0 * spread {
         return None;
     }

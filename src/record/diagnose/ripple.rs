@@ -1,4 +1,4 @@
-//! A periodic ripple on the speed in the steady state.
+//! Rule on a periodic ripple of the speed in the steady state, found as a line of its spectrum.
 
 use super::spectrum::{POINTS, power};
 use super::{Channel, Finding, Quantity, View};
@@ -6,25 +6,26 @@ use crate::numeric::{count, mean, peak, slope};
 use crate::text::{engineering, significant};
 use std::ops::Range;
 
-/// Samples of steady state that are needed.
+/// Fewest samples of steady state.
 const SAMPLES_MIN: usize = 200;
-/// The peak of the spectrum over its surroundings: in noise alone the largest of 2000 bins is 8 times, more than 30
-/// times once in 10^10.
+/// Smallest ratio of a line to its surroundings in the spectrum. In white noise the largest of 2000 bins has a ratio of 8, and
+/// one above 30 with a probability of 1e-10.
 const TIMES: f64 = 30.0;
-/// An amplitude over the speed that matters, and one that is reported.
+/// Smallest amplitudes, relative to the speed, that are mentioned and reported.
 const PARTS: [f64; 2] = [0.005, 0.03];
 
 pub(super) fn speed_ripple(view: &View<'_>, findings: &mut Vec<Finding>) {
     let Some(speed) = view.speed.as_ref().filter(|speed| speed.range > 0.0) else { return };
     let driven = view.constant_inputs.iter().filter(|s| s.volts.abs() > 0.02 * view.input.peak);
     let Some(longest) = driven.max_by_key(|s| s.samples.len()) else { return };
-    // The second half: the first may still be on its way.
+    // The first half may contain the transient.
     let (end, count) = (longest.samples.end, longest.samples.len() / 2);
     if count >= SAMPLES_MIN {
         findings.extend(ripple(view, speed, end - count..end));
     }
 }
 
+/// Examines the spectrum of the detrended speed.
 fn ripple(view: &View<'_>, speed: &Channel<'_>, samples: Range<usize>) -> Option<Finding> {
     let values = &speed.values[samples.clone()];
     let line: Vec<(f64, f64)> = (0..).map(|n: u32| f64::from(n)).zip(values.iter().copied()).collect();
@@ -35,7 +36,7 @@ fn ripple(view: &View<'_>, speed: &Channel<'_>, samples: Range<usize>) -> Option
     }
     let (power, segments) = power(&flat);
     let length = values.len().min(POINTS);
-    // A line is as wide as the window's main lobe; below ten of them drift and the end of a transient look alike.
+    // Half the width of a line, the main lobe of the window. Fewer than ten periods in a segment look like drift.
     let lobe = 2 * POINTS.div_ceil(length);
     let at = (5 * lobe..power.len()).max_by(|a, b| power[*a].total_cmp(&power[*b]))?;
     let around = |k: usize| (at / 2 + 2 * lobe..2 * at + 8 * lobe).contains(&k) && k.abs_diff(at) > lobe;
@@ -43,19 +44,19 @@ fn ripple(view: &View<'_>, speed: &Channel<'_>, samples: Range<usize>) -> Option
     if others.len() < 4 * lobe || power[at] < TIMES * mean(&others) {
         return None;
     }
-    // The transform of a sine of amplitude A under a Hann window is A/4 times the samples.
+    // A sine of amplitude A under a Hann window of N samples has a transform of magnitude A N/4.
     let amplitude = 4.0 * (power[at] / count(segments)).sqrt() / count(length);
     let (hertz, part) = (count(at) / count(POINTS) / view.period(), amplitude / level.abs());
-    // A quantized speed that flickers by one step has an amplitude of 0.64 steps at most.
+    // Flicker of a quantized speed by one step has an amplitude of at most 0.64 steps.
     if part < PARTS[0] || !speed.is_fine() && amplitude < speed.quantum {
         return None;
     }
     let per_turn = hertz * std::f64::consts::TAU / level.abs();
     let [percent, turns] = [significant(100.0 * part, 2), significant(per_turn, 3)];
     let at = engineering(hertz, "Hz", 3);
-    let message = format!("the speed ripples by ±{percent} % at {at} in the steady state, {turns} times a turn");
-    let remedy = "Look at the coupling, the encoder's disc and the load; the model has no ripple, so its intervals are \
-                  too narrow.";
+    let message = format!("the speed ripples by ±{percent} % at {at} in the steady state, {turns} times per turn");
+    let remedy = "Check the coupling, the encoder disc and the load. The model has no ripple, so that its confidence \
+                  intervals are too narrow.";
     let finding = Finding::new("speed_ripple", Quantity::Speed, message, remedy).mention_if(part < PARTS[1]);
     let finding = finding.at(Some(samples)).figure("hertz", hertz);
     Some(finding.figure("part", part).figure("per_turn", per_turn))

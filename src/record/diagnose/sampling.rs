@@ -1,10 +1,10 @@
-//! Sensors that show less than they could: values held over several samples, coarse steps.
+//! Rules on the resolution of sensors: values repeated over several samples, coarse quantization.
 
 use super::{Channel, Finding, View};
 use crate::numeric::{count, runs, upper_median};
 use crate::text::significant;
 
-/// Changes that a judgement rests on.
+/// Fewest changes of a signal for a finding.
 const CHANGES_MIN: usize = 12;
 
 pub(super) fn sampling(view: &View<'_>, findings: &mut Vec<Finding>) {
@@ -14,8 +14,8 @@ pub(super) fn sampling(view: &View<'_>, findings: &mut Vec<Finding>) {
     }
 }
 
-/// A value that stands for two samples or more and then changes by several of its steps is held; one that stands
-/// because it is quantized changes by one step.
+/// Detects values that are repeated over two or more samples and then change by several quantization steps; values repeated by
+/// quantization change by one step.
 fn held(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
     let values = channel.values;
     let equal = runs(values.len() - 1, |n| values[n].to_bits() == values[n + 1].to_bits());
@@ -37,20 +37,20 @@ fn held(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
     if lengths.len() < CHANGES_MIN {
         return None;
     }
-    // Noise of about one step gives runs of all lengths, half of them of one sample.
+    // Noise of about one quantization step makes runs of all lengths, half of them of one sample.
     let singles = lengths.iter().filter(|length| **length < 1.5).count();
     let typical = upper_median(&mut lengths);
     if typical < 2.0 || count(singles) > 0.3 * count(lengths.len()) {
         return None;
     }
     let (quantity, seconds) = (channel.quantity, crate::text::engineering(typical * view.period(), "s", 3));
-    let message = format!("the {quantity} changes only every {typical} samples ({seconds}) while it moves");
-    let remedy = "Record it at its own rate, or keep one row of each run of equal values.";
+    let message = format!("the {quantity} changes only every {typical} samples ({seconds}) while it varies");
+    let remedy = "Record it at the rate of the sensor, or keep one row of each run of equal values.";
     let finding = Finding::new("held_samples", quantity, message, remedy);
     Some(finding.figure("run", typical).figure("changes", count(lengths.len())))
 }
 
-/// Steps above 1 % of the range, most changes whole multiples of them.
+/// Detects quantization: steps above 1 % of the range of which most changes are multiples.
 fn coarse(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
     let (values, quantum) = (channel.values, channel.quantum);
     if quantum <= 0.01 * channel.range {
@@ -62,7 +62,7 @@ fn coarse(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
         if steps > 0.0 {
             changes += 1;
             whole += usize::from((steps - steps.round()).abs() < 0.1 && steps > 0.5);
-            // A fast motor under few voltages shows few speeds: such changes come with those of the voltage.
+            // A fast motor under few voltages has few speeds; these change with the voltage.
             let forced =
                 (n.saturating_sub(2)..n).any(|m| view.part(view.input.values[m + 1] - view.input.values[m]) > 0.02);
             unforced += usize::from(!forced);
@@ -73,8 +73,8 @@ fn coarse(view: &View<'_>, channel: &Channel<'_>) -> Option<Finding> {
     }
     let (quantity, part) = (channel.quantity, quantum / channel.range);
     let [step, percent] = [significant(quantum, 3), significant(100.0 * part, 2)];
-    let message = format!("the {quantity} comes in steps of {step} {}, {percent} % of its range", quantity.unit());
-    let remedy = "Record it with more resolution: an encoder with more lines, times between its edges, a longer count.";
+    let message = format!("the {quantity} is quantized to {step} {}, {percent} % of the range", quantity.unit());
+    let remedy = "Use a higher resolution: an encoder with more lines, the time between its edges, a longer count.";
     let finding = Finding::new("coarse_quantization", quantity, message, remedy).mention_if(part < 0.02);
     Some(finding.figure("step", quantum).figure("part_of_range", part))
 }

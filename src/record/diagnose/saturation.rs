@@ -1,4 +1,6 @@
-//! A speed that no longer follows the voltage, where the voltage never stands for long.
+//! Rule on a speed that saturates, for voltages that are never constant for long.
+//!
+//! First-order lags are fitted with and without a lower gain above a level of the voltage.
 
 use super::lag::{Blocks, COARSE, FINE_BLOCKS, Fit, ONE_LAG, TWO_LAGS};
 use super::{Channel, Finding, Quantity, View};
@@ -6,23 +8,23 @@ use crate::numeric::{count, runs};
 use crate::text::significant;
 use std::ops::Range;
 
-/// Levels, in parts of the largest voltage, above which the speed may be flat.
+/// Levels of saturation that are tried first, as fractions of the peak voltage.
 const LEVELS: [f64; 13] = [0.25, 0.32, 0.39, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9];
-/// Parts of it around the best of them that are tried then.
+/// Offsets from the best level that are tried afterwards, as fractions of the peak voltage.
 const NEAR: [f64; 9] = [-0.24, -0.16, -0.1, -0.05, -0.025, 0.0, 0.025, 0.05, 0.1];
-/// The residuals of a fit without saturation show an effect from so many times the noise of the speed on.
+/// Smallest ratio of squared residuals without saturation to the noise of the speed at which another effect is tested.
 const NOISE: f64 = 1.5;
-/// The gain above a level over that below it, at most.
+/// Largest ratio of the gain above the level to the gain below it.
 const FLAT: f64 = 0.25;
-/// A fit without saturation leaves so many times the sum of squares of one with it.
+/// Smallest ratio of the squared residuals without saturation to those with it.
 const BETTER: f64 = 2.0;
-/// The residuals of both fits are at most this part of the squares of the speed: else there is another effect.
+/// Largest ratio of the squared residuals with saturation to the variation of the speed; beyond it another effect acts.
 const LEFT: f64 = 0.05;
-/// The part of the speed that a fit without saturation misses.
+/// Smallest effect of the saturation on the speed, relative to its variation.
 const SEEN: f64 = 0.02;
-/// The voltage is above the level for this part of the time constant at least, on the average: else the speed is not flat.
+/// Shortest mean time above the level, in time constants; otherwise the speed does not become flat.
 const LASTS: f64 = 0.87;
-/// The part of samples in the flat range, and in the range below it.
+/// Smallest fraction of the samples in the flat range, and in the range below it.
 const SHARE: f64 = 0.04;
 
 pub(super) fn saturation(view: &View<'_>, findings: &mut Vec<Finding>) {
@@ -38,7 +40,7 @@ pub(super) fn saturation(view: &View<'_>, findings: &mut Vec<Finding>) {
     let coarse = blocks(COARSE, &ONE_LAG);
     let Some(linear) = linear(view, speed, &coarse, None) else { return };
     let Some(of_coarse) = best_level(view, &coarse, linear.constant, &LEVELS) else { return };
-    // Blocks hide what is faster, and one lag what the winding does.
+    // Shorter blocks and a second lag confirm it: long blocks and a single lag hide fast dynamics and the winding.
     let fine = blocks(FINE_BLOCKS, &TWO_LAGS);
     let samples = count(coarse.length) / count(fine.length);
     let Some(linear) = self::linear(view, speed, &fine, Some(samples * linear.constant)) else { return };
@@ -48,7 +50,7 @@ pub(super) fn saturation(view: &View<'_>, findings: &mut Vec<Finding>) {
     );
 }
 
-/// Returns whether the voltage takes many values in its upper half: a binary one shows no saturation.
+/// Returns true if the voltage takes many values in its upper half; a binary voltage cannot show saturation.
 fn is_graded(view: &View<'_>) -> bool {
     let mut bins = [0_u32; 10];
     for v in view.input.values {
@@ -60,28 +62,32 @@ fn is_graded(view: &View<'_>) -> bool {
     bins.iter().filter(|bin| **bin > 0).count() >= 5
 }
 
-/// Friction takes a speed of the sign of the voltage.
+/// Returns the regressor of Coulomb friction: the sign of the voltage, and 0 below 5 % of its peak.
 fn friction(view: &View<'_>) -> impl Fn(f64) -> f64 {
     let least = 0.05 * view.input.peak;
     move |v| if v.abs() > least { v.signum() } else { 0.0 }
 }
 
-/// The fit without saturation, if the noise of the speed does not explain what it leaves.
+/// Returns the fit without saturation if its residuals exceed the noise of the speed.
 fn linear(view: &View<'_>, speed: &Channel<'_>, blocks: &Blocks<'_>, near: Option<f64>) -> Option<Fit> {
     let fit = blocks.fit(&[&|v| v, &friction(view), &|_| 1.0], near, |_| true)?;
     let noise = speed.noise.powi(2) * count(blocks.speed.len()) / count(blocks.length);
-    (fit.left >= NOISE * noise).then_some(fit)
+    (fit.sse >= NOISE * noise).then_some(fit)
 }
 
-/// A fit with a gain up to a level, in parts of the largest voltage, and another above it.
+/// Fit with one gain up to a level and another above it.
 struct Level {
+    /// Level as a fraction of the peak voltage.
     level: f64,
+    /// Time constant \[blocks\].
     constant: f64,
-    left: f64,
+    /// Sum of squared residuals.
+    sse: f64,
+    /// Gains below and above the level \[rad/s/V\].
     gains: [f64; 2],
 }
 
-/// The best fit with a saturation at one of the levels.
+/// Returns the best fit with saturation at one of the levels.
 fn best_level(view: &View<'_>, blocks: &Blocks<'_>, constant: f64, levels: &[f64]) -> Option<Level> {
     let peak = view.input.peak;
     let share = |test: &dyn Fn(f64) -> bool| {
@@ -97,19 +103,14 @@ fn best_level(view: &View<'_>, blocks: &Blocks<'_>, constant: f64, levels: &[f64
         let above = |v: f64| (v.abs() - level * peak).max(0.0) * v.signum();
         let is_flat = |g: &super::regression::Row| g[0] > 0.0 && (g[0] + g[3]).abs() < FLAT * g[0];
         let fit = blocks.fit(&[&|v| v, &friction(view), &|_| 1.0, &above], Some(constant), is_flat)?;
-        Some(Level {
-            level,
-            constant: fit.constant,
-            left: fit.left,
-            gains: [fit.gains[0], fit.gains[0] + fit.gains[3]],
-        })
+        Some(Level { level, constant: fit.constant, sse: fit.sse, gains: [fit.gains[0], fit.gains[0] + fit.gains[3]] })
     };
-    levels.iter().filter_map(|level| fit(*level)).min_by(|a, b| a.left.total_cmp(&b.left))
+    levels.iter().filter_map(|level| fit(*level)).min_by(|a, b| a.sse.total_cmp(&b.sse))
 }
 
 fn finding(view: &View<'_>, blocks: &Blocks<'_>, linear: &Fit, best: &Level) -> Option<Finding> {
     let squares = blocks.squares();
-    if linear.left < (BETTER * best.left).max(best.left + SEEN * SEEN * squares) || best.left > LEFT * squares {
+    if linear.sse < (BETTER * best.sse).max(best.sse + SEEN * SEEN * squares) || best.sse > LEFT * squares {
         return None;
     }
     let above_level = |n: usize| view.input.values[n].abs() > best.level * view.input.peak;
@@ -122,8 +123,8 @@ fn finding(view: &View<'_>, blocks: &Blocks<'_>, linear: &Fit, best: &Level) -> 
     let [below, above] = best.gains;
     let [first, last, from] = [below, above, best.level * view.input.peak].map(|value| significant(value, 3));
     let message =
-        format!("the speed stops rising with the voltage: {first} rad/s per V at first, {last} above about {from} V");
-    let remedy = "Leave the highest voltages out, and check the drive's range and its supply.";
+        format!("the speed saturates: it rises by {first} rad/s per V at low voltages, by {last} above about {from} V");
+    let remedy = "Leave out the highest voltages, and check the range of the drive and its supply.";
     let finding = Finding::new("speed_saturates", Quantity::Speed, message, remedy);
     Some(finding.figure("gain_first", below).figure("gain_last", above))
 }

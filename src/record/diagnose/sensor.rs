@@ -1,33 +1,37 @@
-//! A current sensor that shows one sign only: it stops at 0 A, or it shows the magnitude.
+//! Rule on unidirectional current sensors, which clip the current at 0 A or measure its magnitude.
+//!
+//! The expected current comes from the winding's equation if the speed is known, and from steps of the voltage otherwise.
 
-use super::winding::{Shows, Winding};
+use super::winding::{Sensor, Winding};
 use super::{Channel, Finding, Quantity, View, text};
 use crate::numeric::{count, order_statistic, runs};
 use std::ops::Range;
 
-/// A current below this part of the largest one is none, and so is one below so many standard deviations of its noise.
+/// Current, as a fraction of its peak, up to which it counts as zero.
 const NONE: f64 = 0.03;
+/// Current, in standard deviations of its noise, up to which it counts as zero.
 const NOISES: f64 = 5.0;
-/// A current of the other sign is expected from this part of the largest one on…
+/// Smallest expected current of the other sign that is examined, as a fraction of the peak.
 const EXPECTED: f64 = 0.12;
-/// …and it is there if the sensor shows this part of it.
+/// Measured over expected current above which the sensor shows the magnitude of a braking current.
 const SHOWN: f64 = 0.3;
-/// The error of what is expected, in parts of the least that counts; what counts is so many errors.
+/// Largest standard deviation of the expected current, as a fraction of the smallest current that is examined.
 const SURE: f64 = 0.8;
+/// Smallest expected current that is examined, in standard deviations of its error.
 const ERRORS: f64 = 3.0;
-/// A sensor that shows one sign explains the current with so much smaller an error than one that shows both.
+/// Largest ratio of the residuals of a unidirectional sensor to those of a bidirectional one.
 const BETTER: f64 = 0.7;
-/// The voltage was higher before, by this part of its peak.
+/// Drop of the voltage below its running maximum, as a fraction of its peak, after which braking is possible.
 const HIGHER: f64 = 0.15;
-/// Samples at which it is expected.
+/// Fewest samples with an expected current of the other sign.
 const SAMPLES_MIN: usize = 5;
-/// Samples of one voltage before a step and behind it.
+/// Fewest samples of constant voltage before and after a step.
 const STEP_MIN: usize = 3;
 
-/// Returns the finding for a current that never changes its sign although the motor brakes: what its back-EMF asks for where
-/// the speed is known, else steps of the voltage.
+/// Detects a current that never changes its sign although the motor brakes, as its back-EMF shows if the speed is known, and
+/// steps of the voltage otherwise.
 pub(super) fn one_sided(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
-    // The noise of a current that follows a fast binary voltage is not known.
+    // The estimated noise is limited: that of a current under a fast binary voltage is too large.
     let none = (NONE * current.peak).max((NOISES * current.noise).min(0.5 * EXPECTED * current.peak));
     let highest = current.values.iter().fold(f64::NEG_INFINITY, |high: f64, i| high.max(*i));
     let lowest = current.values.iter().fold(f64::INFINITY, |low: f64, i| low.min(*i));
@@ -35,7 +39,7 @@ pub(super) fn one_sided(view: &View<'_>, current: &Channel<'_>) -> Option<Findin
     if view.loaded || (lowest <= -none && highest >= none) || current.peak < 4.0 * none {
         return None;
     }
-    // A motor brakes after it was driven by more.
+    // A motor brakes only after a higher voltage.
     let highest = running_peak(view, sign);
     let is_lower = |n: &usize| highest[*n] - sign * view.input.values[*n] > HIGHER * view.input.peak;
     if (0..view.len()).filter(is_lower).take(SAMPLES_MIN).count() < SAMPLES_MIN {
@@ -51,7 +55,7 @@ pub(super) fn one_sided(view: &View<'_>, current: &Channel<'_>) -> Option<Findin
     if braking.len() < SAMPLES_MIN {
         return None;
     }
-    // Half of them: a delay lets the current go on for a while.
+    // Half of the samples suffice: behind a delay the driving current continues for a while.
     let mirrored = braking.iter().filter(|n| i(**n) > none.max(-SHOWN * expected[**n])).count();
     let at_zero = braking.iter().filter(|n| i(**n).abs() <= none).count();
     let is_mirrored = 2 * mirrored > braking.len();
@@ -60,16 +64,16 @@ pub(super) fn one_sided(view: &View<'_>, current: &Channel<'_>) -> Option<Findin
     }
     let places: Vec<Range<usize>> = runs(view.len(), |n| expected[n] < 0.0 && (is_mirrored || i(n) <= none));
     let samples: usize = places.iter().map(Range::len).sum();
-    let what = if is_mirrored { "the sensor shows its magnitude" } else { "the sensor stops at 0 A" };
+    let what = if is_mirrored { "the sensor measures its magnitude" } else { "the sensor clips it at 0 A" };
     let message = format!("the current never changes its sign, although the motor brakes: {what}");
     let remedy = text!(
-        "Leave these samples of the current out with " [Mask = "auto"] ", or record with a sensor for both directions."
+        "Leave these samples of the current out with " [Mask = "auto"] ", or record with a bidirectional sensor."
     );
     let finding = Finding::new("current_clipped", Quantity::Current, message, remedy);
     Some(finding.figure("level", 0.0).figure("samples", count(samples)).at(places))
 }
 
-/// The highest voltage up to each sample, in the direction of a sign.
+/// Returns the running maximum of the voltage times a sign.
 fn running_peak(view: &View<'_>, sign: f64) -> Vec<f64> {
     let mut highest = 0.0;
     let up_to = |v: &f64| {
@@ -79,18 +83,20 @@ fn running_peak(view: &View<'_>, sign: f64) -> Vec<f64> {
     view.input.values.iter().map(up_to).collect()
 }
 
-/// The current by the winding's equation and its error, if a sensor that shows one sign only explains the recording and one
-/// that shows both does not.
+/// Returns the current by the winding's equation and its standard deviation; `None` unless a unidirectional sensor fits the
+/// recording clearly better than a bidirectional one.
 fn by_speed(view: &View<'_>, speed: &[f64], current: &[f64], sign: f64) -> Option<(Vec<f64>, f64)> {
     let [both, magnitude, positive] = [|i: f64| i, f64::abs, |i: f64| i.max(0.0)]
-        .map(|shows: Shows| Winding::fitted(view, speed, current, sign, shows));
+        .map(|sensor: Sensor| Winding::fitted(view, speed, current, sign, sensor));
     let best = [magnitude?, positive?].into_iter().min_by(|a, b| a.error.total_cmp(&b.error))?;
     let explains = best.error <= SURE * EXPECTED * view.current.as_ref()?.peak && best.error < BETTER * both?.error;
     let oriented = |i: f64| sign * i;
     explains.then(|| (best.current(view.input.values, speed).into_iter().map(oriented).collect(), best.error))
 }
 
-/// Returns the current that steps down of the voltage would cause if they acted as steps up do; 0 elsewhere. `None` where there are none of both.
+/// Returns the current that downward steps of the voltage would cause with the gain of upward steps, and 0 elsewhere.
+///
+/// Without upward steps the current is taken to follow the voltage.
 fn by_steps(view: &View<'_>, sign: f64, i: &impl Fn(usize) -> f64, peak: f64) -> Option<Vec<f64>> {
     let mut expected = vec![0.0; view.len()];
     let mut gains = Vec::new();
@@ -115,10 +121,10 @@ fn by_steps(view: &View<'_>, sign: f64, i: &impl Fn(usize) -> f64, peak: f64) ->
     }
     for (after, level, change) in falls {
         let first = level + 0.7 * gain * change;
-        // For as long as nothing flows, or the magnitude of the braking current.
+        // The response lasts while no current, or the magnitude of a braking current, is measured.
         let lasts = |n: &usize| i(*n) <= NONE * peak || i(*n) > SHOWN * first.abs();
         if first < -EXPECTED * peak {
-            // The winding takes the current there within the first quarter.
+            // The inductance of the winding delays the current by at most the first quarter of the segment.
             let quarter = after.start + after.len() / 4;
             after.skip_while(|n| *n < quarter && !lasts(n)).take_while(lasts).for_each(|n| expected[n] = first);
         }
@@ -126,7 +132,7 @@ fn by_steps(view: &View<'_>, sign: f64, i: &impl Fn(usize) -> f64, peak: f64) ->
     Some(expected)
 }
 
-/// A current that follows a voltage of both signs has both signs too.
+/// Returns the current expected under negative voltages if it follows the voltage, and 0 elsewhere.
 fn of_negative_voltage(view: &View<'_>, sign: f64, peak: f64) -> Vec<f64> {
     let expected = |n: usize| {
         let v = sign * view.input.values[n] / view.input.peak;

@@ -1,17 +1,19 @@
-//! Power spectra by Welch's method.
+//! Power spectra by averaged modified periodograms (P. D. Welch 1967).
 
 use crate::numeric::count;
 use realfft::{RealFftPlanner, RealToComplex};
 use std::sync::{Arc, LazyLock};
 
-/// Points of every transform; shorter segments are padded with zeros.
+/// Length of every transform; shorter segments are padded with zeros.
 pub(super) const POINTS: usize = 4096;
 
 static TRANSFORM: LazyLock<Arc<dyn RealToComplex<f64>>> =
     LazyLock::new(|| RealFftPlanner::new().plan_fft_forward(POINTS));
 
-/// The power spectrum of a signal with the number of segments that it is the sum of: segments of up to [`POINTS`]
-/// samples that overlap by half or more, Hann windows. Bin k is the frequency k/[`POINTS`] per sample.
+/// Returns the power spectrum of a signal, summed over segments, and the number of segments.
+///
+/// Segments have up to [`POINTS`] samples, overlap by at least half and have Hann windows. Bin k is the frequency k/[`POINTS`]
+/// per sample.
 pub(super) fn power(signal: &[f64]) -> (Vec<f64>, usize) {
     let length = signal.len().min(POINTS);
     let spare = signal.len() - length;
@@ -27,7 +29,7 @@ pub(super) fn power(signal: &[f64]) -> (Vec<f64>, usize) {
             *place = value * weight;
         }
         input[length..].fill(0.0);
-        // Cannot fail: all three buffers are the transform's own.
+        // This cannot fail: the transform made all three buffers.
         if TRANSFORM.process_with_scratch(&mut input, &mut output, &mut scratch).is_ok() {
             power.iter_mut().zip(&output).for_each(|(sum, x)| *sum += x.norm_sqr());
         }

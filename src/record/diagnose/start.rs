@@ -1,20 +1,23 @@
-//! A motor that stands under voltage at the start of the recording, and then moves.
+//! Rule on a motor that first stands still under voltage and then moves, as with a drive that wakes up.
+//!
+//! The motion is fitted by a first-order lag; simulated from the first voltage, it shows when the motor should have moved.
 
 use super::lag::{Blocks, COARSE, ONE_LAG};
 use super::{Channel, Finding, Quantity, View, text};
 use crate::numeric::{count, order_statistic, whole};
 use crate::text::{engineering, significant};
 
-/// A speed that counts as motion, in parts of what the motor reaches.
+/// Smallest speed that counts as motion, as a fraction of the 95th percentile of |speed|.
 const MOVES: f64 = 0.03;
-/// The voltage that moves any motor, in parts of the largest: no deadband takes as much.
+/// Voltage that must move the motor, as a fraction of the peak; no deadband is as large.
 const STRONG: f64 = 0.6;
-/// Samples under that voltage without motion, and the part of the recording.
+/// Fewest samples under that voltage without motion.
 const FIRST_MIN: usize = 20;
+/// Inverse of the smallest fraction of the samples under that voltage without motion.
 const PART: usize = 50;
-/// The speed that the later motion predicts, in terms of what counts as motion.
+/// Smallest predicted speed, in multiples of the speed that counts as motion.
 const PREDICTED: f64 = 3.0;
-/// The part of the squares of the speed that the prediction leaves at most.
+/// Largest ratio of the squared residuals of the fit to the squares of the speed.
 const LEFT: f64 = 0.3;
 
 pub(super) fn start(view: &View<'_>, findings: &mut Vec<Finding>) {
@@ -30,6 +33,7 @@ pub(super) fn start(view: &View<'_>, findings: &mut Vec<Finding>) {
     }
 }
 
+/// Detects samples under voltage in which the fitted lag predicts a motion that is not measured.
 fn late(view: &View<'_>, speed: &Channel<'_>) -> Option<Finding> {
     let (w, v, size) = (speed.values, view.input.values, view.len());
     let mut sizes: Vec<f64> = w.iter().map(|w| w.abs()).collect();
@@ -42,12 +46,12 @@ fn late(view: &View<'_>, speed: &Channel<'_>) -> Option<Finding> {
     if strong.len() < least || onset - first < least || size - onset < 2 * FIRST_MIN {
         return None;
     }
-    // What the motor does later, begun at the onset, is what it would have done at the first voltage.
+    // The model of the motion after its onset predicts the motion from the first voltage on.
     let blocks = Blocks::new(&v[onset..], &w[onset..], COARSE, &ONE_LAG);
     let plain = |v: f64| v;
     let sign = |v: f64| if v.abs() > 0.05 * view.input.peak { v.signum() } else { 0.0 };
     let fit = blocks.fit(&[&plain, &sign], None, |c| c[0] > 0.0)?;
-    if fit.left > LEFT * w[onset..].iter().map(|w| w * w).sum::<f64>() / count(blocks.length) {
+    if fit.sse > LEFT * w[onset..].iter().map(|w| w * w).sum::<f64>() / count(blocks.length) {
         return None;
     }
     let decay = fit.decay.powf(1.0 / count(blocks.length));
@@ -58,15 +62,16 @@ fn late(view: &View<'_>, speed: &Channel<'_>) -> Option<Finding> {
         state = end + decay * (state - end);
         beyond += usize::from(f64::abs(state) > PREDICTED * moving);
     }
-    // The noise hides the onset for a while.
+    // A margin, because noise hides the onset for a while.
     if beyond < least.max(whole(0.3 * count(onset - first))) {
         return None;
     }
     let wait = engineering(view.time[onset] - view.time[first], "s", 3);
-    let message = format!("the motor stands for {wait} under voltage before it first moves");
+    let message = format!("the motor stands still for {wait} under voltage before it first moves");
     let from = significant(view.time[onset], 6);
     let remedy = text!(
-        "Leave the beginning out: " [Crop = "{from}:"] "; the drive was waking up, or voltage and speed are not of one time."
+        "Leave out the beginning: " [Crop = "{from}:"] "; the drive was waking up, or voltage and speed are not \
+         synchronous."
     );
     let finding = Finding::new("start_latency", Quantity::Speed, message, remedy).at(Some(first..onset));
     Some(finding.figure("first_s", view.time[onset] - view.time[first]))

@@ -1,65 +1,68 @@
-//! A voltage that changes faster than it is sampled: throughout a recording, or in a stretch of it, as a chirp that goes on
-//! beyond what its samples resolve.
+//! Rule on a voltage that changes faster than it is sampled: throughout a recording, or in a segment, as a chirp beyond the
+//! resolved frequencies.
 
 use super::{Finding, Quantity, View, text};
 use crate::numeric::{count, standard_deviation};
 use crate::text::significant;
 use std::ops::Range;
 
-/// Standard deviation of the differences over that of the voltage, from which on it is undersampled throughout.
-const RESTLESS: f64 = 0.7;
-/// Samples of the window in which a stretch begins: three periods of the slowest sine that counts as undersampled.
+/// Smallest ratio of the standard deviation of the differences to that of the voltage for an undersampled recording.
+const ROUGHNESS: f64 = 0.7;
+/// Length of the window that detects the start of a segment \[samples\]: four periods of the slowest undersampled sine.
 const WINDOW: usize = 24;
-/// Samples from one window to the next.
+/// Distance between windows \[samples\].
 const STRIDE: usize = 4;
-/// Mean squared difference over twice the variance, `1 − cos(2π f h)` of a sine of frequency `f` with the period `h`: that of
-/// a sixth of the sampling rate, where a line between samples loses 9 % of the amplitude.
+/// Smallest ratio of the mean squared difference to twice the variance of an undersampled voltage.
+///
+/// For a sine of frequency `f` and the sampling period `h` the ratio is `1 − cos(2π f h)`. The limit is that of a sixth of the
+/// sampling rate, at which a first-order hold loses 9 % of the amplitude.
 const FAST: f64 = 0.5;
-/// Standard deviation of the voltage in the window over that of the recording, below which it counts as constant with noise.
+/// Ratio of the standard deviation of the voltage in a window to that of the recording, below which it counts as constant.
 const QUIET: f64 = 0.25;
-/// Differences of this part of the range and less are those of a voltage that is held for several samples.
+/// Largest difference, as a fraction of the range, between samples of a constant voltage.
 const HELD: f64 = 1e-3;
-/// Samples of constant voltage that end a stretch.
+/// Number of samples of constant voltage that end a segment.
 const PAUSE: usize = 4 * WINDOW;
-/// The part of the recording's variance and of its samples that must be left.
+/// Smallest fraction of the samples, and of the variance, outside undersampled segments.
 const LEFT: f64 = 0.25;
 
 pub(super) fn undersampled(view: &View<'_>, findings: &mut Vec<Finding>) {
-    let stretches = stretches(view);
-    if stretches.is_empty() {
+    let segments = segments(view);
+    if segments.is_empty() {
         findings.extend(throughout(view));
         return;
     }
-    let [from, to] = [stretches[0].start, stretches[0].end - 1].map(|n| significant(view.time[n], 6));
+    let [from, to] = [segments[0].start, segments[0].end - 1].map(|n| significant(view.time[n], 6));
     let message =
-        format!("the voltage changes fast from {from} s to {to} s: what it was between samples is not known there");
-    let remedy = text!("Record faster, or leave it out: " [Mask = "auto"] ".");
+        format!("the voltage is undersampled from {from} s to {to} s: its intersample behaviour is not known there");
+    let remedy = text!("Record at a higher rate, or leave these samples out: " [Mask = "auto"] ".");
     let finding = Finding::new("undersampled_input", Quantity::Voltage, message, remedy);
-    findings.push(finding.mention_if(true).at(stretches));
+    findings.push(finding.mention_if(true).at(segments));
 }
 
-/// A voltage that changes from sample to sample. One that is held for two samples or more between its changes, as a
-/// binary sequence is, is resolved however often it switches.
+/// Detects a voltage that changes from sample to sample. A voltage that is constant for two or more samples between changes, as
+/// a binary sequence, is resolved.
 fn throughout(view: &View<'_>) -> Option<Finding> {
-    // A constant voltage with noise is none.
-    if view.restless <= RESTLESS || view.volts_spread < 0.1 || view.len() < 10 {
+    // A constant voltage with noise is excluded.
+    if view.roughness <= ROUGHNESS || view.volts_spread < 0.1 || view.len() < 10 {
         return None;
     }
     let single = view.constant_inputs.iter().filter(|s| s.samples.len() == 1).count();
-    // Of a binary sequence that may switch at every sample a quarter of the samples stand alone.
+    // In a random binary sequence that may switch at every sample, a quarter of the samples differ from both neighbours.
     let share = count(single) / count(view.len());
-    let message = "the voltage changes from sample to sample: what it was between them is not known";
-    let remedy = "Record faster, or hold each voltage for several samples.";
+    let message = "the voltage changes from sample to sample: its intersample behaviour is not known";
+    let remedy = "Record at a higher rate, or keep each voltage for several samples.";
     let finding = Finding::new("undersampled_input", Quantity::Voltage, message, remedy);
-    (share > 0.2).then(|| finding.figure("ratio", view.restless))
+    (share > 0.2).then(|| finding.figure("ratio", view.roughness))
 }
 
-/// Returns the stretches in which the voltage changes fast, none where they leave too little: from the first window that is
-/// fast to a long pause or the end, because sines above the sampling rate look slow again.
-pub(super) fn stretches(view: &View<'_>) -> Vec<Range<usize>> {
+/// Returns the undersampled segments; none if too little of the recording is outside them.
+///
+/// A segment lasts from the first fast window to a long pause or the end, because sines near the sampling rate look slow again.
+pub(super) fn segments(view: &View<'_>) -> Vec<Range<usize>> {
     let values = view.input.values;
     let mut found: Vec<Range<usize>> = Vec::new();
-    if values.len() < 4 * WINDOW || view.restless == 0.0 {
+    if values.len() < 4 * WINDOW || view.roughness == 0.0 {
         return found;
     }
     let spread = view.volts_spread * view.input.peak;
@@ -85,7 +88,8 @@ pub(super) fn stretches(view: &View<'_>) -> Vec<Range<usize>> {
     if is_enough { found } else { Vec::new() }
 }
 
-/// Returns whether a voltage whose standard deviation is above the first limit changes fast, by more than the second one.
+/// Returns true if a window is undersampled: its standard deviation exceeds `smallest`, its differences are large relative to
+/// it, and fewer than a fifth of them are within `held`.
 fn is_fast(window: &[f64], [smallest, held]: [f64; 2]) -> bool {
     let differences = window.windows(2).map(|pair| pair[1] - pair[0]);
     let mean_square = differences.clone().map(|d| d * d).sum::<f64>() / count(window.len() - 1);

@@ -1,27 +1,28 @@
-//! Units that give no motor.
+//! Rule on magnitudes that are implausible for a motor but plausible in another unit.
 
 use super::regression::{Row, Sums};
 use super::{Channel, Finding, Quantity, Severity, View, text};
 use crate::numeric::{count, upper_median};
 use crate::text::{engineering, significant};
 
-/// A period from which on time looks like milliseconds: 1 ms read as seconds is 1 s; slow loggers take 0.1 s.
+/// Shortest period \[s\] at which times look like milliseconds: 1 ms read as seconds is 1 s; slow loggers have 0.1 s.
 const PERIOD_S: f64 = 0.9;
-/// A speed in whole numbers above this is revolutions a minute; one above the second is, whatever its digits
-/// (19,000 and 38,000 revolutions a minute as rad/s).
+/// Peak speeds \[rad/s\] above which a speed in whole numbers, or any speed, looks like revolutions per minute. They are 2,900
+/// and 38,000 revolutions per minute.
 const SPEEDS: [f64; 2] = [300.0, 4000.0];
-/// A speed above this is doubted even where its unit is named (15,000 revolutions a minute as rad/s).
+/// Peak speed \[rad/s\] in whole numbers above which even a named unit is doubted: 15,000 revolutions per minute.
 const SPEED_DOUBTED: f64 = 1600.0;
-/// Volts per rad/s below which a motor is none: 12 V at 76,000 revolutions a minute.
+/// Smallest plausible ratio of peak voltage to peak speed \[V s/rad\]: 12 V at 76,000 revolutions per minute.
 const VOLTS_PER_SPEED: f64 = 0.0015;
-/// Ohms from the largest voltage and current below which it is no motor but a bus bar, and above which it is a meter.
+/// Range of plausible resistances \[ohm\]: a bus bar is below it, a measuring instrument above.
 const OHMS: [f64; 2] = [0.02, 50_000.0];
-/// A resistance above which a current is doubted where the speed shows how much of the voltage is back-EMF.
+/// Largest plausible resistance \[ohm\] if it is estimated with the back-EMF.
 const OHMS_MOST: f64 = 3_000.0;
-/// A current in whole numbers above this is in mA, if the resistance is below 0.2 Ω.
+/// Peak current \[A\] in whole numbers above which it looks like mA, if the resistance is below 0.2 Ω.
 const AMPERES: f64 = 20.0;
-/// More than this, whatever its digits and its heading, at less than so many ohms, flows in no motor that is recorded so.
+/// Peak current \[A\] above which even a named unit is doubted, if the resistance is below [`OHMS_SURE`].
 const AMPERES_SURE: f64 = 300.0;
+/// Resistance \[ohm\] that belongs to [`AMPERES_SURE`].
 const OHMS_SURE: f64 = 0.02;
 
 pub(super) fn units(view: &View<'_>, findings: &mut Vec<Finding>) {
@@ -31,6 +32,7 @@ pub(super) fn units(view: &View<'_>, findings: &mut Vec<Finding>) {
     findings.extend(measured.and_then(|current| current_unit(view, current)));
 }
 
+/// Creates a finding with the unit that is more plausible; only a remark if the file names its unit.
 fn finding(view: &View<'_>, quantity: Quantity, what: String, unit: &str) -> Finding {
     let column = view.column(quantity);
     let heading = column.map_or("HEADING", |column| column.heading.as_str());
@@ -42,7 +44,7 @@ fn time(view: &View<'_>) -> Option<Finding> {
     let period = view.period();
     (period >= PERIOD_S).then(|| {
         let what = format!("{} s between samples: the time looks like milliseconds", significant(period, 3));
-        // Whatever the heading says: at such a period nothing is seen of a motor.
+        // Reported in spite of a named unit: with such a period a motor is not identifiable.
         let found = finding(view, Quantity::Time, what, "ms").figure("period_s", period);
         Finding { severity: Severity::Report, ..found }
     })
@@ -58,9 +60,9 @@ fn speed_unit(view: &View<'_>, speed: &Channel<'_>) -> Option<Finding> {
     }
     let peak = significant(speed.peak, 3);
     let how = if whole { "in whole numbers" } else { "taken as rad/s" };
-    let what = format!("the speed, {how} and up to {peak}, looks like revolutions a minute");
+    let what = format!("the speed, {how} and up to {peak}, looks like revolutions per minute");
     let found = finding(view, Quantity::Speed, what, "rpm").mention_if(!whole && speed.peak < SPEEDS[1]);
-    // Whatever the heading says.
+    // Extreme speeds are reported in spite of a named unit.
     let is_sure = speed.peak > if whole { SPEED_DOUBTED } else { SPEEDS[1] };
     Some(found.report_if(is_sure && is_driven).figure("peak", speed.peak))
 }
@@ -70,17 +72,17 @@ fn current_unit(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
         return None;
     }
     let resistance = resistance(view, current);
-    // A current that is next to nothing but noise; that of a fast binary voltage looks the same.
+    // A current that is almost only noise is inconclusive; one under a fast binary voltage looks the same.
     if resistance.is_none() && current.floor() > 0.3 * current.peak {
         return None;
     }
     let ohms = view.input.peak / current.peak;
-    // Under a slow voltage most of it is back-EMF: the peaks say more ohms than there are.
+    // Under a slow voltage, which is mostly back-EMF, the ratio of the peaks exceeds the resistance.
     let least = resistance.map_or(ohms, |resistance| resistance.min(ohms));
     let whole = is_whole(current);
     let what = |ohms: f64, unit: &str| {
         let shown = engineering(ohms, "Ω", 2);
-        format!("voltage over current is {shown}, which is no motor's: the current looks like {unit}")
+        format!("voltage over current is {shown}, implausible for a motor: the current looks like {unit}")
     };
     if least < OHMS[0] || whole && current.peak > AMPERES && least < 0.2 {
         let found = finding(view, Quantity::Current, what(least, "mA taken as A"), "mA");
@@ -95,12 +97,12 @@ fn current_unit(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
     None
 }
 
-/// The resistance by v = R i + K ω, where speed and current are known and explain the voltage.
+/// Estimates the resistance \[ohm\] by least squares of v = R i + K ω; `None` without a speed, or if the fit is poor.
 fn resistance(view: &View<'_>, current: &Channel<'_>) -> Option<f64> {
     let speed = view.speed.as_ref().filter(|speed| speed.peak > 0.0)?;
     let (v, i, w) = (view.input.values, current.values, speed.values);
     let mut sums = Sums::default();
-    // A voltage acts from its sample on: the mean of two samples has answered it.
+    // A voltage acts from its sample on, so its response is in the next sample.
     let rows = || {
         (1..v.len())
             .map(|n| (Row::from([i[n] / current.peak, w[n] / speed.peak, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]), v[n - 1]))
@@ -108,12 +110,12 @@ fn resistance(view: &View<'_>, current: &Channel<'_>) -> Option<f64> {
     rows().for_each(|(row, volts)| sums.add(&row, volts));
     let solution = sums.solve();
     let [r, k] = [solution.coefficients[0] / current.peak, solution.coefficients[1] / speed.peak];
-    let left: f64 = rows().map(|(row, volts)| (volts - solution.predicted(&row)).powi(2)).sum();
+    let sse: f64 = rows().map(|(row, volts)| (volts - solution.predicted(&row)).powi(2)).sum();
     let all: f64 = v.iter().map(|v| v * v).sum();
-    (r > 0.0 && k > 0.0 && left < 0.05 * all).then_some(r)
+    (r > 0.0 && k > 0.0 && sse < 0.05 * all).then_some(r)
 }
 
-/// Returns whether the values are whole numbers, and more than a few different ones.
+/// Returns true if nearly all nonzero values are whole numbers, with a median beyond ±1.
 fn is_whole(channel: &Channel<'_>) -> bool {
     let values = channel.values;
     let mut moving: Vec<f64> = values.iter().copied().filter(|v| *v != 0.0).collect();

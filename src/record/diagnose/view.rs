@@ -1,18 +1,22 @@
-//! Facts that several rules use, computed once.
+//! Properties of a recording that several rules use, computed once.
 
 use crate::numeric::{count, differences, extremes, noise_sigma, order_statistic, peak, standard_deviation};
 use crate::record::{Column, Quantity, Record};
 use std::ops::Range;
 
-/// A measured signal.
+/// A signal with its statistics.
 pub(super) struct Channel<'a> {
+    /// Quantity of the signal.
     pub quantity: Quantity,
+    /// Samples in SI units.
     pub values: &'a [f64],
+    /// Largest absolute value.
     pub peak: f64,
+    /// Largest less smallest value.
     pub range: f64,
-    /// Standard deviation of its white noise.
+    /// Standard deviation of the white noise.
     pub noise: f64,
-    /// The 5th percentile of the |differences| that are not 0: the step of a quantized signal; 0 where it is constant.
+    /// 5th percentile of the nonzero |differences|: the quantization step of a quantized signal; 0 for a constant one.
     pub quantum: f64,
 }
 
@@ -24,43 +28,49 @@ impl<'a> Channel<'a> {
         Self { quantity, values, peak: peak(values), range: high - low, noise: noise_sigma(values), quantum }
     }
 
-    /// Below this nothing is told from noise and quantization.
+    /// Returns the level below which changes are indistinguishable from noise and quantization.
     pub(super) fn floor(&self) -> f64 {
         (5.0 * self.noise).max(2.5 * if self.is_fine() { 0.0 } else { self.quantum })
     }
 
-    /// Returns whether differences have no smallest step worth regarding.
+    /// Returns true if quantization is negligible: the step is below a thousandth of the range.
     pub(super) fn is_fine(&self) -> bool {
         self.quantum < 1e-3 * self.range
     }
 }
 
-/// Samples under one voltage.
+/// A segment of constant input.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ConstantInput {
+    /// Samples of the segment.
     pub samples: Range<usize>,
+    /// Mean of the input over the segment, in V or A.
     pub volts: f64,
 }
 
-/// A recording with what several rules look at.
+/// A recording with the properties that several rules use.
 pub(super) struct View<'a> {
+    /// The recording.
     pub record: &'a Record,
+    /// Time of each sample \[s\].
     pub time: &'a [f64],
-    /// The voltage, or the current where none was recorded.
+    /// Voltage, or current if no voltage was recorded.
     pub input: Channel<'a>,
-    /// Standard deviation of the differences of the voltage over its own: how fast it varies. 0 where it is constant.
-    pub restless: f64,
-    /// Standard deviation of the voltage over its largest value.
+    /// Ratio of the standard deviation of the input's differences to that of the input: its rate of change; 0 if constant.
+    pub roughness: f64,
+    /// Ratio of the standard deviation of the input to its peak.
     pub volts_spread: f64,
-    /// The recording in parts of constant voltage, up to noise and a tenth of the range.
+    /// Segments of constant input, within six standard deviations of the noise and at most a tenth of the range.
     pub constant_inputs: Vec<ConstantInput>,
+    /// Measured current.
     pub current: Option<Channel<'a>>,
+    /// Measured speed.
     pub speed: Option<Channel<'a>>,
-    /// True if a load torque was recorded: then motion and currents without voltage are no surprise.
+    /// True if a load torque was recorded that is not zero; it can cause motion and currents without voltage.
     pub loaded: bool,
 }
 
-/// Voltages up to this part of the largest count as 0: the idle commands of drives and the noise of a measured 0 V.
+/// Voltages up to this fraction of the peak count as 0: idle commands of drives and the noise of a measured 0 V.
 const ZERO: f64 = 0.005;
 
 impl<'a> View<'a> {
@@ -74,7 +84,7 @@ impl<'a> View<'a> {
             record,
             time: &samples.time_s,
             volts_spread: if own > 0.0 { own / input.peak } else { 0.0 },
-            restless: if own > 0.0 { standard_deviation(&differences(voltage)) / own } else { 0.0 },
+            roughness: if own > 0.0 { standard_deviation(&differences(voltage)) / own } else { 0.0 },
             constant_inputs: constant_inputs(voltage, tolerance),
             input,
             current: samples.current.as_deref().map(|values| Channel::new(Quantity::Current, values)),
@@ -88,44 +98,45 @@ impl<'a> View<'a> {
         self.time.len()
     }
 
-    /// The period \[s\].
+    /// Returns the sampling period \[s\].
     pub(super) fn period(&self) -> f64 {
         self.record.period_s()
     }
 
-    /// The measured signals.
+    /// Returns the measured current and speed, as far as recorded.
     pub(super) fn channels(&self) -> impl Iterator<Item = &Channel<'a>> {
         self.current.iter().chain(self.speed.iter())
     }
 
-    /// Returns whether the voltage of sample `n` counts as 0.
+    /// Returns true if the voltage of sample `n` counts as 0.
     pub(super) fn is_zero(&self, n: usize) -> bool {
         self.input.values[n].abs() <= ZERO * self.input.peak
     }
 
-    /// The samples from the start on that have next to no voltage.
+    /// Returns the samples from the start of the recording on whose voltage is within 2 % of its peak from zero.
     pub(super) fn first_rest(&self) -> Range<usize> {
-        // Idle commands are up to 2 %: more than 0.5 % where the recording's largest command is small.
+        // If the largest command is small, an idle command can be up to 2 % of it.
         let end = self.input.values.iter().position(|v| v.abs() > 4.0 * ZERO * self.input.peak);
         0..end.unwrap_or(self.len())
     }
 
-    /// The column of the file that a quantity is from.
+    /// Returns the column of the file from which a quantity was read.
     pub(super) fn column(&self, quantity: Quantity) -> Option<&Column> {
         self.record.source().columns.iter().find(|column| column.quantity == quantity)
     }
 
-    /// Returns whether the input is the current.
+    /// Returns true if the input is the current.
     pub(super) fn by_current(&self) -> bool {
         self.record.driver() == Quantity::Current
     }
 
-    /// Returns |Δ voltage| as a part of its range.
+    /// Returns a change of the voltage as a fraction of its range.
     pub(super) fn part(&self, volts: f64) -> f64 {
         if self.input.range > 0.0 { volts.abs() / self.input.range } else { 0.0 }
     }
 }
 
+/// Divides an input into segments that stay within a tolerance of their first sample.
 fn constant_inputs(voltage: &[f64], tolerance: f64) -> Vec<ConstantInput> {
     let mut found = Vec::new();
     let mut start = 0;

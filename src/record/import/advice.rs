@@ -1,6 +1,6 @@
-//! The help of a table that lacks quantities: a request made of its headings and first rows, in words.
+//! The hint for a table that lacks quantities: a suggested request, derived from its headings and first rows.
 
-use super::columns::{Wish, advised};
+use super::columns::{TableSpec, advised};
 use super::layout::{Layout, comment};
 use super::parse::parse_number;
 use super::suggest::{ROWS, Suggestion, suggestion};
@@ -9,13 +9,17 @@ use crate::setting::{Text, text};
 use crate::text::{excerpt, listed};
 use crate::{Error, Result};
 
-/// Cells that are shown of the first row.
+/// Number of cells of the first row that the hint shows.
 const CELLS: usize = 12;
 
-/// Returns the error of a table with which nothing is wrong but that quantities are not there.
-pub(super) fn advice(lines: &mut impl Lines, layout: &Layout, wish: &Wish<'_>) -> Result<Option<Error>> {
+/// Returns the error for a table whose only fault is that quantities are missing, with a suggested request in its hint;
+/// `None` if the table has another fault. Reads up to [`ROWS`] rows, from which units are guessed.
+///
+/// # Errors
+/// Propagates the errors of reading lines.
+pub(super) fn advice(lines: &mut impl Lines, layout: &Layout, spec: &TableSpec<'_>) -> Result<Option<Error>> {
     let headings = &layout.headings;
-    let Some(plain) = advised(headings, wish, None) else { return Ok(None) };
+    let Some(plain) = advised(headings, spec, None) else { return Ok(None) };
     let number = |cell: &str| parse_number(cell, layout.separator.allows_decimal_comma()).ok();
     let row = |text: &str| layout.separator.row(text).into_iter().map(number).collect::<Vec<_>>();
     let is_row = |text: &str| !text.trim().is_empty() && comment(text).is_none();
@@ -36,11 +40,11 @@ pub(super) fn advice(lines: &mut impl Lines, layout: &Layout, wish: &Wish<'_>) -
         let hint = plain.hint().clone().and(format!(" In the first row {}.", cells.join(", ")));
         return Ok(Some(Error::data(plain.message(), hint)));
     }
-    let named = suggestion(headings, wish, &rows).map(|found| words(&found, are_bad(&rows, headings.len())));
-    Ok(if named.is_some() { advised(headings, wish, named) } else { Some(plain) })
+    let named = suggestion(headings, spec, &rows).map(|found| words(&found, are_bad(&rows, headings.len())));
+    Ok(if named.is_some() { advised(headings, spec, named) } else { Some(plain) })
 }
 
-/// A request in words.
+/// Returns the hint that suggests a request; `are_bad` adds the setting that skips bad rows.
 fn words(suggestion: &Suggestion, are_bad: bool) -> Text {
     let replaced = listed(&suggestion.replaced.iter().map(String::as_str).collect::<Vec<_>>(), "and");
     let replace = if replaced.is_empty() { String::new() } else { format!("; replace {replaced}") };
@@ -52,7 +56,8 @@ fn words(suggestion: &Suggestion, are_bad: bool) -> Text {
     text!("Name the columns: " [Columns = "{}", suggestion.request] {skip} "{replace}{guessed}.")
 }
 
-/// Returns whether some rows are none of the table: of another width, or without a number where nearly all rows have one.
+/// Returns true if some rows do not fit the table: they have another width, or lack a number where at least 90 % of the rows
+/// have one.
 fn are_bad(rows: &[Vec<Option<f64>>], width: usize) -> bool {
     let numbers = |at: usize| rows.iter().filter(|row| row.get(at).is_some_and(Option::is_some)).count();
     let nearly = |at: usize| (rows.len() - rows.len() / 10..rows.len()).contains(&numbers(at));

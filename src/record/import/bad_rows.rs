@@ -1,4 +1,4 @@
-//! Rows that cannot be read: notices of a logger, lines that a serial link garbled.
+//! Rows that cannot be read, such as messages of a logger or lines corrupted by a serial link.
 
 use crate::Error;
 use crate::named::named;
@@ -8,41 +8,41 @@ use crate::text::counted;
 named! {
     /// The treatment of rows that cannot be read.
     pub enum BadRows (default Error) {
-        /// Bad data.
+        /// The file is refused, with the line of the first bad row.
         Error = "error",
-        /// They are left out, counted and named.
+        /// Bad rows are skipped; a note has their count and the first lines.
         Skip = "skip",
     }
 }
 
-/// Rows that are named in the note on them.
+/// Number of skipped rows that the note names.
 const NAMED: usize = 3;
 
-/// The rows of a table that could not be read.
+/// Rows of a table that could not be read and are skipped.
 #[derive(Default)]
 pub(super) struct LeftOut {
     rows: Vec<(u64, Option<String>)>,
 }
 
 impl LeftOut {
-    /// Adds a row; the reasons of the first are kept.
+    /// Adds a row; the reasons of the first [`NAMED`] rows are kept.
     pub(super) fn push(&mut self, line: u64, error: &Error) {
         let column = error.column().map_or_else(String::new, |column| format!("column {column}: "));
         let reason = (self.rows.len() < NAMED).then(|| format!("{column}{}", error.message()));
         self.rows.push((line, reason));
     }
 
-    /// Returns true once the note has all the reasons that it names.
+    /// Returns true if reasons of further rows are not needed.
     pub(super) fn has_reasons(&self) -> bool {
         self.rows.len() >= NAMED
     }
 
-    /// Adds a row beyond those whose reasons are kept.
+    /// Adds a row without its reason.
     pub(super) fn push_without_reason(&mut self, line: u64) {
         self.rows.push((line, None));
     }
 
-    /// The lines of the rows, in rising order, and the note on them.
+    /// Returns the lines of the rows in increasing order, and the note on them if there are any.
     pub(super) fn finish(mut self) -> (Vec<u64>, Option<String>) {
         self.rows.sort_by_key(|(line, _)| *line);
         let named = self.rows.iter().filter_map(|(line, reason)| Some(format!("line {line} ({})", reason.as_ref()?)));
@@ -55,9 +55,9 @@ impl LeftOut {
     }
 }
 
-/// The same error with the setting that leaves such rows out.
+/// Returns the error with the setting that skips bad rows added to its hint.
 pub(super) fn with_remedy(error: &Error) -> Error {
-    let hint = error.hint().clone().and(text!(" " [BadRows = "skip"] " leaves out rows that cannot be read."));
+    let hint = error.hint().clone().and(text!(" " [BadRows = "skip"] " skips rows that cannot be read."));
     let same = Error::new(error.kind(), error.message(), hint).at_line(error.line());
     error.column().into_iter().fold(same, |error, column| error.in_column(column))
 }

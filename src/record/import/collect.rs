@@ -1,8 +1,8 @@
-//! The rows of a table into signals in SI.
+//! Conversion of the rows of a table into signals in SI units.
 
 use super::advice::advice;
 use super::bad_rows::{BadRows, LeftOut, with_remedy};
-use super::columns::{Need, Used, Wish, choose};
+use super::columns::{Need, TableSpec, Used, choose};
 use super::convert::{Cells, converted};
 use super::formula::Formula;
 use super::layout::{Layout, comment, find};
@@ -17,18 +17,21 @@ use crate::{Error, Result};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// Reads a table: the columns used.
-pub(super) fn collect(lines: &mut impl Text, wish: &Wish<'_>) -> Result<Signals> {
-    let layout = find(lines, wish)?;
-    // Objects of a list have no line of headings.
-    let place = Some(layout.line).filter(|line| *line > 0);
-    let used = match choose(&layout.headings, wish) {
+/// Reads a table and returns the signals of the columns that are used.
+///
+/// # Errors
+/// Returns an error if the table has no readable heading, a quantity is missing, or a row cannot be read and is not skipped.
+pub(super) fn collect(lines: &mut impl Text, spec: &TableSpec<'_>) -> Result<Signals> {
+    let layout = find(lines, spec)?;
+    // Lists of JSON objects have no line of headings; their line is 0.
+    let heading_line = Some(layout.line).filter(|line| *line > 0);
+    let used = match choose(&layout.headings, spec) {
         Ok(used) => used,
-        Err(error) => return Err(advice(lines, &layout, wish)?.unwrap_or(error).at_line(place)),
+        Err(error) => return Err(advice(lines, &layout, spec)?.unwrap_or(error).at_line(heading_line)),
     };
-    let mut rows = Rows::new(&used, &layout, wish.bad_rows == BadRows::Skip);
+    let mut rows = Rows::new(&used, &layout, spec.bad_rows == BadRows::Skip);
     read_rows(lines, &mut rows)?;
-    let Rows { columns, values, lines: places, blank, mut bad, comma, has_point, quick, skips, .. } = rows;
+    let Rows { columns, values, lines: row_lines, blank, mut bad, comma, has_point, quick, skips, .. } = rows;
     if let Some(error) = comma.filter(|_| has_point || quick.is_some_and(|quick| quick.has_point)) {
         return Err(error);
     }
@@ -37,49 +40,49 @@ pub(super) fn collect(lines: &mut impl Text, wish: &Wish<'_>) -> Result<Signals>
         notes.push(format!("{} of nan left out", counted(blank.len(), "row")));
     }
     let columns = columns.iter().map(|column| (column.at, column.heading)).collect();
-    let mut cells = Cells { columns, values, lines: places };
+    let mut cells = Cells { columns, values, lines: row_lines };
     let (mut signals, wrong) = converted(&used, &mut cells)?;
-    let mut places = cells.lines;
+    let mut row_lines = cells.lines;
     if let Some(first) = wrong.first().filter(|_| !skips) {
         return Err(with_remedy(&first.error));
     }
     if !wrong.is_empty() {
-        wrong.iter().for_each(|wrong| bad.push(places.get(wrong.row).unwrap_or(0), &wrong.error));
+        wrong.iter().for_each(|wrong| bad.push(row_lines.get(wrong.row).unwrap_or(0), &wrong.error));
         let is_good = |row: &usize| wrong.binary_search_by_key(row, |wrong| wrong.row).is_err();
-        let kept: Vec<usize> = (0..places.len()).filter(is_good).collect();
+        let kept: Vec<usize> = (0..row_lines.len()).filter(is_good).collect();
         signals.iter_mut().for_each(|signal| *signal = kept.iter().map(|&row| signal[row]).collect());
-        places = places.of(kept.into_iter());
+        row_lines = row_lines.of(kept.into_iter());
     }
     let (left_out, note) = bad.finish();
     notes.extend(note);
-    check_sums(&used, &places, &[blank, left_out.clone()].concat())?;
-    let taken: Vec<usize> = used.iter().flat_map(Used::places).collect();
+    check_sums(&used, &row_lines, &[blank, left_out.clone()].concat())?;
+    let taken: Vec<usize> = used.iter().flat_map(Used::column_indices).collect();
     let others =
         layout.headings.iter().enumerate().filter(|(at, heading)| !taken.contains(at) && !heading.name.is_empty());
     let source = Source {
         ignored: others.map(|(_, heading)| heading.name.clone()).collect(),
         columns: used.into_iter().map(|used| used.column).collect(),
-        lines: places,
+        lines: row_lines,
         notes,
         last_line_open: lines.is_open(),
         ..Source::default()
     };
     let quantities = source.columns.iter().map(|column| column.quantity);
     let mut list: Vec<(Quantity, Vec<f64>)> = quantities.zip(signals).collect();
-    if wish.need == Need::Inputs || list.iter().any(|(quantity, _)| *quantity == Quantity::Speed) {
-        // A position beside a speed serves formulas.
+    if spec.need == Need::Inputs || list.iter().any(|(quantity, _)| *quantity == Quantity::Speed) {
+        // If a speed is given, a position is used in formulas only.
         list.retain(|(quantity, _)| *quantity != Quantity::Position);
     }
     Ok(Signals { source, list, left_out })
 }
 
-/// Reads the rows behind a heading.
+/// Reads the rows below a heading.
 fn read_rows(lines: &mut impl Text, rows: &mut Rows<'_>) -> Result<()> {
     let layout = rows.layout;
     for (line, text) in &layout.pending {
         rows.take(*line, Ok(text.into()))?;
     }
-    // The last line may be cut off: what is wrong with it is said when it is known to be the last.
+    // The last line may be cut off; its error is worded only after it is known to be the last line.
     let mut fault: Option<Error> = None;
     loop {
         if fault.is_none() {
@@ -95,12 +98,13 @@ fn read_rows(lines: &mut impl Text, rows: &mut Rows<'_>) -> Result<()> {
     }
 }
 
+/// Returns the error of a last line without a line break, which may be cut off.
 fn cut_off(error: &Error) -> Error {
     let message = format!("the last line is cut off: {}", error.message());
     Error::data(message, "Remove the last line, or copy the file again.").at_line(error.line())
 }
 
-/// Checks that sums have all the rows that they run over.
+/// Checks that no row is missing between the rows over which a cumulative sum runs.
 fn check_sums(used: &[Used], lines: &Lines, left_out: &[u64]) -> Result<()> {
     let Some(sum) = used.iter().find(|used| matches!(&used.formula, Formula::Expression(e) if e.has_sum())) else {
         return Ok(());
@@ -108,33 +112,34 @@ fn check_sums(used: &[Used], lines: &Lines, left_out: &[u64]) -> Result<()> {
     let range = lines.get(0).zip(lines.get(lines.len().saturating_sub(1)));
     let is_inside = |line: &&u64| range.is_some_and(|(first, last)| (first..last).contains(*line));
     let Some(&line) = left_out.iter().find(is_inside) else { return Ok(()) };
-    let message = format!("{} needs every row, and this one holds no numbers", quoted(&sum.column.heading));
-    let hint = "Give a column with the running value itself, or cut the recording at this line.";
+    let message = format!("{} needs every row, but this row has no numbers", quoted(&sum.column.heading));
+    let hint = "Give a column with the cumulative value itself, or cut the recording at this line.";
     Err(Error::data(message, hint).at_line(line))
 }
 
-/// A column whose cells are used.
+/// A column whose cells are read.
 struct Column<'a> {
     at: usize,
     heading: &'a str,
     is_time: bool,
 }
 
-/// Rows on their way into signals.
+/// Values of the rows read up to now, and the state of the reading.
 struct Rows<'a> {
     columns: Vec<Column<'a>>,
     layout: &'a Layout,
     values: Vec<Vec<f64>>,
     lines: Lines,
-    /// The lines of rows of nan.
+    /// Lines of rows that hold NaN in all used columns.
     blank: Vec<u64>,
-    /// Rows that cannot be read, where they are left out.
+    /// Skipped rows that cannot be read.
     bad: LeftOut,
     skips: bool,
     cells: Vec<Range<usize>>,
     quick: Option<Quick>,
-    /// True where a number had a decimal point. Below, the error of the first decimal comma beside one.
+    /// True if a number with a decimal point was read.
     has_point: bool,
+    /// Error for the first number with a decimal comma, which counts if another number has a decimal point.
     comma: Option<Error>,
 }
 
@@ -142,7 +147,7 @@ impl<'a> Rows<'a> {
     fn new(used: &[Used], layout: &'a Layout, skips: bool) -> Self {
         let mut columns: Vec<Column<'a>> = Vec::new();
         for used in used {
-            for at in used.places() {
+            for at in used.column_indices() {
                 let is_time = used.column.quantity == Quantity::Time;
                 match columns.iter_mut().find(|column| column.at == at) {
                     Some(column) => column.is_time &= is_time,
@@ -160,7 +165,7 @@ impl<'a> Rows<'a> {
         Self { columns, layout, values, lines, blank, bad, skips, cells, quick, has_point: false, comma: None }
     }
 
-    /// Adds a line, or leaves out one that cannot be read.
+    /// Adds a line; one that cannot be read is skipped or an error, by the setting.
     fn take(&mut self, line: u64, text: Result<Cow<'_, str>>) -> Result<()> {
         if let Err(error) = text.and_then(|text| self.add(line, &text)) {
             if !self.skips {
@@ -176,7 +181,7 @@ impl<'a> Rows<'a> {
         Ok(())
     }
 
-    /// Adds all plain rows that were read ahead.
+    /// Adds the rows of plain numbers at the start of the text that was read ahead.
     fn add_ahead(&mut self, text: &mut impl Text) {
         let Some(quick) = &mut self.quick else { return };
         let (line, ahead) = text.ahead();
@@ -193,7 +198,7 @@ impl<'a> Rows<'a> {
         text.pass(count as u64, at);
     }
 
-    /// Adds a line; blank ones, comments and rows of nan are passed over.
+    /// Adds a line, unless it is blank, a comment or a row of NaN.
     fn add(&mut self, line: u64, text: &str) -> Result<()> {
         if text.trim_start().is_empty() || comment(text).is_some() {
             return Ok(());
@@ -204,7 +209,7 @@ impl<'a> Rows<'a> {
             return Ok(());
         }
         let expected = self.layout.headings.len();
-        // Making an error of each of millions of rows would take as long as reading them all.
+        // Creating an error for each of millions of rows would take as long as reading them.
         if self.skips && self.bad.has_reasons() && cell_count(row, expected) != expected {
             self.bad.push_without_reason(line);
             return Ok(());
@@ -214,10 +219,10 @@ impl<'a> Rows<'a> {
         for (n, column) in self.columns.iter().enumerate() {
             let cell = &text[row[column.at].clone()];
             self.has_point |= cell.contains('.');
-            // With decimal points too, a comma may as well stand between thousands.
+            // In a file with decimal points, a comma may be a thousands separator.
             if self.comma.is_none() && cell.contains(',') {
                 let message = format!("found \"{}\" in a file that has decimal points too", excerpt(cell));
-                let hint = "Write all numbers with a decimal point and without separators of thousands.";
+                let hint = "Write all numbers with a decimal point and without thousands separators.";
                 self.comma = Some(Error::data(message, hint).at_line(line).in_column(column.heading));
             }
             let value = match parse_number(cell, decimal_comma || cell.contains(',')) {
@@ -233,7 +238,7 @@ impl<'a> Rows<'a> {
                     let is_clock = cell.contains(':') || cell.matches(['-', '/']).count() > 1;
                     let hint = match column.is_time && is_clock {
                         true => text!(
-                            "Times are numbers; for dates and clock times count samples instead: " [Columns = "time=-"]
+                            "Times must be numbers; with dates or clock times, use a sample rate instead: " [Columns = "time=-"]
                             " " [Rate = "HZ"] "."
                         ),
                         false => "Correct the cell; a row at the start or end of the recording may be removed.".into(),
@@ -247,7 +252,7 @@ impl<'a> Rows<'a> {
         Ok(())
     }
 
-    /// Returns whether a row holds nothing: all that is used of it, time perhaps left out, is nan.
+    /// Returns true if at least two columns other than time are used and all of them are NaN in this row.
     fn is_nan(&self, text: &str) -> bool {
         let nan = |column: &Column<'_>| text[self.cells[column.at].clone()].eq_ignore_ascii_case("nan");
         let values = || self.columns.iter().filter(|column| !column.is_time);
@@ -255,7 +260,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Returns the number of cells of a row, one fewer where a trailing separator makes an empty cell more than `expected`.
+/// Returns the number of cells of a row, without the empty cell that a trailing separator adds to `expected` cells.
 fn cell_count(row: &[Range<usize>], expected: usize) -> usize {
     if row.len() == expected + 1 && row[expected].is_empty() { expected } else { row.len() }
 }
@@ -266,5 +271,8 @@ fn check_count(row: &[Range<usize>], expected: usize) -> Result<()> {
         return Ok(());
     }
     let message = format!("found {}, expected {expected} as in the heading", counted(found, "cell"));
-    Err(Error::data(message, "Give every row as many cells as the heading; a decimal comma needs ; between the cells."))
+    Err(Error::data(
+        message,
+        "Give every row as many cells as the heading; with decimal commas, separate the cells by semicolons.",
+    ))
 }

@@ -1,55 +1,58 @@
-//! Which columns of a table are used: those that the user names, the others by their headings.
+//! Selection of the columns of a table: those that the user requests, the others by their headings.
 
 use super::bad_rows::BadRows;
 use super::formula::{Formula, Operand};
 use super::lacking::{is_drive, lacking, missing};
 use super::parse::Separator;
-use super::request::{is_placed, name_of, place, requested};
+use super::request::{is_satisfiable, locate, name_of, requested};
 use crate::record::Column;
 use crate::record::heading::{ColumnRequest, Quantity, understand};
 use crate::setting::{Text, text};
 use crate::text::{excerpt, quoted};
 use crate::{Error, Result};
 
-/// Requirements of a reader on a table.
+/// Quantities that a table must have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Need {
-    /// Voltage, and current or speed; or current and speed.
+    /// Voltage and at least one of current and speed; or current and speed.
     Recording,
-    /// Voltage.
+    /// Voltage, as the input of a simulation.
     Inputs,
-    /// Anything but time: other files hold the rest.
+    /// At least one quantity beside time; other files have the remaining ones.
     Part,
 }
 
-/// The request of a reader to a table.
+/// Specification of the table to read: requests, requirements and known properties.
 #[derive(Clone, Copy)]
-pub(super) struct Wish<'a> {
+pub(super) struct TableSpec<'a> {
+    /// Columns that the user assigns to quantities.
     pub requests: &'a [ColumnRequest],
     pub need: Need,
-    /// True where time comes from a rate.
+    /// True if time follows from a sample rate.
     pub timed: bool,
-    /// The separator where it is known.
+    /// The separator of cells, if it is known; otherwise it is detected.
     pub separator: Option<Separator>,
     pub bad_rows: BadRows,
-    /// Numbers that stand beside the rows, with their names.
+    /// Names and values of constants beside the rows, for use in formulas.
     pub constants: &'a [(String, f64)],
 }
 
-impl Wish<'_> {
+impl TableSpec<'_> {
+    /// Returns the user's request for a quantity.
     pub(super) fn request(&self, quantity: Quantity) -> Option<&ColumnRequest> {
         self.requests.iter().find(|request| request.quantity == quantity)
     }
 
+    /// Returns the separator, detected from `line` unless it is known.
     pub(super) fn separator_of(&self, line: &str) -> Separator {
         self.separator.unwrap_or_else(|| Separator::of(line))
     }
 }
 
-/// The name of no column.
+/// Name in a request that says that the table lacks the quantity.
 pub(super) const NONE: &str = "-";
 
-/// A heading, with the unit that a row of units below it names.
+/// A heading with the unit from the row of units below it, if there is one.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Heading {
     pub name: String,
@@ -57,7 +60,7 @@ pub(super) struct Heading {
 }
 
 impl Heading {
-    /// Returns whether the heading and the row below it name different units.
+    /// Returns the units of the heading and of the row below it if they differ.
     fn contradiction(&self) -> Option<(String, String)> {
         let (quantity, unit) = understand(&self.name)?;
         let (own, below) = (unit?, self.unit.clone()?);
@@ -65,123 +68,131 @@ impl Heading {
         ((factors[0] / factors[1] - 1.0).abs() > 1e-9).then_some((own, below))
     }
 
-    /// Returns its quantity and its unit, if any.
+    /// Returns the quantity that the heading names, and the unit; the row of units takes precedence over the heading.
     pub(super) fn understood(&self) -> Option<(Quantity, Option<String>)> {
         let (quantity, unit) = understand(&self.name)?;
         Some((quantity, self.unit.clone().or(unit)))
     }
 }
 
-/// A quantity that is used: where its column stands and what turns cells into SI.
+/// A quantity that is read: its column or expression, and the conversion to SI units.
 #[derive(Debug)]
 pub(super) struct Used {
-    /// The place of its column; none for an expression.
+    /// Index of its column; `None` for an expression.
     pub at: Option<usize>,
     pub column: Column,
     pub formula: Formula,
+    /// Factor from the unit of the column to SI units, after the formula.
     pub factor: f64,
 }
 
 impl Used {
-    /// The places of the columns that it is made of.
-    pub(super) fn places(&self) -> Vec<usize> {
+    /// Returns the indices of the columns from which the quantity is computed.
+    pub(super) fn column_indices(&self) -> Vec<usize> {
         let column = |operand| if let Operand::Column(at) = operand { Some(at) } else { None };
         self.at.into_iter().chain(self.operands().into_iter().filter_map(column)).collect()
     }
 
-    /// The other quantities that it is made of.
+    /// Returns the other quantities from which the quantity is computed.
     pub(super) fn quantities(&self) -> Vec<Quantity> {
         let quantity = |operand| if let Operand::Quantity(quantity) = operand { Some(quantity) } else { None };
         self.operands().into_iter().filter_map(quantity).collect()
     }
 
+    /// Returns the operands of the expression; none for a column.
     fn operands(&self) -> Vec<Operand> {
         if let Formula::Expression(expression) = &self.formula { expression.names() } else { Vec::new() }
     }
 }
 
-/// Returns the number of columns of a line that the user names or that are explained by their headings.
-pub(super) fn understood(headings: &[Heading], wish: &Wish<'_>) -> usize {
-    let named = wish.requests.iter().filter(|request| is_placed(headings, wish, request)).count();
+/// Returns the number of requests that fit the headings plus the number of headings that name a quantity.
+pub(super) fn understood(headings: &[Heading], spec: &TableSpec<'_>) -> usize {
+    let named = spec.requests.iter().filter(|request| is_satisfiable(headings, spec, request)).count();
     named + headings.iter().filter(|heading| heading.understood().is_some()).count()
 }
 
-/// Chooses the columns.
-pub(super) fn choose(headings: &[Heading], wish: &Wish<'_>) -> Result<Vec<Used>> {
-    match chosen(headings, wish)? {
+/// Selects the columns of a table.
+///
+/// # Errors
+/// Returns an error if a request fits no column, headings are ambiguous or contradictory, or a quantity is missing.
+pub(super) fn choose(headings: &[Heading], spec: &TableSpec<'_>) -> Result<Vec<Used>> {
+    match chosen(headings, spec)? {
         (_, missing) if !missing.is_empty() => Err(lacking(headings, &missing, None)),
         (used, _) => Ok(used),
     }
 }
 
-/// Returns the error of a table with which nothing is wrong but that quantities are not there, with the words of a request.
-pub(super) fn advised(headings: &[Heading], wish: &Wish<'_>, named: Option<Text>) -> Option<Error> {
-    let (_, missing) = chosen(headings, wish).ok().filter(|(_, missing)| !missing.is_empty())?;
+/// Returns the error for a table whose only fault is that quantities are missing; `named` is a suggested request for its hint.
+pub(super) fn advised(headings: &[Heading], spec: &TableSpec<'_>, named: Option<Text>) -> Option<Error> {
+    let (_, missing) = chosen(headings, spec).ok().filter(|(_, missing)| !missing.is_empty())?;
     Some(lacking(headings, &missing, named))
 }
 
-/// The columns, and the quantities that are not there.
-fn chosen(headings: &[Heading], wish: &Wish<'_>) -> Result<(Vec<Used>, Vec<&'static str>)> {
-    let Wish { need, timed, .. } = *wish;
+/// Selects the columns; also returns the missing quantities by their canonical headings.
+fn chosen(headings: &[Heading], spec: &TableSpec<'_>) -> Result<(Vec<Used>, Vec<&'static str>)> {
+    let TableSpec { need, timed, .. } = *spec;
     let wanted: &[Quantity] = match need {
         Need::Inputs => &[Quantity::Time, Quantity::Voltage, Quantity::Torque],
         Need::Recording | Need::Part => &Quantity::ALL,
     };
     let mut used = Vec::new();
     for &quantity in wanted {
-        used.extend(one(headings, wish, quantity)?);
+        used.extend(one(headings, spec, quantity)?);
     }
     let has = |used: &[Used], quantity| used.iter().any(|u| u.column.quantity == quantity);
-    // What the formulas of others are made of is used too.
+    // Quantities in the formulas of others are read too.
     while let Some(quantity) = used.iter().flat_map(Used::quantities).find(|quantity| !has(&used, *quantity)) {
-        match one(headings, wish, quantity)? {
+        match one(headings, spec, quantity)? {
             Some(more) => used.push(more),
-            None => return Err(not_there(wish, quantity)),
+            None => return Err(not_there(spec, quantity)),
         }
     }
-    let position = wish.request(Quantity::Position);
+    let position = spec.request(Quantity::Position);
     if need != Need::Inputs && !has(&used, Quantity::Speed) && !has(&used, Quantity::Position) {
-        // A position in metres or counts is no fault where the current serves.
+        // If there is a current, a position with an unusable unit is ignored rather than an error.
         let dispensable = has(&used, Quantity::Current) && position.is_none();
-        let position = one(headings, wish, Quantity::Position);
+        let position = one(headings, spec, Quantity::Position);
         used.extend(position.or_else(|error| if dispensable { Ok(None) } else { Err(error) })?);
     } else if let Some(request) = position.filter(|_| !has(&used, Quantity::Position) && need != Need::Inputs) {
         let message = text!([Columns](" names position {}, but there is a speed", excerpt(&request.name)));
-        let hint =
-            "Position serves as a source of speed, and in formulas: leave it out, or rename the heading of the speed.";
+        let hint = "A position is used to compute the speed, or in formulas: leave it out, or rename the heading of the speed.";
         return Err(Error::usage(message, hint));
     }
-    let without_voltage = wish.request(Quantity::Voltage).is_some_and(|request| request.name == NONE);
-    let unused = headings.iter().enumerate().filter(|(at, _)| !used.iter().any(|u| u.places().contains(at)));
+    let without_voltage = spec.request(Quantity::Voltage).is_some_and(|request| request.name == NONE);
+    let unused = headings.iter().enumerate().filter(|(at, _)| !used.iter().any(|u| u.column_indices().contains(at)));
     let drives = !without_voltage && unused.into_iter().any(|(_, heading)| is_drive(heading));
     let missing = missing(&|quantity| has(&used, quantity), need, drives, timed);
     let twice =
         used.iter().enumerate().find(|(n, u)| u.at.is_some() && used[..*n].iter().any(|other| other.at == u.at));
     let Some((_, twice)) = twice else { return Ok((ordered(used)?, missing)) };
     let message = format!("column {} is named for two quantities", quoted(&twice.column.heading));
-    Err(Error::data(message, "Name a column of its own for each quantity."))
+    Err(Error::data(message, "Name a different column for each quantity."))
 }
 
-fn not_there(wish: &Wish<'_>, quantity: Quantity) -> Error {
+/// Returns the error for a quantity in a formula that the table lacks.
+fn not_there(spec: &TableSpec<'_>, quantity: Quantity) -> Error {
     let whose = |request: &&ColumnRequest| request.quantity != quantity && request.name.contains(quantity.key());
     let of =
-        wish.requests.iter().find(whose).map_or_else(String::new, |request| format!(" of {}", excerpt(&request.name)));
+        spec.requests.iter().find(whose).map_or_else(String::new, |request| format!(" of {}", excerpt(&request.name)));
     let hint = text!("Name its column: " [Columns = "{}=HEADING:UNIT", quantity.key()] ".");
-    Error::usage(format!("the {quantity}{of} is not there"), hint)
+    Error::usage(format!("the {quantity}{of} is missing"), hint)
 }
 
-/// Checks that the formulas can be evaluated one after the other.
+/// Checks that the formulas do not depend on each other in a circle.
 fn ordered(used: Vec<Used>) -> Result<Vec<Used>> {
     match order(&used) {
         Ok(_) => Ok(used),
         Err(stuck) => {
             let message = format!("{} is a formula of itself", quoted(&used[stuck].column.heading));
-            Err(Error::usage(message, "Write formulas of columns, or of quantities that are formulas of columns."))
+            Err(Error::usage(message, "Write formulas of columns, or of quantities that are computed from columns."))
         }
     }
 }
 
-/// An order in which formulas come after what they are made of; or one that has no place in it.
+/// Returns an order of evaluation in which each formula follows the quantities in it.
+///
+/// # Errors
+/// Returns the index of a quantity that is part of a circle of formulas, or depends on one.
 pub(super) fn order(used: &[Used]) -> std::result::Result<Vec<usize>, usize> {
     let mut order: Vec<usize> = Vec::new();
     while order.len() < used.len() {
@@ -195,39 +206,42 @@ pub(super) fn order(used: &[Used]) -> std::result::Result<Vec<usize>, usize> {
     Ok(order)
 }
 
-fn one(headings: &[Heading], wish: &Wish<'_>, quantity: Quantity) -> Result<Option<Used>> {
-    let request = wish.request(quantity);
+/// Selects the column of a quantity by the user's request, else by its heading; `None` if the table has no such column.
+fn one(headings: &[Heading], spec: &TableSpec<'_>, quantity: Quantity) -> Result<Option<Used>> {
+    let request = spec.request(quantity);
     let used = match request {
-        // The user says that there is none.
+        // The user states that the table lacks the quantity.
         Some(request) if request.name == NONE && !headings.iter().any(|h| h.name == NONE) => None,
-        Some(request) => Some(requested(headings, wish, request)?),
-        None => recognized(headings, wish.requests, quantity)?,
+        Some(request) => Some(requested(headings, spec, request)?),
+        None => recognized(headings, spec.requests, quantity)?,
     };
     let numbers = request.map_or("", |request| request.name.as_str()).split('#').skip(1);
     let numbers: Vec<&str> =
         numbers.map(|text| text.split(|c: char| !c.is_ascii_digit()).next().unwrap_or("")).collect();
     let by_number = |at: &usize| numbers.contains(&(at + 1).to_string().as_str());
-    for at in used.iter().flat_map(Used::places).filter(|at| !by_number(at)) {
+    for at in used.iter().flat_map(Used::column_indices).filter(|at| !by_number(at)) {
         headed_twice(headings, at, quantity)?;
     }
     Ok(used)
 }
 
-/// Returns whether another column has the same heading.
+/// Checks that no other column has the same heading.
 fn headed_twice(headings: &[Heading], at: usize, quantity: Quantity) -> Result<()> {
     let same = |(other, heading): &(usize, &Heading)| *other != at && heading.name == headings[at].name;
     let Some((other, _)) = headings.iter().enumerate().find(same) else { return Ok(()) };
     let (first, second, name) = (at.min(other) + 1, at.max(other) + 1, quoted(&headings[at].name));
     let message = format!("columns {first} and {second} are both headed {name}");
-    Err(Error::data(message, text!("Say which by its number: " [Columns = "{}=#{first}", quantity.key()] ".")))
+    Err(Error::data(message, text!("Name the column by its number: " [Columns = "{}=#{first}", quantity.key()] ".")))
 }
 
+/// Returns all headings in quotation marks.
 pub(super) fn listed(headings: &[Heading]) -> String {
     headings.iter().map(|heading| quoted(&heading.name)).collect::<Vec<_>>().join(", ")
 }
 
+/// Selects the column of a quantity by its heading: the canonical one, else the only one that names the quantity.
 fn recognized(headings: &[Heading], requests: &[ColumnRequest], quantity: Quantity) -> Result<Option<Used>> {
-    let taken: Vec<usize> = requests.iter().filter_map(|r| place(headings, &r.name)).map(|(at, ..)| at).collect();
+    let taken: Vec<usize> = requests.iter().filter_map(|r| locate(headings, &r.name)).map(|(at, ..)| at).collect();
     let free = || headings.iter().enumerate().filter(|(at, _)| !taken.contains(at));
     if let Some((at, heading)) = free().find(|(_, h)| h.name == quantity.canonical() && h.unit.is_none()) {
         let unit = heading.understood().and_then(|(_, unit)| unit);
@@ -240,18 +254,19 @@ fn recognized(headings: &[Heading], requests: &[ColumnRequest], quantity: Quanti
     let Some((at, heading, unit)) = matches.next() else { return Ok(None) };
     if let Some((own, below)) = headings[at].contradiction() {
         let message = format!("{} names the unit {own}, the row below it {below}", quoted(heading));
-        let hint = text!("Say which: " [Columns = "{}={}:{below}", quantity.key(), name_of(heading)] ".");
+        let hint = text!("Name its unit: " [Columns = "{}={}:{below}", quantity.key(), name_of(heading)] ".");
         return Err(Error::data(message, hint));
     }
     if let Some((_, other, _)) = matches.next() {
         headed_twice(headings, at, quantity)?;
         let message = format!("both {} and {} look like {quantity}", quoted(heading), quoted(other));
-        let hint = text!("Say which: " [Columns = "{}={}", quantity.key(), name_of(heading)] ".");
+        let hint = text!("Name one of them: " [Columns = "{}={}", quantity.key(), name_of(heading)] ".");
         return Err(Error::data(message, hint));
     }
     column(quantity, Some(at), heading, Formula::AS_IT_IS, unit).map(Some)
 }
 
+/// Creates the selection of a column, or of an expression for `at = None`, after a check of its unit.
 pub(super) fn column(
     quantity: Quantity,
     at: Option<usize>,
@@ -261,7 +276,7 @@ pub(super) fn column(
 ) -> Result<Used> {
     let unit_named = unit.is_some() || matches!(formula, Formula::Levels(_));
     if quantity == Quantity::Position && !unit_named {
-        // Counts, turns and radians are all common: none can be assumed.
+        // Counts, turns and radians are all common, so that no unit can be assumed.
         quantity.check_unit("none").map_err(|e| e.in_column(heading))?;
     }
     let unit = unit.unwrap_or_else(|| quantity.unit().to_owned());

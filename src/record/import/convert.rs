@@ -1,4 +1,4 @@
-//! The cells of a table's columns into quantities in SI.
+//! Conversion of the cells of a table into quantities in SI units, by the formula of each quantity.
 
 use super::columns::{Used, order};
 use super::expression::Expression;
@@ -7,27 +7,32 @@ use crate::record::Lines;
 use crate::text::{excerpt, quoted, significant};
 use crate::{Error, Result};
 
-/// The cells of the columns that are used.
+/// Values of the cells of the columns that are used, and the line of each row.
 pub(super) struct Cells<'a> {
-    /// The place of each column in the table, with its heading.
+    /// Index of each column in the table, and its heading.
     pub columns: Vec<(usize, &'a str)>,
     pub values: Vec<Vec<f64>>,
     pub lines: Lines,
 }
 
 impl Cells<'_> {
-    fn of(&self, place: usize) -> usize {
-        self.columns.iter().position(|(at, _)| *at == place).unwrap_or(0)
+    /// Returns the index in `columns` and `values` of the column `index` of the table.
+    fn slot(&self, index: usize) -> usize {
+        self.columns.iter().position(|(at, _)| *at == index).unwrap_or(0)
     }
 }
 
-/// A row of which a formula makes no number.
+/// A row for which a formula gives no finite number.
 pub(super) struct NoNumber {
     pub row: usize,
     pub error: Error,
 }
 
-/// The quantities of a table, in the order of `used`, and the rows of which formulas make no numbers.
+/// Computes the quantities of a table in SI units, in the order of `used`; also returns the rows for which a formula gives no
+/// finite number, in increasing order.
+///
+/// # Errors
+/// Returns a `Data` error if a flag has other than two values.
 pub(super) fn converted(used: &[Used], cells: &mut Cells<'_>) -> Result<(Vec<Vec<f64>>, Vec<NoNumber>)> {
     let order = order(used).unwrap_or_default();
     let mut made: Vec<Vec<f64>> = vec![Vec::new(); used.len()];
@@ -44,8 +49,8 @@ pub(super) fn converted(used: &[Used], cells: &mut Cells<'_>) -> Result<(Vec<Vec
             }
             (formula, at) => {
                 let at = at.unwrap_or_default();
-                let slot = cells.of(at);
-                let later = order[done + 1..].iter().any(|&later| used[later].places().contains(&at));
+                let slot = cells.slot(at);
+                let later = order[done + 1..].iter().any(|&later| used[later].column_indices().contains(&at));
                 let mut signal =
                     if later { cells.values[slot].clone() } else { std::mem::take(&mut cells.values[slot]) };
                 convert(of, formula, &mut signal, &cells.lines)?;
@@ -62,14 +67,14 @@ pub(super) fn converted(used: &[Used], cells: &mut Cells<'_>) -> Result<(Vec<Vec
 fn value(operand: Operand, row: usize, used: &[Used], cells: &Cells<'_>, made: &[Vec<f64>]) -> f64 {
     match operand {
         Operand::Constant(value) => value,
-        Operand::Column(at) => cells.values[cells.of(at)][row],
+        Operand::Column(at) => cells.values[cells.slot(at)][row],
         Operand::Quantity(quantity) => {
             used.iter().position(|u| u.column.quantity == quantity).map_or(f64::NAN, |n| made[n][row])
         }
     }
 }
 
-/// The rows of which an expression makes no finite number.
+/// Returns the rows for which an expression gives no finite number; only the first one if the expression has a sum.
 fn no_numbers(
     values: &[f64],
     of: &Used,
@@ -79,7 +84,7 @@ fn no_numbers(
 ) -> Vec<NoNumber> {
     let name = |operand: Operand| match operand {
         Operand::Constant(_) => "constant".to_owned(),
-        Operand::Column(at) => excerpt(cells.columns[cells.of(at)].1),
+        Operand::Column(at) => excerpt(cells.columns[cells.slot(at)].1),
         Operand::Quantity(quantity) => quantity.to_string(),
     };
     let shown = |row: usize| {
@@ -95,16 +100,19 @@ fn no_numbers(
     let error = |row: usize| {
         let what = if values[row].is_nan() { "no number" } else { "infinite" };
         let message = format!("{} of {} is {what} with {}", of.column.quantity, quoted(&of.column.heading), shown(row));
-        let hint = "Correct the cell or the formula; int8, int16 and int32 take whole numbers of so many bits.";
+        let hint = "Correct the cell or the formula; int8, int16 and int32 accept integers of 8, 16 and 32 bits only.";
         Error::data(message, hint).at_line(cells.lines.get(row))
     };
-    // A sum has no number from the first such row on.
+    // A cumulative sum is undefined from the first invalid row on.
     let most = if expression.has_sum() { 1 } else { usize::MAX };
     let rows = (0..values.len()).filter(|&row| !(values[row] * of.factor).is_finite()).take(most);
     rows.map(|row| NoNumber { row, error: error(row) }).collect()
 }
 
-/// Makes SI of the numbers of a column: of a flag's two values its two voltages.
+/// Converts the numbers of a column to SI units in place: by scale and offset, or the two values of a flag to two voltages.
+///
+/// # Errors
+/// Returns a `Data` error if a flag has other than two values.
 fn convert(used: &Used, formula: &Formula, signal: &mut [f64], lines: &Lines) -> Result<()> {
     let [low, high] = match *formula {
         Formula::Levels(levels) => levels,

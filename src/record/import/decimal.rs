@@ -1,23 +1,23 @@
-//! Decimal numbers from text, in one pass over their bytes and rounded as the standard library rounds them.
+//! Parsing of decimal numbers in one pass over their bytes, with the correct rounding of the standard library.
 
 use crate::numeric::real;
 
-/// A number in a line.
+/// A parsed number in a line.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Number {
     pub value: f64,
-    /// One past its last byte.
+    /// Index one past its last byte.
     pub end: usize,
     /// True if it has a decimal point.
     pub has_point: bool,
 }
 
-/// Digits of which any number fits 64 bits.
+/// Largest number of decimal digits of which any integer fits 64 bits.
 const DIGITS: usize = 19;
-/// Digits of an exponent that are looked at here.
+/// Largest number of digits of an exponent that is parsed here.
 const EXPONENT: usize = 3;
 
-/// The number at `start` in a line.
+/// Parses the number at byte `start` of a line; `None` if there is no finite plain decimal.
 #[inline(always)]
 pub(super) fn number(line: &[u8], start: usize) -> Option<Number> {
     let negative = line.get(start) == Some(&b'-');
@@ -39,7 +39,7 @@ pub(super) fn number(line: &[u8], start: usize) -> Option<Number> {
     }
     let fits = count <= DIGITS || count - zeros(&line[first..after]) <= DIGITS;
     match places.filter(|_| fits).and_then(|places| quotient(whole, places)) {
-        // Signs are those of noise: a branch would often be guessed wrong.
+        // The sign of noisy signals is random, so that a branch would often be mispredicted.
         Some(value) => {
             Some(Number { value: f64::from_bits(value.to_bits() | u64::from(negative) << 63), end, has_point })
         }
@@ -47,7 +47,7 @@ pub(super) fn number(line: &[u8], start: usize) -> Option<Number> {
     }
 }
 
-/// Any other number, by the standard library.
+/// Parses a number with the standard library, for the cases that [`number`] does not handle.
 #[cold]
 fn any(line: &[u8], start: usize) -> Option<Number> {
     let plain = |b: &u8| b.is_ascii_digit() || matches!(b, b'.' | b'-' | b'+' | b'e' | b'E');
@@ -57,7 +57,7 @@ fn any(line: &[u8], start: usize) -> Option<Number> {
     Some(Number { value, end: start + size, has_point: cell.contains(&b'.') })
 }
 
-/// The exponent at `at` and where it ends; `None` for one that is long or has no digits.
+/// Parses the exponent at byte `at`; returns it and its end, or `None` if it has no digits or more than [`EXPONENT`].
 fn exponent(line: &[u8], at: usize) -> Option<(i64, usize)> {
     let negative = line.get(at) == Some(&b'-');
     let first = at + usize::from(negative || line.get(at) == Some(&b'+'));
@@ -65,13 +65,14 @@ fn exponent(line: &[u8], at: usize) -> Option<(i64, usize)> {
     (1..=EXPONENT).contains(&(end - first)).then_some((if negative { -(size as i64) } else { size as i64 }, end))
 }
 
-/// Zeros in front of the first other digit.
+/// Returns the number of leading zeros of a decimal number.
 #[cold]
 fn zeros(digits: &[u8]) -> usize {
     digits.iter().take_while(|b| matches!(b, b'0' | b'.')).filter(|b| **b == b'0').count()
 }
 
-/// Digits from `at` on behind those of `whole`, and where they end; more than fit come out wrong.
+/// Appends the digits from byte `at` on to the integer `whole`; returns it and their end. It wraps around if the digits exceed
+/// 64 bits.
 #[inline(always)]
 fn digits(line: &[u8], mut at: usize, mut whole: u64) -> (u64, usize) {
     while let Some(digit) = line.get(at).map(|byte| byte.wrapping_sub(b'0')).filter(|digit| *digit < 10) {
@@ -81,12 +82,12 @@ fn digits(line: &[u8], mut at: usize, mut whole: u64) -> (u64, usize) {
     (whole, at)
 }
 
-/// The same where many are likely: eight at a time, neighbours added up in pairs (D. Lemire, simdjson).
+/// Appends digits like [`digits`], eight at a time by pairwise sums (D. Lemire, simdjson), which is faster for many digits.
 #[inline(always)]
 fn many_digits(line: &[u8], mut at: usize, mut whole: u64) -> (u64, usize) {
     while let Some(eight) = line.get(at..).and_then(|rest| rest.first_chunk()) {
         let eight = u64::from_le_bytes(*eight) ^ 0x3030_3030_3030_3030;
-        // Whether a byte is above nine; what it carries into the next changes nothing.
+        // Detects a byte above nine. A carry into the next byte does not change the result.
         if (eight.wrapping_add(0x7676_7676_7676_7676) | eight) & 0x8080_8080_8080_8080 != 0 {
             break;
         }
@@ -99,13 +100,13 @@ fn many_digits(line: &[u8], mut at: usize, mut whole: u64) -> (u64, usize) {
     digits(line, at, whole)
 }
 
-/// Powers of ten that are exact.
+/// Powers of ten that are exact in an `f64`.
 const EXACT: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
     1e21, 1e22,
 ];
 
-/// For each q the 64 leading bits of 5⁻ᑫ, cut off, and the exponent that they have in an f64 of `w · 10⁻ᑫ`.
+/// For each q the leading 64 bits of 5⁻ᑫ, truncated, and their exponent in an `f64` of `w · 10⁻ᑫ`.
 const FIFTHS: [(u64, u64); 28] = {
     let mut table = [(0, 0); 28];
     let (mut q, mut power) = (1, 5_u64);
@@ -120,24 +121,24 @@ const FIFTHS: [(u64, u64); 28] = {
     table
 };
 
-/// `whole / 10^places` to the nearest; `None` where that is not certain.
+/// Returns `whole / 10^places` rounded to nearest; `None` if the rounding is not certain.
 #[inline(always)]
 fn quotient(whole: u64, places: usize) -> Option<f64> {
-    // Both exact: one division rounds correctly (W. D. Clinger 1990).
+    // Both operands are exact, so that one division rounds correctly (W. D. Clinger 1990).
     match EXACT.get(places) {
         Some(ten) if whole < 1 << 53 => Some(real(whole.cast_signed()) / ten),
         _ => long_quotient(whole, places),
     }
 }
 
-/// The same of more digits: `whole`, shifted to the left, is multiplied with the leading bits of 5⁻ᑫ. These are less
-/// than one too small, and never exact, so that the upper half of the product is less than one too small: it rounds as
-/// the true one does, but where it lies just below the middle between two numbers.
+/// Returns the quotient for more digits: `whole`, shifted to the left, is multiplied by the leading bits of 5⁻ᑫ. These are
+/// truncated, with an error of less than one unit, and never exact. The upper half of the product is therefore less than
+/// one unit too small and rounds like the exact quotient, unless it is just below the midpoint of two numbers (`None`).
 fn long_quotient(whole: u64, places: usize) -> Option<f64> {
     let &(fifth, exponent) = FIFTHS.get(places).filter(|_| whole > 0 && places > 0)?;
     let shift = whole.leading_zeros();
     let product = ((u128::from(whole << shift) * u128::from(fifth)) >> 64) as u64;
-    // Bits below the 53 of the mantissa, and the last before their middle.
+    // Number of bits below the 53 of the mantissa; their value just below the midpoint.
     let spare = 10 + (product >> 63);
     let rest = product & ((1 << spare) - 1);
     let below = (1 << (spare - 1)) - 1;
@@ -160,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_those_of_the_standard_library() {
+    fn numbers_equal_those_of_the_standard_library() {
         let mut state = 1_u64;
         let mut next = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -176,7 +177,7 @@ mod tests {
             let exponents = ["", "e-3", "E5", "e+300", "e-17", "e+0002"];
             let exponent = exponents[usize::try_from((next() % 24).saturating_sub(18)).unwrap()];
             check(&format!("{sign}{}.{}{exponent}", &digits[..point], &digits[point..]));
-            // What programs write: as many digits as tell the number from its neighbours.
+            // The shortest representation that parses to the same number, as programs write it.
             let value = f64::from_bits(((next() << 31 | next()) % (1 << 52)) | ((1023 - next() % 64) << 52));
             check(&format!("{value}"));
             check(&format!("{value:.18e}"));
@@ -184,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn middles_between_two_numbers_are_rounded_to_even() {
+    fn midpoints_between_two_numbers_are_rounded_to_even() {
         for odd in (0..2_000_u64).map(|n| (1 << 53) + 1 + 2 * n * 1_234_567) {
             for places in 1..=4_usize {
                 let whole = (odd * 5_u64.pow(u32::try_from(places).unwrap())).to_string();
@@ -197,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_plain_number_is_left_to_others() {
+    fn other_texts_are_left_to_the_general_parser() {
         for none in
             ["", "-", ".", "-.", "+1", "1.2.3", "nan", "inf", "--1", "1 ", "1e", "1e400", "1,5", "\"1\"", "1e5e"]
         {

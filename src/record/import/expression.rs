@@ -1,15 +1,15 @@
 //! Expressions: `+ - * / ^ ( )`, numbers, `pi`, names and functions of one argument, parsed once and evaluated row by row.
 //!
-//! Precedence is the usual one: `^` binds most and to the right, then a sign, then `*` and `/`, then `+` and `-`. The meaning of a
-//! name is that of the caller, who is asked first wherever a name may stand, so that names may contain any signs.
+//! Precedence from high to low: `^` (right-associative), sign, `*` and `/`, `+` and `-`. Names are resolved by a function of
+//! the caller, which is called first wherever a name is allowed, so that names may contain operators.
 
 use super::parse::{number_length, parse_number};
 use crate::named::{Named as _, named};
 use crate::text::{alternatives, quoted};
 
-/// The longest expression, in bytes.
+/// Length of the longest expression \[bytes\].
 pub(super) const LENGTH_MAX: usize = 400;
-/// The most levels of parentheses, signs and powers.
+/// Largest depth of nested parentheses, signs and powers.
 pub(super) const DEPTH_MAX: usize = 32;
 
 named! {
@@ -19,21 +19,21 @@ named! {
         Sin = "sin",
         /// The cosine of an angle in rad.
         Cos = "cos",
-        /// The magnitude.
+        /// The absolute value.
         Abs = "abs",
-        /// The signed value of 8 bits that were stored as unsigned; a value that is already negative stays.
+        /// The signed value of an 8-bit integer stored as unsigned (two's complement); negative values are unchanged.
         Int8 = "int8",
-        /// The same of 16 bits.
+        /// The signed value of a 16-bit integer stored as unsigned.
         Int16 = "int16",
-        /// The same of 32 bits.
+        /// The signed value of a 32-bit integer stored as unsigned.
         Int32 = "int32",
-        /// The sum of the values from the first row to this one.
+        /// The cumulative sum over the rows.
         Cumsum = "cumsum",
     }
 }
 
 impl Function {
-    /// Returns the value; not a number where the argument has none. A sum has the state of [`Expression::value`].
+    /// Returns the value of the function at `x`; NaN outside its domain. The state of a cumulative sum is kept by [`at`].
     fn of(self, x: f64) -> f64 {
         match self {
             Self::Sin => x.sin(),
@@ -47,7 +47,7 @@ impl Function {
     }
 }
 
-/// Returns the signed value of two's complement; not a number for what is no value of so many bits.
+/// Returns the signed value of the two's complement `x`; NaN if `x` is not an integer of that many bits, signed or unsigned.
 fn signed(x: f64, bits: i32) -> f64 {
     let whole = 2f64.powi(bits);
     let half = whole / 2.0;
@@ -58,41 +58,41 @@ fn signed(x: f64, bits: i32) -> f64 {
     }
 }
 
-/// A part of an expression; `V` stands for what a name means.
+/// A node of the syntax tree; `V` is the type to which names are resolved.
 #[derive(Debug, Clone, PartialEq)]
 enum Node<V> {
     Number(f64),
     Value(V),
     Negative(Box<Self>),
-    /// The number of a sum is its place among the sums.
+    /// A function; the number is the index of a cumulative sum among the sums, and unused otherwise.
     Function(Function, usize, Box<Self>),
     Operation(u8, Box<Self>, Box<Self>),
 }
 
-/// An expression that was parsed.
+/// A parsed expression.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Expression<V> {
     root: Node<V>,
     sums: usize,
 }
 
-/// The fault of a text that is no expression.
+/// Syntax error of an expression.
 #[derive(Debug, PartialEq)]
 pub(super) enum Fault {
-    /// A name that means nothing.
+    /// An unknown name.
     Name(String),
-    /// Anything else, with what was expected.
+    /// Any other error: the text found and the expectation.
     Found(String),
 }
 
 use Fault::Found;
 
 impl<V: Copy> Expression<V> {
-    /// Returns the expression at the start of a text and what stands behind it. `name` gets the text from where a name may stand,
-    /// and returns the length and the meaning of the name there, if it knows one.
+    /// Parses the expression at the start of a text; returns it and the remaining text. `name` is called with the text from a
+    /// position at which a name is allowed; it returns the length \[bytes\] and the meaning of the name there, or `None`.
     ///
     /// # Errors
-    /// The first fault of the text.
+    /// Returns the first syntax error.
     pub(super) fn parse<'a>(
         text: &'a str,
         name: &dyn Fn(&str) -> Option<(usize, V)>,
@@ -102,25 +102,25 @@ impl<V: Copy> Expression<V> {
         Ok((Self { root, sums: parser.sums }, parser.rest.trim_start()))
     }
 
-    /// Returns a value for each row from the values of names there; sums run over the rows in their order.
+    /// Evaluates the expression for each of `rows` rows; `value` returns the value of a name in a row.
     pub(super) fn values(&self, rows: usize, value: &dyn Fn(V, usize) -> f64) -> Vec<f64> {
         let mut sums = vec![0.0; self.sums];
         (0..rows).map(|row| at(&self.root, row, value, &mut sums)).collect()
     }
 
-    /// Returns whether a value depends on the rows before it.
+    /// Returns true if the expression has a cumulative sum.
     pub(super) fn has_sum(&self) -> bool {
         self.sums > 0
     }
 
-    /// Returns what its names mean, in the order in which they stand.
+    /// Returns the resolved names in the order of the text.
     pub(super) fn names(&self) -> Vec<V> {
         let mut found = Vec::new();
         visit(&self.root, &mut |node| found.extend(if let Node::Value(value) = node { Some(*value) } else { None }));
         found
     }
 
-    /// Returns what the names mean whose sine or cosine is taken directly.
+    /// Returns the resolved names that are direct arguments of a sine or cosine.
     pub(super) fn angles(&self) -> Vec<V> {
         let mut found = Vec::new();
         visit(&self.root, &mut |node| {
@@ -134,6 +134,7 @@ impl<V: Copy> Expression<V> {
     }
 }
 
+/// Calls `see` for each node of a tree, parents first.
 fn visit<V>(node: &Node<V>, see: &mut dyn FnMut(&Node<V>)) {
     see(node);
     match node {
@@ -146,15 +147,16 @@ fn visit<V>(node: &Node<V>, see: &mut dyn FnMut(&Node<V>)) {
     }
 }
 
+/// Returns the value of a node in a row; `sums` holds the cumulative sums up to the row before.
 fn at<V: Copy>(node: &Node<V>, row: usize, value: &dyn Fn(V, usize) -> f64, sums: &mut [f64]) -> f64 {
     match node {
         Node::Number(number) => *number,
         Node::Value(name) => value(*name, row),
         Node::Negative(inner) => -at(inner, row, value, sums),
-        Node::Function(Function::Cumsum, place, inner) => {
+        Node::Function(Function::Cumsum, index, inner) => {
             let term = at(inner, row, value, sums);
-            sums[*place] += term;
-            sums[*place]
+            sums[*index] += term;
+            sums[*index]
         }
         Node::Function(function, _, inner) => function.of(at(inner, row, value, sums)),
         Node::Operation(sign, left, right) => {
@@ -170,7 +172,7 @@ fn at<V: Copy>(node: &Node<V>, row: usize, value: &dyn Fn(V, usize) -> f64, sums
     }
 }
 
-/// A descent through the text, a method for each level of precedence.
+/// A recursive-descent parser with a method for each level of precedence.
 struct Parser<'a, 'n, V> {
     rest: &'a str,
     name: &'n dyn Fn(&str) -> Option<(usize, V)>,
@@ -178,7 +180,7 @@ struct Parser<'a, 'n, V> {
 }
 
 impl<V: Copy> Parser<'_, '_, V> {
-    /// Takes one of some signs, if it is next.
+    /// Consumes the next character if it is one of `signs`.
     fn sign(&mut self, signs: &[u8]) -> Option<u8> {
         let rest = self.rest.trim_start();
         let sign = *rest.as_bytes().first().filter(|sign| signs.contains(sign))?;
@@ -222,9 +224,9 @@ impl<V: Copy> Parser<'_, '_, V> {
     fn primary(&mut self, depth: usize) -> Result<Node<V>, Fault> {
         self.rest = self.rest.trim_start();
         let word: String = self.rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
-        let behind = self.rest[word.len()..].trim_start();
-        let function = Function::ALL.into_iter().find(|function| function.name() == word && behind.starts_with('('));
-        // A heading such as `abs(x)` is longer than the function's name.
+        let following = self.rest[word.len()..].trim_start();
+        let function = Function::ALL.into_iter().find(|function| function.name() == word && following.starts_with('('));
+        // A heading such as `abs(x)` takes precedence over the function, as it is longer than the function's name.
         if let Some((length, value)) =
             (self.name)(self.rest).filter(|(length, _)| function.is_none() || *length > word.len())
         {
@@ -232,11 +234,11 @@ impl<V: Copy> Parser<'_, '_, V> {
             return Ok(Node::Value(value));
         }
         if let Some(function) = function {
-            self.rest = &behind[1..];
+            self.rest = &following[1..];
             let inner = Box::new(self.closed(depth)?);
-            let place = self.sums;
+            let index = self.sums;
             self.sums += usize::from(function == Function::Cumsum);
-            return Ok(Node::Function(function, place, inner));
+            return Ok(Node::Function(function, index, inner));
         }
         if self.sign(b"(").is_some() {
             return self.closed(depth);
@@ -253,7 +255,7 @@ impl<V: Copy> Parser<'_, '_, V> {
             }
             "" if self.rest.is_empty() => Err(Found("the end, expected a name or a number".to_owned())),
             "" => Err(Found(format!("{}, expected a name or a number", quoted(self.rest)))),
-            _ if behind.starts_with('(') => {
+            _ if following.starts_with('(') => {
                 let functions = alternatives(&Function::names());
                 Err(Found(format!("{}, expected one of the functions {functions}", quoted(&word))))
             }
@@ -261,7 +263,7 @@ impl<V: Copy> Parser<'_, '_, V> {
         }
     }
 
-    /// Takes the sum before a closing parenthesis.
+    /// Parses a sum and the closing parenthesis after it.
     fn closed(&mut self, depth: usize) -> Result<Node<V>, Fault> {
         let inner = self.sum(depth + 1)?;
         if self.sign(b")").is_none() {
@@ -277,7 +279,7 @@ impl<V: Copy> Parser<'_, '_, V> {
 mod tests {
     use super::*;
 
-    /// The value over rows of `x`, with `y` as twice that.
+    /// Evaluates an expression for rows of `x`, with `y = 2x`.
     fn values(text: &str, x: &[f64]) -> Result<Vec<f64>, String> {
         let name = |text: &str| {
             ["x", "y", "a-b", "abs(x)z"]
@@ -334,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_expression_is_named() {
+    fn syntax_errors_are_named() {
         for (text, part) in [
             ("x+", "the end"),
             ("x+*2", "*2"),

@@ -1,43 +1,44 @@
-//! The formula of a quantity: one column with operations behind it, the two voltages of a flag, or an expression.
+//! Formulas of quantities: a column with operations, the two voltages of a flag, or an expression of several columns.
 //!
-//! `HEADING[*NUMBER | /NUMBER | +NUMBER | -NUMBER]…[:UNIT]`, from left to right, or `HEADING:LOW..HIGH`, or `#3` for the
-//! third column. A heading that contains such signs itself is taken as it stands. Whatever else stands there is an
-//! [`Expression`], of the usual precedence.
+//! The syntax is `HEADING[*NUMBER | /NUMBER | +NUMBER | -NUMBER]…[:UNIT]`, evaluated from left to right, or
+//! `HEADING:LOW..HIGH`; `#3` names the third column. A heading that contains operators itself is matched first. Any other
+//! text is an [`Expression`] with the usual precedence.
 
 use super::expression::{Expression, LENGTH_MAX};
 use super::parse::{number_length, parse_number};
 use crate::record::Quantity;
 use crate::text::significant;
 
-/// Operations from left to right at most.
+/// Largest number of operations after a heading.
 const OPERATIONS_MAX: usize = 8;
 
-/// The meaning of a name in an expression.
+/// Meaning of a name in an expression.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Operand {
-    /// The cells of a column, by its place.
+    /// The cells of the column with this index.
     Column(usize),
-    /// A number that stands beside the rows.
+    /// A constant beside the rows of the table.
     Constant(f64),
     /// Another quantity of the recording, in SI units.
     Quantity(Quantity),
 }
 
-/// The conversion of the cells of columns into a quantity.
+/// Conversion of cells into a quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Formula {
-    /// `scale · cell + offset`, in a unit.
+    /// `scale · cell + offset`, in the unit of the column.
     Linear { scale: f64, offset: f64 },
-    /// A flag of two values: what its lower and its higher value mean.
+    /// A flag of two values: the voltages of its lower and its higher value \[V\].
     Levels([f64; 2]),
     /// An expression of several columns.
     Expression(Expression<Operand>),
 }
 
 impl Formula {
+    /// The identity.
     pub(super) const AS_IT_IS: Self = Self::Linear { scale: 1.0, offset: 0.0 };
 
-    /// For people; empty where cells are taken as they are.
+    /// Returns a description of the conversion; empty for the identity and for expressions.
     pub(super) fn shown(&self) -> String {
         let (scale, offset) = match self {
             Self::Linear { scale, offset } => (*scale, *offset),
@@ -51,13 +52,13 @@ impl Formula {
     }
 }
 
-/// The part behind a heading: its formula and its unit.
+/// The text after a heading in a request: formula and unit.
 pub(super) struct Suffix {
     pub formula: Formula,
     pub unit: Option<String>,
 }
 
-/// Reads what stands behind a heading; `None` when it is nothing of the kind.
+/// Parses the text after a heading; `None` if it is not a sequence of operations with an optional unit or levels.
 pub(super) fn suffix(text: &str) -> Option<Suffix> {
     if text.len() > LENGTH_MAX {
         return None;
@@ -74,7 +75,7 @@ pub(super) fn suffix(text: &str) -> Option<Suffix> {
     Some(Suffix { formula, unit: unit.map(str::to_owned) })
 }
 
-/// `*12/7200-1` as a scale and an offset.
+/// Parses operations such as `*12/7200-1` into a scale and an offset.
 fn linear(text: &str) -> Option<Formula> {
     let (mut scale, mut offset) = (1.0, 0.0);
     for (sign, number) in operations(text)? {
@@ -88,7 +89,7 @@ fn linear(text: &str) -> Option<Formula> {
     (f64::is_finite(scale) && f64::is_finite(offset) && scale != 0.0).then_some(Formula::Linear { scale, offset })
 }
 
-/// Signs with the numbers behind them.
+/// Parses a sequence of operators, each followed by a number.
 fn operations(mut text: &str) -> Option<Vec<(char, f64)>> {
     let mut list = Vec::new();
     while !text.is_empty() {
@@ -104,7 +105,7 @@ fn operations(mut text: &str) -> Option<Vec<(char, f64)>> {
     Some(list)
 }
 
-/// `6.67..7.79`; each side may be a product, as in `11.04*154/255..11.04*180/255`.
+/// Parses the levels of a flag, `6.67..7.79`; each side may be a product, as in `11.04*154/255..11.04*180/255`.
 fn levels(text: &str) -> Option<[f64; 2]> {
     let (low, high) = text.split_once("..").filter(|(_, high)| !high.starts_with('.'))?;
     let value = |text: &str| {

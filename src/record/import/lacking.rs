@@ -1,4 +1,4 @@
-//! Quantities that a table lacks, and the request that would name them.
+//! Detection of missing quantities in a table, and the error that suggests how to name them.
 
 use super::columns::{Heading, Need, listed};
 use super::parse::parse_number;
@@ -7,8 +7,8 @@ use crate::Error;
 use crate::record::heading::Quantity;
 use crate::setting::{Text, text};
 
-/// The quantities that are not there, by their canonical headings. A current drives a speed where there is no voltage,
-/// unless some column looks like one.
+/// Returns the missing quantities by their canonical headings. Without a voltage, the current is the input and the speed the
+/// output, unless `drives` is true because an unused column looks like a voltage.
 pub(super) fn missing(has: &dyn Fn(Quantity) -> bool, need: Need, drives: bool, timed: bool) -> Vec<&'static str> {
     let moves = has(Quantity::Speed) || has(Quantity::Position);
     let output = || has(Quantity::Current) || moves;
@@ -33,11 +33,11 @@ pub(super) fn missing(has: &dyn Fn(Quantity) -> bool, need: Need, drives: bool, 
     missing
 }
 
-/// The error of a table without some quantities; `named` are the words of a request that names its columns.
+/// Returns the error for a table that lacks quantities; `named` is a suggested request, which replaces the general hint.
 pub(super) fn lacking(headings: &[Heading], missing: &[&str], named: Option<Text>) -> Error {
     if headings.iter().all(|h| parse_number(&h.name, true).is_ok()) {
         let hint = text!(
-            "Put a heading in front of the rows, or name columns by their numbers: "
+            "Put a heading above the rows, or name the columns by their numbers: "
             [Columns = "time=#N:UNIT,voltage=#N:UNIT,current=#N:UNIT,speed=#N:UNIT"] "; without a time column give " [Rate = "HZ"] "."
         );
         return Error::data("found numbers, expected a heading", hint);
@@ -56,24 +56,26 @@ pub(super) fn lacking(headings: &[Heading], missing: &[&str], named: Option<Text
     if let Some(heading) = drive.filter(|_| missing.iter().any(|m| m.starts_with("voltage_V"))) {
         let name = name_of(&heading.name);
         hint.push(match is_named {
-            true => text!(" A flag becomes volts by its two voltages (" [Columns = "voltage={name}:0..12"] ")."),
+            true => text!(" A flag is converted by its two voltages (" [Columns = "voltage={name}:0..12"] ")."),
             false => text!(
-                " Duty or PWM ticks become volts by operations (" [Columns = "voltage={name}*12/255:V"] "), a flag by \
-                 its two voltages (" [Columns = "voltage={name}:0..12"] ")."
+                " A duty cycle or PWM ticks are converted to volts by operations (" [Columns = "voltage={name}*12/255:V"] "), \
+                 a flag by its two voltages (" [Columns = "voltage={name}:0..12"] ")."
             ),
         });
         if missing == ["voltage_V"] {
-            hint.push(text!(" If it drives nothing, say so: " [Columns = "voltage=-"] "."));
+            hint.push(text!(
+                " If this column does not drive the motor, declare that there is no voltage: " [Columns = "voltage=-"] "."
+            ));
         }
     } else if missing.contains(&"voltage_V or speed_rad_s") {
-        hint.push(" A current alone tells nothing: with a voltage it gives R and L, with a speed the mechanical side.");
+        hint.push(" A current alone identifies nothing: it takes a voltage for R and L, or a speed for the mechanical parameters.");
     } else if missing.contains(&"voltage_V or current_A") {
-        hint.push(" A speed alone tells nothing: what drives it must be there.");
+        hint.push(" A speed alone identifies nothing: its input, a voltage or a current, is needed.");
     }
     Error::data(format!("no column for {}; the heading has {}", missing.join(" and "), listed(headings)), hint)
 }
 
-/// Returns whether a heading looks like what drives a motor: by a word, or by a unit of volts.
+/// Returns true if a heading looks like the input of a motor: by a word such as `pwm`, or by a unit of voltage.
 pub(super) fn is_drive(heading: &Heading) -> bool {
     const WORDS: [&str; 12] = [
         "pwm", "duty", "ciclo", "cyclique", "tastgrad", "tastverh", "throttle", "command", "degrau", "step", "flag",

@@ -1,4 +1,4 @@
-//! Limits of the files that are read.
+//! Limits of imported files.
 
 use super::{FORMATS, expression, formats, layout, text};
 use crate::limit::{Limit, limit, limit_of};
@@ -10,7 +10,7 @@ const TEXT: [Limit; 4] = [
     limit_of("levels of parentheses, signs and powers of an expression", expression::DEPTH_MAX, "refused"),
 ];
 
-/// Returns the limits of files.
+/// Returns the limits of imported files.
 pub(in crate::record) fn limits() -> impl Iterator<Item = Limit> {
     let size = |name: &str| FORMATS.iter().find(|format| format.name == name).map_or(0, |format| format.bytes_max);
     let sizes = [

@@ -1,7 +1,8 @@
-//! Files as recordings: formats, headings, units, and what loggers do to them.
+//! Import of recordings from files: formats, headings, units and the defects of logged data.
 //!
-//! A file becomes lines of cells ([`text`], or those of another format), the lines a table with a heading
-//! ([`layout`], [`columns`], [`request`], [`formula`]), its rows signals ([`collect`], [`convert`], [`signals`]).
+//! A file is read as lines of cells ([`text`] for CSV, [`formats`] otherwise). The lines give a table whose headings or the
+//! user's requests select the columns ([`layout`], [`columns`], [`request`], [`formula`]); the rows of the table give the
+//! signals in SI units ([`collect`], [`convert`], [`signals`]).
 
 mod advice;
 mod bad_rows;
@@ -35,7 +36,7 @@ use crate::numeric::extremes;
 use crate::setting::text;
 use crate::{Error, Result};
 use collect::collect;
-use columns::{Need, Wish};
+use columns::{Need, TableSpec};
 use formats::{CellLines, Cells, HEAD};
 pub use formats::{FORMATS, Format};
 use serial::{Monitor, SerialLines};
@@ -46,42 +47,45 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use text::{TextLines, unreadable};
 
-/// Options of reading files.
+/// Options of the import of files.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReadOptions {
-    /// Quantities of columns whose headings do not name them.
+    /// Columns that the user assigns to quantities; headings assign the others.
     pub columns: Vec<ColumnRequest>,
-    /// Samples per second \[Hz\] of files without a time column.
+    /// Sample rate \[Hz\] of files without a time column.
     pub rate_hz: Option<f64>,
-    /// The sheet of a workbook; the first with numbers otherwise.
+    /// Name of the sheet of a workbook, or of the list of a JSON file; `None` selects the first sheet
+    /// with numbers or the only list.
     pub sheet: Option<String>,
-    /// The treatment of rows that cannot be read.
+    /// Treatment of rows that cannot be read.
     pub bad_rows: BadRows,
     /// Treatment of gaps in time.
     pub gaps: Gaps,
-    /// True if rows whose time repeats that of the row before are left out.
+    /// True if rows that repeat the time of the row before are skipped.
     pub drop_repeats: bool,
 }
 
-/// Reads the recordings of a file: one, or one for each test that it holds or stretch between gaps.
+/// Reads the recordings of a file: one, or one for each test of the file and each segment between gaps in time.
 ///
 /// # Errors
-/// `Data` with file, line and column when the file cannot be read, understood or trusted.
+/// Returns a `Data` error with file, line and column if the file cannot be read or interpreted or its data are invalid, and
+/// a `Usage` error if the options do not fit the file.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Vec<Record>> {
-    let read = || records_of(open(path)?, Some(path), options);
+    let read = || records_from_bytes(open(path)?, Some(path), options);
     read().map_err(|error: Error| error.in_file(path))
 }
 
-/// Like [`read`], from the bytes of a file of any format; `path` names it in errors.
+/// Reads the recordings from the bytes of a file of any format, like [`read`]; `path` is named in errors.
 ///
 /// # Errors
-/// As [`read`].
+/// Returns an error in the cases of [`read`].
 pub fn read_bytes(bytes: &[u8], path: Option<&Path>, options: &ReadOptions) -> Result<Vec<Record>> {
     let located = |error: Error| path.iter().fold(error, |error, path| error.in_file(path));
-    records_of(bytes, path, options).map_err(located)
+    records_from_bytes(bytes, path, options).map_err(located)
 }
 
-fn records_of(reader: impl Read, path: Option<&Path>, options: &ReadOptions) -> Result<Vec<Record>> {
+/// Reads the recordings from a reader; `path` is their origin.
+fn records_from_bytes(reader: impl Read, path: Option<&Path>, options: &ReadOptions) -> Result<Vec<Record>> {
     let mut records = Vec::new();
     for mut table in tables(reader, options, Need::Recording)? {
         table.source.path = path.map(Path::to_path_buf);
@@ -91,18 +95,19 @@ fn records_of(reader: impl Read, path: Option<&Path>, options: &ReadOptions) -> 
     Ok(records)
 }
 
-/// Reads several files as one recording: one after the other in time where they hold the same quantities, side by side
-/// where they hold different ones at the same times.
+/// Reads several files as one recording: files with the same quantities follow each other in time; files with different
+/// quantities at the same times are merged.
 ///
 /// # Errors
-/// As [`read`], and when files hold several recordings or do not belong together.
+/// Returns an error in the cases of [`read`], and a `Data` error if a file holds several recordings or the files can be
+/// neither concatenated nor merged.
 pub fn read_joined(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<Record>> {
     let mut joined: Option<Signals> = None;
     let mut digests = String::new();
     for path in paths {
         let Ok([part]) = <[Signals; 1]>::try_from(tables_in(path, options, Need::Part)?) else {
-            let message = "holds several recordings, so it cannot be part of one";
-            return Err(Error::data(message, "Give it alone.").in_file(path));
+            let message = "holds several recordings, so it cannot be joined with other files";
+            return Err(Error::data(message, "Read this file separately.").in_file(path));
         };
         digests.extend(part.source.sha256.as_deref());
         joined = Some(match joined {
@@ -118,37 +123,37 @@ pub fn read_joined(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<Recor
     split(Signals { source, ..signals }, options)
 }
 
-/// Reads a recording from a CSV file.
+/// Reads a recording from a file of any format with default options but for the columns; the last one if there are several.
 ///
 /// # Errors
-/// As [`read`].
-pub fn read_csv(path: &Path, columns: &[ColumnRequest]) -> Result<Record> {
+/// Returns an error in the cases of [`read`], and a `Data` error if the file holds no recording.
+pub fn read_recording(path: &Path, columns: &[ColumnRequest]) -> Result<Record> {
     let options = ReadOptions { columns: columns.to_vec(), ..ReadOptions::default() };
     read(path, &options)?.pop().ok_or_else(|| Error::data("holds no recording", "Check the file.").in_file(path))
 }
 
-/// Reads time, voltage and load torque alone: what drives a simulation.
+/// Reads time and the inputs of a simulation, voltage and load torque. Neither current nor speed is needed.
 ///
 /// # Errors
-/// As [`read`], but neither current nor speed is needed.
+/// Returns an error in the cases of [`read`], and a `Data` error if the file holds several recordings.
 pub fn read_inputs(path: &Path, columns: &[ColumnRequest]) -> Result<Samples> {
     let read = || {
         let options = ReadOptions { columns: columns.to_vec(), ..ReadOptions::default() };
         let Ok([table]) = <[Signals; 1]>::try_from(tables_in(path, &options, Need::Inputs)?) else {
-            return Err(Error::data("holds several recordings, expected one", "Give a CSV file."));
+            return Err(Error::data("holds several recordings, expected one", "Save the input as a CSV file."));
         };
         let (samples, source) = table.samples()?;
-        // A recording needs an output; what is checked here are time and inputs.
+        // Checks time and inputs. A recording must have an output, so that a current of zeros is added.
         let checked = Samples { current: Some(vec![0.0; samples.time_s.len()]), ..samples };
         Ok(Record::from_file(checked, source, false)?.samples().clone())
     };
     read().map_err(|error: Error| error.in_file(path))
 }
 
-/// Samples that a stretch between gaps has at least.
-const STRETCH_MIN: usize = 10;
+/// Smallest number of samples of a segment between gaps.
+const SEGMENT_MIN: usize = 10;
 
-/// The recordings that signals are: several where they are split at gaps.
+/// Creates the recordings of signals: several if they are split at gaps.
 fn split(mut signals: Signals, options: &ReadOptions) -> Result<Vec<Record>> {
     if options.drop_repeats {
         signals.drop_repeats();
@@ -158,11 +163,11 @@ fn split(mut signals: Signals, options: &ReadOptions) -> Result<Vec<Record>> {
             signals.samples().and_then(|(samples, source)| Ok(vec![Record::from_file(samples, source, true)?]))
         }
         Gaps::Error => with_left_out(signals),
-        Gaps::Split => stretches(signals),
+        Gaps::Split => segments(signals),
     }
 }
 
-/// The recording that signals are. A gap as long as the rows that were left out there is a long step.
+/// Creates one recording from signals. A gap in time that is as long as the rows skipped there is a long step, not an error.
 fn with_left_out(mut signals: Signals) -> Result<Vec<Record>> {
     let left_out = std::mem::take(&mut signals.left_out);
     let (samples, mut source) = signals.samples()?;
@@ -171,13 +176,15 @@ fn with_left_out(mut signals: Signals) -> Result<Vec<Record>> {
     let gaps = if left_out.is_empty() { Vec::new() } else { time::gaps(&samples.time_s) };
     if !gaps.is_empty() {
         let gaps = crate::text::counted(gaps.len(), "gap");
-        source.notes.push(format!("{gaps} in time where rows were left out; the voltage is held over them"));
+        source.notes.push(format!(
+            "{gaps} in time where rows were left out; the voltage is constant over them (zero-order hold)"
+        ));
     }
     Ok(vec![Record::with_gaps(samples, source, &keep)?])
 }
 
-/// The recordings between gaps, and between the runs of a clock that starts again.
-fn stretches(mut signals: Signals) -> Result<Vec<Record>> {
+/// Creates a recording from each segment between gaps and between restarts of the clock.
+fn segments(mut signals: Signals) -> Result<Vec<Record>> {
     let time = signals.get(Quantity::Time).map_or(&[][..], Vec::as_slice);
     let edges: Vec<usize> = std::iter::once(0).chain(time::breaks(time)).chain([time.len()]).collect();
     if edges.len() == 2 {
@@ -185,28 +192,28 @@ fn stretches(mut signals: Signals) -> Result<Vec<Record>> {
         return Ok(vec![Record::from_file(samples, source, false)?]);
     }
     let all = edges.windows(2).map(|edge| edge[0]..edge[1]);
-    let (long, short): (Vec<_>, Vec<_>) = all.partition(|stretch| stretch.len() >= STRETCH_MIN);
+    let (long, short): (Vec<_>, Vec<_>) = all.partition(|segment| segment.len() >= SEGMENT_MIN);
     if !short.is_empty() {
-        let short = crate::text::counted(short.len(), "stretch").replace("stretchs", "stretches");
-        signals.source.notes.push(format!("{short} of fewer than {STRETCH_MIN} samples left out"));
+        let short = crate::text::counted(short.len(), "segment");
+        signals.source.notes.push(format!("{short} of fewer than {SEGMENT_MIN} samples left out"));
     }
     if long.is_empty() {
-        let message = format!("no stretch between gaps has {STRETCH_MIN} samples");
+        let message = format!("no segment between gaps has at least {SEGMENT_MIN} samples");
         return Err(Error::data(message, text!("Use " [Gaps = "keep"] ", or record without gaps.")));
     }
     let count = long.len();
-    let piece = |(n, range): (usize, Range<usize>)| {
+    let record = |(n, range): (usize, Range<usize>)| {
         let (samples, source) = signals.part(range).samples()?;
         let source = source.stretch(n, count);
         let part = source.part.clone();
         Record::from_file(samples, source, false).map_err(|error| in_part(error, part.as_deref()))
     };
-    let records: Vec<Record> = long.into_iter().enumerate().map(piece).collect::<Result<_>>()?;
-    Ok(moving(records))
+    let records: Vec<Record> = long.into_iter().enumerate().map(record).collect::<Result<_>>()?;
+    Ok(with_changing_outputs(records))
 }
 
-/// Those of several stretches in which no output is constant; all where there are none.
-fn moving(records: Vec<Record>) -> Vec<Record> {
+/// Returns the segments in which no output is constant, or all of them if each has a constant output.
+fn with_changing_outputs(records: Vec<Record>) -> Vec<Record> {
     let is_constant = |signal: &[f64]| {
         let [low, high] = extremes(signal);
         high - low <= 1e-12 * high.abs().max(low.abs())
@@ -218,41 +225,43 @@ fn moving(records: Vec<Record>) -> Vec<Record> {
     }
     let shown = still.iter().take(5).cloned().collect::<Vec<_>>().join(", ");
     let more = if still.len() > 5 { ", …" } else { "" };
-    let note = format!("left out, as an output is constant there: {shown}{more}");
-    let mut moving: Vec<Record> = records.into_iter().filter(|record| !is_still(record)).collect();
-    moving.iter_mut().for_each(|record| record.source.notes.push(note.clone()));
-    moving
+    let note = format!("left out because an output is constant there: {shown}{more}");
+    let mut changing: Vec<Record> = records.into_iter().filter(|record| !is_still(record)).collect();
+    changing.iter_mut().for_each(|record| record.source.notes.push(note.clone()));
+    changing
 }
 
+/// Opens a file, and refuses a folder.
 fn open(path: &Path) -> Result<File> {
     let file = File::open(path).map_err(|e| crate::file::unreadable(path, &e))?;
     if file.metadata().map_err(|e| unreadable(&e))?.is_dir() {
-        return Err(Error::data("is a folder, expected a file", "Name the recording inside it."));
+        return Err(Error::data("is a folder, expected a file", "Give the path of a recording in it."));
     }
     Ok(file)
 }
 
+/// Reads the tables of the file at a path.
 fn tables_in(path: &Path, options: &ReadOptions, need: Need) -> Result<Vec<Signals>> {
     open(path).and_then(|file| tables(file, options, need)).map_err(|error| error.in_file(path))
 }
 
-/// The tables of a file.
+/// Reads the tables of a file: one, or one for each test.
 fn tables(mut reader: impl Read, options: &ReadOptions, need: Need) -> Result<Vec<Signals>> {
     let timed = options.rate_hz.is_some();
     let mut head = Vec::new();
     (&mut reader).take(HEAD as u64).read_to_end(&mut head).map_err(|e| unreadable(&e))?;
     let bad_rows = options.bad_rows;
-    let wish = Wish { requests: &options.columns, need, timed, bad_rows, separator: None, constants: &[] };
+    let spec = TableSpec { requests: &options.columns, need, timed, bad_rows, separator: None, constants: &[] };
     let format = Format::of(&head);
     let monitor = Monitor::of(&head);
     let mut reader = std::io::Cursor::new(head).chain(reader);
     let Some(format) = format else {
         let mut lines = TextLines::new(reader)?;
         let mut table = match &monitor {
-            None => collect(&mut lines, &wish)?,
+            None => collect(&mut lines, &spec)?,
             Some(monitor) => {
                 let mut serial = SerialLines::new(lines, monitor);
-                let mut table = collect(&mut serial, &Wish { separator: monitor.separator(), ..wish })?;
+                let mut table = collect(&mut serial, &TableSpec { separator: monitor.separator(), ..spec })?;
                 table.source.notes.push(monitor.note());
                 lines = serial.into_inner();
                 table
@@ -266,12 +275,12 @@ fn tables(mut reader: impl Read, options: &ReadOptions, need: Need) -> Result<Ve
     (&mut reader).take(most + 1).read_to_end(&mut bytes).map_err(|e| unreadable(&e))?;
     if bytes.len() as u64 > most {
         let message = format!("is larger than {} MiB", most >> 20);
-        return Err(Error::data(message, "Save the recording as CSV, of which any size is read."));
+        return Err(Error::data(message, "Save the recording as CSV, which may have any size."));
     }
     let read = |cells: &Cells| {
         let part = Some(cells.name.clone()).filter(|name| !name.is_empty());
-        let wish = Wish { separator: Some(CellLines::SEPARATOR), constants: &cells.constants, ..wish };
-        let mut table = collect(&mut CellLines::new(cells), &wish).map_err(|error| in_part(error, part.as_deref()))?;
+        let spec = TableSpec { separator: Some(CellLines::SEPARATOR), constants: &cells.constants, ..spec };
+        let mut table = collect(&mut CellLines::new(cells), &spec).map_err(|error| in_part(error, part.as_deref()))?;
         table.source.notes.extend(cells.notes.iter().cloned());
         table.source.sha256 = Some(text::digest(&bytes));
         table.source.part = part;
@@ -280,6 +289,7 @@ fn tables(mut reader: impl Read, options: &ReadOptions, need: Need) -> Result<Ve
     (format.tables)(&bytes, options.sheet.as_deref())?.iter().map(read).collect()
 }
 
+/// Returns the error located in a part of the file, if there is one.
 fn in_part(error: Error, part: Option<&str>) -> Error {
     part.into_iter().fold(error, Error::in_part)
 }

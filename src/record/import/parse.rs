@@ -1,4 +1,4 @@
-//! Lines into cells, cells into numbers.
+//! Splitting of lines into cells, and parsing of cells as numbers.
 
 use super::decimal::number;
 use crate::text::excerpt;
@@ -14,8 +14,9 @@ pub(super) enum Separator {
 }
 
 impl Separator {
-    /// That of a line: the most frequent, one at the end left out; `;` and tab before `,`, which may stand inside a
-    /// name or be a decimal comma.
+    /// Detects the separator of a line; separators at its end do not count. A line of numbers has `;` if there is one, else
+    /// tab, else `,`, which may be a decimal comma. Any other line has the most frequent of them, `;` before tab before `,` in
+    /// case of a tie. Without any of them, blanks separate the cells.
     pub(super) fn of(line: &str) -> Self {
         let inside = line.trim().trim_end_matches([';', '\t', ',']);
         let count = |sign: u8| inside.bytes().filter(|b| *b == sign).count();
@@ -33,10 +34,10 @@ impl Separator {
         }
     }
 
-    /// Where the cells of a line are.
+    /// Replaces `into` by the byte ranges of the cells of a line.
     pub(super) fn split(self, line: &str, into: &mut Vec<Range<usize>>) {
         match self {
-            // Some loggers end lines with a semicolon though commas separate their cells.
+            // Some loggers end lines with a semicolon although their separator is another one.
             Self::Sign(b';') => cells(line, b';', into),
             Self::Sign(sign) if line.ends_with([' ', ';', '\r']) => {
                 cells(line.trim_end_matches([' ', ';', '\r']), sign, into);
@@ -46,11 +47,12 @@ impl Separator {
         }
     }
 
-    /// Returns whether numbers may have a decimal comma.
+    /// Returns true if numbers may have a decimal comma, because the separator is not a comma.
     pub(super) fn allows_decimal_comma(self) -> bool {
         self != Self::Sign(b',')
     }
 
+    /// Returns the cells of a line, without an empty last one.
     pub(super) fn row(self, line: &str) -> Vec<&str> {
         let mut places = Vec::new();
         self.split(line, &mut places);
@@ -62,14 +64,13 @@ impl Separator {
     }
 }
 
-/// Returns whether a cell holds a number, nan among them.
+/// Returns true if a cell is a finite number or NaN.
 pub(super) fn is_number(cell: &str) -> bool {
     parse_number(cell, true).is_ok() || cell.trim().eq_ignore_ascii_case("nan")
 }
 
-/// Where the cells of a line are, quotes and blanks around them left out.
-///
-/// A cell in double quotes may hold the separator.
+/// Replaces `into` by the byte ranges of the cells of a line, without blanks and quotes around them. A cell in double quotes
+/// may contain the separator.
 fn cells(line: &str, separator: u8, into: &mut Vec<Range<usize>>) {
     into.clear();
     let bytes = line.as_bytes();
@@ -85,12 +86,13 @@ fn cells(line: &str, separator: u8, into: &mut Vec<Range<usize>>) {
     into.push(bare(line, start..bytes.len()));
 }
 
-/// Where the blanks and words of a line are, when blanks separate its cells.
+/// Replaces `into` by the byte ranges of the words of a line, for cells that are separated by blanks.
 fn words(line: &str, into: &mut Vec<Range<usize>>) {
     into.clear();
     into.extend(line.split_whitespace().map(|word| place(line, word)));
 }
 
+/// Returns the byte range of a cell without blanks and quotes around it.
 fn bare(line: &str, cell: Range<usize>) -> Range<usize> {
     let blank = [' ', '\t', '\r', '\u{c}'];
     let cell = line[cell].trim_matches(blank);
@@ -98,13 +100,13 @@ fn bare(line: &str, cell: Range<usize>) -> Range<usize> {
     place(line, inner.map_or(cell, |inner| inner.trim_matches(blank)))
 }
 
-/// Where a part of a line stands in it.
+/// Returns the byte range of `part`, a subslice of `line`.
 fn place(line: &str, part: &str) -> Range<usize> {
     let start = part.as_ptr() as usize - line.as_ptr() as usize;
     start..start + part.len()
 }
 
-/// Returns how long the number at the start of a text is, blanks before it included.
+/// Returns the length of the number at the start of a text \[bytes\], with leading blanks.
 pub(super) fn number_length(text: &str) -> usize {
     let number = text.trim_start().as_bytes();
     let is_sign = |n: usize| matches!(number[n], b'+' | b'-') && (n == 0 || matches!(number[n - 1], b'e' | b'E'));
@@ -112,10 +114,10 @@ pub(super) fn number_length(text: &str) -> usize {
     text.len() - number.len() + (0..number.len()).take_while(is_inside).count()
 }
 
-/// A finite number from a cell; with `decimal_comma` both `1,5` and `1.5` are one and a half.
+/// Parses a cell as a finite number; with `decimal_comma` both `1,5` and `1.5` are 1.5.
 ///
 /// # Errors
-/// What was found and what was expected, in words.
+/// Returns a message of what was found and what was expected if the cell is empty, not a number or not finite.
 pub fn parse_number(cell: &str, decimal_comma: bool) -> Result<f64, String> {
     match number(cell.as_bytes(), 0) {
         Some(number) if number.end == cell.len() => Ok(number.value),
@@ -123,7 +125,7 @@ pub fn parse_number(cell: &str, decimal_comma: bool) -> Result<f64, String> {
     }
 }
 
-/// Any number, or what is wrong with it.
+/// Parses a cell with the standard library, or returns the message of [`parse_number`].
 fn parse_any(cell: &str, decimal_comma: bool) -> Result<f64, String> {
     let cell = cell.trim();
     if cell.is_empty() {
@@ -152,7 +154,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quotes_hold_separators() {
+    fn quoted_cells_may_contain_separators() {
         let mut row = Vec::new();
         let mut split = |line: &'static str, separator| -> Vec<&'static str> {
             cells(line, separator, &mut row);
@@ -166,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_and_what_is_none() {
+    fn numbers_and_other_cells() {
         assert_eq!(parse_number(" 1,5e-3 ", true), Ok(0.0015));
         assert_eq!(parse_number("-2.5", true), Ok(-2.5));
         for (cell, comma) in

@@ -1,27 +1,29 @@
-//! The text that a serial monitor keeps of a logger: stamps before each line, and rows of `key:value` in place of a table.
+//! Logs of serial monitors: time stamps before each line, and rows of `key:value` pairs instead of a table.
 //!
-//! `14:03:00.018 -> t:18 pwm:0 rpm:2` is a row with the columns t, pwm and rpm; the stamp is that of the monitor, and is dropped.
+//! `14:03:00.018 -> t:18 pwm:0 rpm:2` is a row with the columns t, pwm and rpm. The time stamp is that of the monitor and is
+//! dropped.
 
 use super::parse::{Separator, parse_number};
 use super::text::{Line, Lines};
 use crate::Result;
 use crate::text::excerpt;
 
-/// Lines of the beginning that are looked at for a row of pairs.
+/// Number of lines at the start of a file that are searched for rows of pairs.
 const AHEAD: usize = 20;
-/// The most pairs of a row.
+/// Largest number of pairs of a row.
 const PAIRS_MAX: usize = 1000;
 
-/// The form of the lines.
+/// Form of the lines of a serial monitor.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Monitor {
+    /// True if a time stamp precedes each line.
     stamped: bool,
-    /// The keys of the pairs, in their order; none where rows are those of a table.
+    /// Keys of the pairs in their order; empty if the rows are those of a table.
     keys: Vec<String>,
 }
 
 impl Monitor {
-    /// Returns what the beginning of a file shows; none where it is a plain table.
+    /// Detects the form of the lines from the first bytes of a file; `None` for a plain table.
     pub(super) fn of(head: &[u8]) -> Option<Self> {
         let text = String::from_utf8_lossy(head);
         let lines =
@@ -33,19 +35,19 @@ impl Monitor {
             (pairs.len() > 1 && numbers == pairs.len())
                 .then(|| pairs.iter().map(|(key, _)| (*key).to_owned()).collect())
         };
-        // A table may stand behind pairs that describe it: most lines decide.
+        // A table may follow pairs that describe it, so that more than half of the lines must have these keys.
         let keys: Vec<String> = lines().take(AHEAD).find_map(row).unwrap_or_default();
         let alike = lines().take(AHEAD).filter(|line| row(line).is_some_and(|row: Vec<String>| row == keys)).count();
         let keys = if 2 * alike > lines().take(AHEAD).count() { keys } else { Vec::new() };
         (stamped || !keys.is_empty()).then_some(Self { stamped, keys })
     }
 
-    /// Returns what separates cells, where that is known.
+    /// Returns the separator of cells if rows are pairs; otherwise it is unknown.
     pub(super) fn separator(&self) -> Option<Separator> {
         (!self.keys.is_empty()).then_some(Separator::Sign(b'\t'))
     }
 
-    /// The cells of a row of pairs; a notice is a row of one cell.
+    /// Returns the values of a row of pairs separated by tabs; any other line becomes a single cell.
     fn row(&self, line: &str) -> String {
         let pairs = pairs(line);
         if pairs.is_empty() {
@@ -58,7 +60,7 @@ impl Monitor {
     }
 }
 
-/// A line without the stamp of a monitor, `14:03:00.018 -> `.
+/// Returns a line without the time stamp of a monitor, `14:03:00.018 -> `.
 fn unstamped(line: &str) -> &str {
     let Some((stamp, rest)) = line.split_once("->") else { return line };
     let stamp = stamp.trim();
@@ -67,7 +69,7 @@ fn unstamped(line: &str) -> &str {
     if is_clock { rest.trim_start() } else { line }
 }
 
-/// The pairs that a line consists of; none where it has anything else.
+/// Returns the pairs of a line; empty if the line has anything else.
 fn pairs(line: &str) -> Vec<(&str, &str)> {
     const BETWEEN: [char; 4] = [' ', '\t', ',', ';'];
     let mut found = Vec::new();
@@ -87,13 +89,13 @@ fn pairs(line: &str) -> Vec<(&str, &str)> {
     found
 }
 
-/// The lines of a monitor as those of a table.
+/// Lines of a serial monitor, converted to lines of a table.
 pub(super) struct SerialLines<'a, L> {
     lines: L,
     monitor: &'a Monitor,
     begun: bool,
     text: String,
-    /// The first line, which the heading is put before.
+    /// First line, which follows the generated heading.
     first: Option<(u64, String)>,
 }
 
@@ -102,7 +104,7 @@ impl<'a, L: Lines> SerialLines<'a, L> {
         Self { lines, monitor, begun: false, text: String::new(), first: None }
     }
 
-    /// Returns the lines behind these.
+    /// Returns the underlying lines.
     pub(super) fn into_inner(self) -> L {
         self.lines
     }
@@ -117,7 +119,7 @@ impl<L: Lines> Lines for SerialLines<'_, L> {
         }
         let Some(line) = self.lines.next_line()? else { return Ok(None) };
         let number = line.number;
-        // What is no text is said, or left out, as in any other file.
+        // A line that is not text is passed on, and refused or skipped as in any other file.
         let Ok(text) = line.text() else {
             self.text = String::from_utf8_lossy(line.bytes).into_owned();
             return Ok(Some(Line { number, bytes: self.text.as_bytes() }));
@@ -143,13 +145,13 @@ impl<L: Lines> Lines for SerialLines<'_, L> {
 }
 
 impl Monitor {
-    /// Returns the note on what was made of the lines.
+    /// Returns the note on the conversion of the lines.
     pub(super) fn note(&self) -> String {
         match (self.keys.is_empty(), self.stamped) {
-            (true, _) => "stamps of a serial monitor before the lines left out".to_owned(),
+            (true, _) => "time stamps of a serial monitor before the lines left out".to_owned(),
             (false, stamped) => {
                 let keys: Vec<String> = self.keys.iter().take(20).map(|key| excerpt(key)).collect();
-                let stamps = if stamped { "; stamps of a serial monitor left out" } else { "" };
+                let stamps = if stamped { "; time stamps of a serial monitor left out" } else { "" };
                 format!("rows of KEY:VALUE read as columns {}{stamps}", keys.join(", "))
             }
         }
@@ -161,7 +163,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pairs_and_what_is_none() {
+    fn pairs_and_other_lines() {
         assert_eq!(pairs("t:0 pwm:0 rpm:-1.5"), [("t", "0"), ("pwm", "0"), ("rpm", "-1.5")]);
         assert_eq!(pairs("t = 3, motor speed: 4;"), [("t", "3"), ("motor speed", "4")]);
         for none in ["", "1,2,3", "t:0 4", "12:00:00,1", "time [s],u", "\"a\":1", "t:1,\"b\":2", "::", "a", "t:0 \u{0}"]

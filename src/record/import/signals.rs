@@ -1,5 +1,5 @@
-//! From the columns of one or more tables to the signals of a recording: time, speed from position, what belongs to no
-//! sample.
+//! Signals of a recording from the columns of one or more tables: time from a sample rate, speed from position by central
+//! differences, removal of rows that are not samples, joining of files.
 
 use crate::numeric::{count, extremes, upper_median};
 use crate::record::{Lines, Quantity, Samples, Source};
@@ -8,21 +8,21 @@ use crate::text::{counted, engineering};
 use crate::{Error, Result};
 use std::ops::Range;
 
-/// A table as signals by their quantity: those of a recording, or a part of them. They are in SI but for a position,
-/// which becomes a speed.
+/// Signals of a table by quantity, in SI units: all those of a recording, or some of them.
 #[derive(Debug)]
 pub(super) struct Signals {
     pub source: Source,
     pub list: Vec<(Quantity, Vec<f64>)>,
-    /// The lines of rows that could not be read and were left out, in rising order.
+    /// Lines of rows that could not be read and were skipped, in increasing order.
     pub left_out: Vec<u64>,
 }
 
 impl Signals {
-    /// The same without rows that were never filled; without a time column samples come at `rate_hz`.
+    /// Returns the signals without rows at the end that were never filled, and with the time of a sample rate \[Hz\] if there
+    /// is no time column.
     ///
     /// # Errors
-    /// `Data` when rows between the samples were left out that are counted.
+    /// Returns a `Data` error if time follows from the rate and rows between the samples were skipped.
     pub(super) fn timed(mut self, rate_hz: Option<f64>) -> Result<Self> {
         self.drop_trailing_zeros();
         if let (None, Some(rate)) = (self.get(Quantity::Time), rate_hz) {
@@ -30,40 +30,45 @@ impl Signals {
             let (first, last) = (lines.get(0), lines.get(lines.len().saturating_sub(1)));
             let is_inside = |line: &&u64| Some(**line) > first && Some(**line) < last;
             if let Some(&line) = self.left_out.iter().find(is_inside) {
-                let message = "time is counted, and this row may or may not be a sample: it cannot be read";
-                let hint = text!("Remove the line if it is a notice, or cut the recording there; a column of times needs no " [Rate] ".");
+                let message = "time is counted in rows, but this row cannot be read and may or may not be a sample";
+                let hint = text!(
+                    "Remove the line if it is a message of the logger, or cut the recording there; a time column needs \
+                     no " [Rate] "."
+                );
                 return Err(Error::data(message, hint).at_line(line));
             }
             let time = (0..lines.len()).map(|n| count(n) / rate).collect();
             self.list.insert(0, (Quantity::Time, time));
-            self.source.notes.push(format!("time counted at {}", engineering(rate, "Hz", 6)));
+            self.source.notes.push(format!("time computed from a sample rate of {}", engineering(rate, "Hz", 6)));
         }
         Ok(self)
     }
 
-    /// Some of its samples.
+    /// Returns the signals of a range of samples.
     pub(super) fn part(&self, range: Range<usize>) -> Self {
         let cut = |(quantity, signal): &(Quantity, Vec<f64>)| (*quantity, signal[range.clone()].to_vec());
         let source = Source { lines: self.source.lines.of(range.clone()), ..self.source.clone() };
         Self { source, list: self.list.iter().map(cut).collect(), left_out: Vec::new() }
     }
 
-    /// Returns the number of rows between a sample and the next that could not be read.
+    /// Returns the number of rows between a sample and the next one that could not be read.
     pub(super) fn left_out_after(lines: &Lines, left_out: &[u64], sample: usize) -> usize {
         let Some((from, to)) = lines.get(sample).zip(lines.get(sample + 1)) else { return 0 };
         left_out.partition_point(|line| *line < to).saturating_sub(left_out.partition_point(|line| *line <= from))
     }
 
+    /// Returns the signal of a quantity.
     pub(super) fn get(&self, quantity: Quantity) -> Option<&Vec<f64>> {
         self.list.iter().find(|(q, _)| *q == quantity).map(|(_, signal)| signal)
     }
 
+    /// Removes and returns the signal of a quantity.
     fn take(&mut self, quantity: Quantity) -> Option<Vec<f64>> {
         let at = self.list.iter().position(|(q, _)| *q == quantity)?;
         Some(self.list.remove(at).1)
     }
 
-    /// Rows at the end whose time is zero were never filled by the logger.
+    /// Removes rows at the end whose time is zero: the logger never filled them.
     fn drop_trailing_zeros(&mut self) {
         let Some(time) = self.get(Quantity::Time) else { return };
         let kept = time.len() - time.iter().rev().take_while(|t| **t == 0.0).count();
@@ -73,7 +78,7 @@ impl Signals {
         }
     }
 
-    /// Leaves out samples whose time is that of the sample before.
+    /// Removes samples that repeat the time of the sample before.
     pub(super) fn drop_repeats(&mut self) {
         let Some(time) = self.get(Quantity::Time) else { return };
         let kept: Vec<usize> = (0..time.len()).filter(|&n| n == 0 || (time[n] - time[n - 1]).abs() > 0.0).collect();
@@ -82,7 +87,7 @@ impl Signals {
         }
     }
 
-    /// Leaves out all samples but these.
+    /// Removes all samples but those with the indices `kept`, with a note; `what` describes the removed rows.
     fn keep(&mut self, kept: &[usize], what: &str) {
         let dropped = self.list.first().map_or(0, |(_, signal)| signal.len()) - kept.len();
         for (_, signal) in &mut self.list {
@@ -92,7 +97,11 @@ impl Signals {
         self.source.notes.push(format!("{} {what} left out", counted(dropped, "row")));
     }
 
-    /// With what another file holds: behind it in time, or beside it.
+    /// Joins the signals with those of another file: appends them in time if both have the same quantities, merges them if no
+    /// quantity is in both.
+    ///
+    /// # Errors
+    /// Returns a `Data` error if the files share some quantities but not all, or are to be merged and have different times.
     pub(super) fn joined(mut self, mut other: Self) -> Result<Self> {
         let quantities =
             |signals: &Self| signals.list.iter().map(|(q, _)| *q).filter(|q| *q != Quantity::Time).collect::<Vec<_>>();
@@ -100,16 +109,16 @@ impl Signals {
         let both = theirs.iter().filter(|q| ours.contains(q)).count();
         let time = other.take(Quantity::Time).unwrap_or_default();
         if both == 0 {
-            self.beside(&time)?;
+            self.check_same_times(&time)?;
             self.list.append(&mut other.list);
         } else if both == ours.len() && both == theirs.len() {
-            self.behind(time, other.list);
+            self.append_later(time, other.list);
         } else {
             let names: Vec<String> = theirs.iter().map(ToString::to_string).collect();
-            let message = format!("holds {}, some of which the files before hold too, but not all", names.join(", "));
+            let message = format!("holds {}; the files before hold some of these, but not all", names.join(", "));
             let hint = text!(
-                "Files of one recording hold the same quantities (one after the other) or different ones (side by \
-                 side); say which with " [Columns] "."
+                "Files of one recording hold either the same quantities (one after the other in time) or different \
+                 ones (at the same times); select the columns with " [Columns] "."
             );
             return Err(Error::data(message, hint));
         }
@@ -121,8 +130,8 @@ impl Signals {
         Ok(self)
     }
 
-    /// Returns whether times are those of these signals.
-    fn beside(&self, time: &[f64]) -> Result<()> {
+    /// Checks that the times of another file equal those of these signals to 1 % of the shortest step.
+    fn check_same_times(&self, time: &[f64]) -> Result<()> {
         let own = self.get(Quantity::Time).map_or(&[][..], Vec::as_slice);
         let period = own.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
         let apart = own.iter().zip(time).position(|(a, b)| (a - b).abs() > 0.01 * period);
@@ -133,18 +142,21 @@ impl Signals {
             }
             None => return Ok(()),
         };
-        Err(Error::data(what, "Files side by side need the same times: export them on one time axis."))
+        Err(Error::data(
+            what,
+            "Files with different quantities must have the same times: export them on one time axis.",
+        ))
     }
 
-    /// Appends what comes later; a time that starts anew goes on.
-    fn behind(&mut self, mut time: Vec<f64>, list: Vec<(Quantity, Vec<f64>)>) {
+    /// Appends later samples; a time that restarts is shifted so that it continues one step after the last sample.
+    fn append_later(&mut self, mut time: Vec<f64>, list: Vec<(Quantity, Vec<f64>)>) {
         if let Some([.., before, last]) = self.get(Quantity::Time).map(Vec::as_slice)
             && let Some(&first) = time.first()
             && first <= *last
         {
             let shift = 2.0 * last - before - first;
             time.iter_mut().for_each(|t| *t += shift);
-            self.source.notes.push(format!("a file that starts anew follows {} later", engineering(shift, "s", 6)));
+            self.source.notes.push(format!("a file whose time restarts is shifted by {}", engineering(shift, "s", 6)));
         }
         for (quantity, mut signal) in list.into_iter().chain([(Quantity::Time, time)]) {
             if let Some((_, own)) = self.list.iter_mut().find(|(q, _)| *q == quantity) {
@@ -153,7 +165,9 @@ impl Signals {
         }
     }
 
-    /// Returns whether a position is one of a counter that wraps: nothing says at which count.
+    /// Checks that a position is not that of a counter that wraps around, because the count at which it wraps is unknown. A
+    /// position with a range of more than one turn counts as wrapping if it jumps by more than half of the range while the
+    /// median step is less than 5 % of it.
     fn check_counter(&self, position: &[f64]) -> Result<()> {
         let [low, high] = extremes(position);
         let range = high - low;
@@ -164,21 +178,25 @@ impl Signals {
         }
         let usual = upper_median(&mut steps);
         let Some(n) = jump.filter(|_| usual < 0.05 * range) else { return Ok(()) };
-        let message = "the position jumps by more than half of all that it covers, as a counter does that wraps";
-        let hint = "Let it count on in the file, or give a speed; angles within one turn may wrap.";
+        let message = "the position jumps by more than half of its range, like a counter that wraps around";
+        let hint =
+            "Unwrap the counter in the file, or give a speed; angles within one turn are unwrapped automatically.";
         Err(Error::data(message, hint).at_line(self.source.lines.get(n + 1)))
     }
 
-    /// The signals as samples; a missing voltage or time is left empty for the checks of a recording.
+    /// Returns the signals as samples. A missing voltage or time is empty; the checks of a recording decide on it.
+    ///
+    /// # Errors
+    /// Returns a `Data` error if the speed is to be computed from a position that wraps around or has one sample only.
     pub(super) fn samples(mut self) -> Result<(Samples, Source)> {
         let time_s = self.take(Quantity::Time).unwrap_or_default();
         let mut speed = self.take(Quantity::Speed);
         if let Some(position) = self.take(Quantity::Position) {
-            // Where a clock starts again, the checks of time say so.
+            // If the clock restarts, the checks of time report that instead.
             if time_s.windows(2).all(|t| t[1] >= t[0]) {
                 self.check_counter(&position)?;
             }
-            // Speed of what cannot be differentiated: the checks of time come later and name the line.
+            // Repeated times give infinite speeds here; the later checks of time refuse them and name the line.
             speed = Some(differences(&time_s, unwrapped(position))?);
             self.source.notes.push("speed is the central difference of the position".to_owned());
         }
@@ -193,7 +211,7 @@ impl Signals {
     }
 }
 
-/// A position within one turn goes on where it wraps around.
+/// Unwraps a position \[rad\] whose range is at most one turn and that jumps by more than half a turn.
 fn unwrapped(mut position: Vec<f64>) -> Vec<f64> {
     use std::f64::consts::{PI, TAU};
     let [low, high] = extremes(&position);
@@ -211,11 +229,12 @@ fn unwrapped(mut position: Vec<f64>) -> Vec<f64> {
     position
 }
 
-/// Central differences; one-sided at both ends. They delay nothing, and take `(ω h)²/6` off a sine of frequency ω.
+/// Returns central differences of a position, one-sided at both ends. They have no delay and reduce the amplitude of a sine
+/// of angular frequency ω by the fraction `(ω h)²/6`, with the step h.
 fn differences(time_s: &[f64], position: Vec<f64>) -> Result<Vec<f64>> {
     let last = position.len().saturating_sub(1);
     if last == 0 || time_s.len() != position.len() {
-        return Err(Error::data("a speed needs two positions at least", "Record longer."));
+        return Err(Error::data("at least two positions are needed to compute a speed", "Record longer."));
     }
     Ok((0..=last)
         .map(|n| {
@@ -230,7 +249,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_position_that_wraps_goes_on() {
+    fn a_wrapped_position_is_unwrapped() {
         let true_position: Vec<f64> = (0..50).map(|n| f64::from(n) * 0.4 - 1.0).collect();
         let wrapped: Vec<f64> = true_position.iter().map(|p| p.rem_euclid(std::f64::consts::TAU)).collect();
         let shifted = unwrapped(wrapped);

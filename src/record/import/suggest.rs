@@ -1,35 +1,36 @@
-//! A request for columns made of a table's own headings and first rows, for a reader to check and use.
+//! Suggestion of a request for columns from the headings and the first rows of a table, for the user to check.
 
-use super::columns::{Heading, Wish, choose};
+use super::columns::{Heading, TableSpec, choose};
 use super::lacking::is_drive;
 use super::request::name_of;
 use crate::record::heading::{Quantity, parse_columns};
 
-/// Rows that guesses of units look at.
+/// Number of rows from which units are guessed.
 pub(super) const ROWS: usize = 3000;
-/// The supply that stands in a guessed voltage \[V\], and the counts of a turn in a guessed position, for the reader to replace.
+/// Placeholder for the supply voltage \[V\] in a suggested voltage, for the user to replace.
 const SUPPLY: &str = "12";
+/// Placeholder for the counts per turn in a suggested position, for the user to replace.
 const COUNTS: &str = "4096";
 
-/// A request, and what in it is guessed.
+/// A suggested request and the guesses in it.
 pub(super) struct Suggestion {
     pub request: String,
-    /// Numbers in it that stand for others, in words.
+    /// Placeholders in the request with their replacements, such as `12 by the supply in volts`.
     pub replaced: Vec<String>,
-    /// Quantities whose unit no heading names.
+    /// Keys of the quantities whose unit is guessed.
     pub guessed: Vec<&'static str>,
 }
 
-/// Returns a request by which a table can be read; `None` where its headings say too little. `rows` are the cells of the first
+/// Returns a request by which a table can be read; `None` if the headings do not suffice. `rows` are the cells of the first
 /// rows as numbers.
-pub(super) fn suggestion(headings: &[Heading], wish: &Wish<'_>, rows: &[Vec<Option<f64>>]) -> Option<Suggestion> {
+pub(super) fn suggestion(headings: &[Heading], spec: &TableSpec<'_>, rows: &[Vec<Option<f64>>]) -> Option<Suggestion> {
     let mut items: Vec<String> =
-        wish.requests.iter().map(|request| format!("{}={}", request.quantity.key(), request.name)).collect();
+        spec.requests.iter().map(|request| format!("{}={}", request.quantity.key(), request.name)).collect();
     let mut taken: Vec<usize> = Vec::new();
     let mut suggestion = Suggestion { request: String::new(), replaced: Vec::new(), guessed: Vec::new() };
     for quantity in [Quantity::Time, Quantity::Voltage, Quantity::Speed, Quantity::Current, Quantity::Position] {
         let has_speed = items.iter().any(|item| item.starts_with("speed="));
-        if wish.request(quantity).is_some() || quantity == Quantity::Position && has_speed {
+        if spec.request(quantity).is_some() || quantity == Quantity::Position && has_speed {
             continue;
         }
         let free = (0..headings.len()).filter(|at| !taken.contains(at) && !headings[*at].name.is_empty());
@@ -50,25 +51,27 @@ pub(super) fn suggestion(headings: &[Heading], wish: &Wish<'_>, rows: &[Vec<Opti
     }
     suggestion.request = items.join(",");
     let requests = parse_columns(&suggestion.request).ok()?;
-    choose(headings, &Wish { requests: &requests, ..*wish }).ok()?;
+    choose(headings, &TableSpec { requests: &requests, ..*spec }).ok()?;
     Some(suggestion)
 }
 
-/// The numbers of a column.
+/// Returns the numbers of a column.
 fn column(rows: &[Vec<Option<f64>>], at: usize) -> Vec<f64> {
     rows.iter().filter_map(|row| *row.get(at)?).collect()
 }
 
-/// A quantity that a column may hold, as a request.
+/// A guessed request for a quantity in a column.
 struct Guess {
-    /// The request, with NAME for the column.
+    /// Request with `NAME` in place of the column.
     form: String,
-    /// Numbers in it that stand for others, in words.
+    /// Placeholders in the request with their replacements.
     replaced: Vec<String>,
-    /// 2 where the heading names the unit, 1 where the quantity, 0 where neither.
+    /// 2 if the heading names the unit, 1 if it names the quantity only, 0 if it names neither.
     certainty: u8,
 }
 
+/// Returns the request for a quantity in a column, guessed from its heading and its values; `None` if the column does not
+/// look like the quantity.
 fn guess(quantity: Quantity, heading: &Heading, values: &[f64]) -> Option<Guess> {
     let name = heading.name.to_lowercase();
     let understood = heading.understood().filter(|(found, _)| *found == quantity);
@@ -98,7 +101,10 @@ fn guess(quantity: Quantity, heading: &Heading, values: &[f64]) -> Option<Guess>
             let supply = format!("{SUPPLY} by the supply in volts");
             let (form, replaced) = match full.as_str() {
                 "1" => (format!("NAME*{SUPPLY}:V"), vec![supply]),
-                _ => (format!("NAME*{SUPPLY}/{full}:V"), vec![supply, format!("{full} by the ticks of a full duty")]),
+                _ => (
+                    format!("NAME*{SUPPLY}/{full}:V"),
+                    vec![supply, format!("{full} by the ticks of a full duty cycle")],
+                ),
             };
             Some(Guess { form, replaced, certainty: 1 })
         }
@@ -108,17 +114,17 @@ fn guess(quantity: Quantity, heading: &Heading, values: &[f64]) -> Option<Guess>
         Quantity::Current if is_one_of(&["ma"]) => guess("NAME:mA", 2),
         Quantity::Current if is_named => guess(if whole && peak > 20.0 { "NAME:mA" } else { "NAME:A" }, 1),
         Quantity::Position if is_named || is_one_of(&["encoder", "enc", "count", "counts", "pos", "ticks"]) => {
-            let replaced = vec![format!("{COUNTS} by the counts of a turn")];
+            let replaced = vec![format!("{COUNTS} by the counts per turn")];
             Some(Guess { form: format!("NAME/{COUNTS}:turns"), replaced, certainty: 1 })
         }
         _ => None,
     }
 }
 
-/// Words for a duty in headings, beside those of drives.
+/// Further words for a duty cycle in headings.
 const DUTY: &[&str] = &["ciclo", "tastgrad", "tastverhältnis", "rapport", "dutycycle", "throttle"];
 
-/// Returns whether a column has two values, as a flag has.
+/// Returns true if a column has exactly two values, like a flag.
 fn has_two_values(values: &[f64]) -> bool {
     let mut distinct: Vec<f64> = Vec::new();
     for value in values {
@@ -132,14 +138,14 @@ fn has_two_values(values: &[f64]) -> bool {
     distinct.len() == 2
 }
 
-/// The unit of whole numbers that count time: milliseconds, or microseconds where their steps are long.
+/// Returns the guessed request for integer times: microseconds if the median step exceeds 500, else milliseconds.
 fn ticks(values: &[f64]) -> &'static str {
     let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
     let usual = if steps.is_empty() { 1.0 } else { crate::numeric::upper_median(&mut steps) };
     if usual > 500.0 { "NAME:us" } else { "NAME:ms" }
 }
 
-/// The value of a full duty: one that the heading names, the next usual one, or the largest there is.
+/// Returns the value of a full duty cycle: one in the heading, else the next common one not below `peak`, else `peak`.
 fn full_scale(name: &str, peak: f64) -> String {
     const USUAL: [&str; 6] = ["1", "100", "255", "1023", "4095", "65535"];
     let in_name = name.split(|c: char| !c.is_ascii_digit()).find(|number| USUAL[2..].contains(number));
@@ -147,7 +153,7 @@ fn full_scale(name: &str, peak: f64) -> String {
         return full.to_owned();
     }
     let is_percent = name.contains('%') || name.contains("percent");
-    // Ticks of a PWM are 8 bits until they are seen to be more.
+    // PWM ticks are taken for 8 bits unless the values exceed 255.
     let from = if peak <= 1.0 && peak > 0.0 {
         0
     } else if is_percent {

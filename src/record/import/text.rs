@@ -1,6 +1,6 @@
-//! A file as lines of text, a piece at a time: memory does not grow with the file.
+//! Buffered reading of a file as lines of text: memory is independent of the size of the file.
 //!
-//! Lines are counted as a text editor does, so that an error names the line that its reader will find.
+//! Lines are counted from 1 like in a text editor, so that errors name the line that an editor shows.
 
 use crate::text::{hexadecimal, printable};
 use crate::{Error, Result};
@@ -8,12 +8,12 @@ use sha2::{Digest as _, Sha256};
 use std::borrow::Cow;
 use std::io::Read;
 
-/// The longest line that is read.
+/// Length of the longest accepted line \[bytes\].
 pub(super) const LINE_MAX: usize = 64 << 10;
-/// Bytes that are read at once.
-const PIECE: usize = 256 << 10;
+/// Number of bytes that are read at once.
+const BLOCK: usize = 256 << 10;
 
-/// A line without its end.
+/// A line without its line break.
 #[derive(Clone, Copy)]
 pub(super) struct Line<'a> {
     pub number: u64,
@@ -21,13 +21,15 @@ pub(super) struct Line<'a> {
 }
 
 impl<'a> Line<'a> {
-    /// The line as text. Only headings and comments hold other letters than numbers do; what is no UTF-8 is read as
-    /// Latin-1.
+    /// Returns the line as text. Bytes that are not UTF-8 are read as Latin-1, which affects headings and comments only.
+    ///
+    /// # Errors
+    /// Returns a `Data` error if the line has control characters other than tab, carriage return and form feed.
     pub(super) fn text(self) -> Result<Cow<'a, str>> {
         let bytes = self.bytes;
         if bytes.iter().fold(false, |found, &b| found | (b < 0x20 && !matches!(b, b'\t' | b'\r' | 0x0c))) {
-            let sort = if bytes.contains(&0) { "a zero byte: binary data or UTF-16" } else { "a control character" };
-            return Err(Error::data(format!("found {sort}, expected text"), SAVE_AS).at_line(self.number));
+            let found = if bytes.contains(&0) { "a zero byte: binary data or UTF-16" } else { "a control character" };
+            return Err(Error::data(format!("found {found}, expected text"), SAVE_AS).at_line(self.number));
         }
         Ok(match std::str::from_utf8(bytes) {
             Ok(text) => Cow::Borrowed(text),
@@ -36,26 +38,27 @@ impl<'a> Line<'a> {
     }
 }
 
-/// Sources of lines.
+/// A source of lines.
 pub(super) trait Lines {
-    /// The next line; `None` at the end.
+    /// Returns the next line; `None` at the end.
     fn next_line(&mut self) -> Result<Option<Line<'_>>>;
 
-    /// The number of the next line, and what has been read already from there on, where line feeds end lines.
+    /// Returns the number of the next line and the bytes from there on that are in the buffer; empty if lines do not end with
+    /// line feeds or nothing is buffered.
     fn ahead(&self) -> (u64, &[u8]) {
         (0, &[])
     }
 
-    /// Passes over lines that were taken from there.
+    /// Skips lines that were parsed from the bytes of [`Lines::ahead`].
     fn pass(&mut self, _lines: u64, _bytes: usize) {}
 
-    /// Returns whether the last line had no end, so that it may be cut off; known at the end.
+    /// Returns true if the last line has no line break, so that it may be cut off; valid at the end of the file.
     fn is_open(&self) -> bool {
         false
     }
 }
 
-/// The lines of bytes as they come.
+/// Lines of a reader of bytes, with a digest of all bytes.
 pub(super) struct TextLines<R> {
     reader: R,
     digest: Sha256,
@@ -64,18 +67,22 @@ pub(super) struct TextLines<R> {
     line: u64,
     at_end: bool,
     open: bool,
-    /// The end of a line: a line feed, or a carriage return on old systems.
+    /// Byte that ends a line: a line feed, or a carriage return if the file has no line feeds.
     end: u8,
 }
 
 const SAVE_AS: &str = "Save it as CSV in UTF-8 with a heading such as time_s,voltage_V,current_A,speed_rad_s.";
 
 impl<R: Read> TextLines<R> {
+    /// Creates the source from the start of a file and skips a byte-order mark.
+    ///
+    /// # Errors
+    /// Returns a `Data` error if the file cannot be read, is empty or is UTF-16 text.
     pub(super) fn new(reader: R) -> Result<Self> {
         let mut lines = Self {
             reader,
             digest: Sha256::new(),
-            buffer: Vec::with_capacity(2 * PIECE),
+            buffer: Vec::with_capacity(2 * BLOCK),
             start: 0,
             line: 0,
             at_end: false,
@@ -98,7 +105,7 @@ impl<R: Read> TextLines<R> {
         Ok(lines)
     }
 
-    /// The digest of all bytes, in hexadecimal; reads what is left.
+    /// Reads the remaining bytes and returns the SHA-256 digest of the file, in hexadecimal.
     pub(super) fn sha256(mut self) -> Result<String> {
         while !self.at_end {
             self.start = self.buffer.len();
@@ -107,19 +114,19 @@ impl<R: Read> TextLines<R> {
         Ok(hexadecimal(&self.digest.finalize()))
     }
 
-    /// Reads another piece behind what is left of the last.
+    /// Drops the consumed bytes and appends the next block of the file to the buffer.
     fn fill(&mut self) -> Result<()> {
         self.buffer.drain(..self.start);
         self.start = 0;
         let before = self.buffer.len();
-        // Memory behind what a small file fills is never touched.
-        let piece = self.reader.by_ref().take(PIECE as u64).read_to_end(&mut self.buffer);
-        self.at_end = piece.map_err(|e| unreadable(&e))? < PIECE;
+        // `read_to_end` touches only the memory that a small file fills.
+        let count = self.reader.by_ref().take(BLOCK as u64).read_to_end(&mut self.buffer);
+        self.at_end = count.map_err(|e| unreadable(&e))? < BLOCK;
         self.digest.update(&self.buffer[before..]);
         Ok(())
     }
 
-    /// Where the next line stands in the buffer, its end left out.
+    /// Returns the range of the next line in the buffer, without its line break.
     fn find(&mut self) -> Result<Option<std::ops::Range<usize>>> {
         let mut searched = self.start;
         loop {
@@ -175,17 +182,17 @@ fn too_long(length: usize) -> Error {
     Error::data(message, "Check that it is CSV with one sample per line.")
 }
 
-/// Why a file cannot be read.
+/// Returns the error for a file that cannot be read.
 pub(super) fn unreadable(error: &std::io::Error) -> Error {
     let remedy = match error.kind() {
         std::io::ErrorKind::NotFound => "Check the path; relative paths start at the current folder.",
-        std::io::ErrorKind::PermissionDenied => "Allow reading it, or run as a user who may.",
+        std::io::ErrorKind::PermissionDenied => "Allow reading it, or run as a user with permission to read it.",
         _ => "Check the file and its disk.",
     };
     Error::data(format!("cannot be read: {}", printable(&error.to_string())), remedy)
 }
 
-/// SHA-256 in hexadecimal.
+/// Returns the SHA-256 digest in hexadecimal.
 pub(super) fn digest(bytes: &[u8]) -> String {
     hexadecimal(&Sha256::digest(bytes))
 }

@@ -1,9 +1,10 @@
-//! Recordings as files.
+//! Export of recordings as CSV.
 
 use crate::record::{Quantity, Record, time::rounded};
 use std::fmt::Write as _;
 
-/// The canonical CSV of a recording; values keep every digit, times fifteen (1.009, not 1.0089999999999999).
+/// Returns a recording as CSV with the canonical headings. Values are written exactly, times with 15 significant digits (1.009
+/// rather than 1.0089999999999999).
 #[must_use]
 pub fn write_csv(record: &Record) -> String {
     let present = |quantity| Some((quantity, record.samples().signal(quantity)?));

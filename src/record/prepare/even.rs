@@ -1,4 +1,5 @@
-//! Copies of a recording at even steps, for methods that need those. They start a fit of the recording as it is.
+//! Copies of a recording on a regular clock, for methods that need evenly spaced samples. Their estimates start the fit of
+//! the recording itself.
 
 use super::resample::{lines, regular};
 use super::time;
@@ -6,18 +7,19 @@ use crate::record::{Excluded, Record};
 use crate::setting::text;
 use crate::{Error, Result};
 
-/// Samples of a copy for each of the recording at most: a long gap makes many.
+/// Largest ratio of samples of a copy to those of the recording, which a long gap would exceed.
 const SAMPLES_MAX: f64 = 4.0;
 
 impl Record {
-    /// Returns a copy with a sample every `period_s`: outputs by cubics through the four nearest samples, the input as its
-    /// mean over each period. What lies in a gap does not count.
+    /// Returns a copy with a sample every `period_s` \[s\]: outputs by cubic interpolation through the four nearest samples,
+    /// the input as its mean over each period. `is_held` takes the input as a zero-order hold instead of a first-order hold.
+    /// Samples in gaps are excluded from the criterion.
     ///
     /// # Errors
-    /// `Usage` where there would be more than [`SAMPLES_MAX`] times as many samples.
-    pub(crate) fn at_even_steps(&self, period_s: f64, is_held: bool) -> Result<Self> {
+    /// `Usage` if the copy would have more than [`SAMPLES_MAX`] times as many samples.
+    pub(crate) fn resampled_evenly(&self, period_s: f64, is_held: bool) -> Result<Self> {
         if self.duration_s() / period_s > SAMPLES_MAX * crate::numeric::count(self.len()) {
-            let message = format!("a gap leaves too little of a recording on a clock of {period_s} s");
+            let message = format!("a recording with long gaps cannot be resampled to a clock of {period_s} s");
             return Err(Error::usage(message, text!("Use " [Gaps = "split"] ".")));
         }
         let [mean, slope] = match self.slope() {
@@ -32,13 +34,13 @@ impl Record {
             (start < end).then_some(Excluded { start, end, channels: [true; 2] })
         });
         let missing: Vec<Excluded> = missing.collect();
-        let mut copy = self.clone().resampled(made, format!("copied to even steps of {period_s} s"))?;
+        let mut copy = self.clone().resampled(made, format!("resampled to even steps of {period_s} s"))?;
         copy.excluded.extend(missing);
         Ok(Self { slope: Vec::new(), interpolated: true, ..copy })
     }
 
-    /// Returns the longest part without a gap; `None` for a recording without gaps.
-    pub(crate) fn longest_part(&self) -> Option<Self> {
+    /// Returns the longest segment without a gap; `None` for a recording without gaps.
+    pub(crate) fn longest_segment(&self) -> Option<Self> {
         let gaps = time::gaps(&self.samples.time_s);
         if gaps.is_empty() {
             return None;
@@ -46,7 +48,7 @@ impl Record {
         let starts = std::iter::once(0).chain(gaps.iter().copied());
         let ends = gaps.iter().copied().chain([self.len()]);
         let longest = starts.zip(ends).max_by_key(|(start, end)| end - start)?;
-        self.part(longest.0..longest.1, "the longest part without a gap".to_owned()).ok()
+        self.part(longest.0..longest.1, "the longest segment without a gap".to_owned()).ok()
     }
 }
 
@@ -56,19 +58,19 @@ mod tests {
     use crate::record::{Samples, Source};
 
     #[test]
-    fn a_gap_does_not_count_and_the_longest_part_has_none() {
+    fn gaps_are_excluded_and_the_longest_segment_has_none() {
         let time_s: Vec<f64> =
             (0..60).map(|n| 0.01 * f64::from(n + 30 * i32::from(n >= 20)) + 1e-3 * f64::from(n % 2)).collect();
         let voltage = vec![1.0; 60];
         let samples = Samples { speed: Some(time_s.clone()), voltage, time_s, ..Samples::default() };
         let record = Record::from_file(samples, Source::default(), true).unwrap();
-        let copy = record.at_even_steps(0.01, true).unwrap();
+        let copy = record.resampled_evenly(0.01, true).unwrap();
         assert!(copy.steps().step_index.is_empty() && copy.len() == 90);
         let counting: Vec<usize> = copy.counting().iter().enumerate().filter(|(_, c)| !c[1]).map(|(n, _)| n).collect();
         assert_eq!((counting[0], counting[counting.len() - 1], counting.len()), (20, 50, 31));
         let error = |n: usize| copy.samples().speed.as_ref().unwrap()[n] - copy.samples().time_s[n];
         assert!((0..90).all(|n| error(n).abs() < 1e-12), "a line stays a line");
-        assert_eq!(record.longest_part().unwrap().len(), 40);
-        assert!(copy.longest_part().is_none() && record.at_even_steps(1e-3, true).is_err());
+        assert_eq!(record.longest_segment().unwrap().len(), 40);
+        assert!(copy.longest_segment().is_none() && record.resampled_evenly(1e-3, true).is_err());
     }
 }

@@ -1,8 +1,8 @@
 //! Low-pass filters: Butterworth and Chebyshev type I, as cascades of second-order sections.
 //!
-//! Poles of the analog prototype (A. V. Oppenheim, R. W. Schafer, *Discrete-Time Signal Processing*, appendix B), the
-//! bilinear transformation with the cut-off prewarped, zeros at half the sampling rate. The gain at zero frequency is 1
-//! for every filter, so that steady values stay what they are.
+//! The poles are those of the analog prototype (A. V. Oppenheim, R. W. Schafer, *Discrete-Time Signal Processing*, appendix
+//! B), mapped by the bilinear transformation with a prewarped cut-off; the zeros are at half the sampling rate. The gain at
+//! zero frequency is 1 for every filter, so that constant signals do not change.
 
 use crate::numeric::count;
 use crate::setting::text;
@@ -14,37 +14,37 @@ use std::str::FromStr;
 /// A low-pass filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LowPass {
-    /// Its sort.
+    /// Type of the filter.
     pub kind: FilterKind,
-    /// Order, 1 to 12.
+    /// Order, from 1 to 12.
     pub order: usize,
-    /// Cut-off frequency \[Hz\]: Butterworth's gain is −3 dB there, Chebyshev's leaves its ripple.
+    /// Cut-off frequency \[Hz\]: a Butterworth filter has a gain of −3 dB there, a Chebyshev filter leaves its passband ripple.
     pub cutoff_hz: f64,
 }
 
-/// Sort of filter.
+/// Type of a low-pass filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FilterKind {
-    /// Maximally flat.
+    /// Butterworth: maximally flat in the passband.
     Butterworth,
-    /// Chebyshev type I: ripple in the passband \[dB\], a steeper edge.
+    /// Chebyshev type I: a steeper edge, with ripple in the passband.
     Chebyshev {
-        /// Ripple in the passband \[dB\].
+        /// Ripple in the passband \[dB\], above 0 and at most 6.
         ripple_db: f64,
     },
 }
 
-/// Highest order.
+/// Highest order of a filter.
 pub(super) const ORDER_MAX: usize = 12;
 /// Largest ripple of a Chebyshev filter \[dB\].
 const RIPPLE_MAX_DB: f64 = 6.0;
-/// Ripple of a Chebyshev filter that does not name it \[dB\].
+/// Default ripple of a Chebyshev filter \[dB\].
 const RIPPLE_DB: f64 = 0.5;
 
 impl FromStr for LowPass {
     type Err = Error;
 
-    /// Reads `butterworth:50`, `chebyshev:50:4:0.5`: sort, cut-off \[Hz\], order (4), ripple \[dB\] (0.5).
+    /// Parses `butterworth:50` or `chebyshev:50:4:0.5`: type, cut-off \[Hz\], order (default 4), ripple \[dB\] (default 0.5).
     fn from_str(text: &str) -> Result<Self> {
         let bad = |what: String| {
             let hint = text!(
@@ -66,7 +66,7 @@ impl FromStr for LowPass {
             ("butterworth", None) => FilterKind::Butterworth,
             ("chebyshev" | "chebyshev1", ripple) => FilterKind::Chebyshev { ripple_db: number(ripple, RIPPLE_DB)? },
             ("butterworth", Some(_)) => return Err(bad("a Butterworth filter has no ripple".to_owned())),
-            _ => return Err(bad(format!("\"{}\" is no filter", excerpt(&name)))),
+            _ => return Err(bad(format!("\"{}\" is not a filter", excerpt(&name)))),
         };
         if parts.next().is_some() {
             return Err(bad(format!("\"{}\" has too many parts", excerpt(text))));
@@ -87,27 +87,27 @@ impl FromStr for LowPass {
     }
 }
 
-/// A section `(b0 + b1 z⁻¹ + b2 z⁻²)/(1 + a1 z⁻¹ + a2 z⁻²)`.
+/// Second-order section `(b0 + b1 z⁻¹ + b2 z⁻²)/(1 + a1 z⁻¹ + a2 z⁻²)`.
 #[derive(Debug, Clone, Copy)]
 struct Section {
     b: [f64; 3],
     a: [f64; 2],
 }
 
-/// The impulse response of a filter.
+/// Properties of the impulse response of a filter.
 pub(super) struct Response {
-    /// The sum of its squares: the part of the power of white noise that is left.
+    /// Sum of its squares: the ratio of output to input power for white noise.
     pub noise_power: f64,
-    /// Samples after which next to nothing is left of what was before.
+    /// Length of the impulse response \[samples\]: later values are below a millionth of its norm.
     pub memory: usize,
 }
 
-/// A filter at a sampling rate.
+/// Cascade of sections of a filter at one sampling rate.
 #[derive(Debug, Clone)]
 pub(super) struct Cascade(Vec<Section>);
 
 impl LowPass {
-    /// Refuses an order, a cut-off or a ripple that no filter has.
+    /// Checks that cut-off, order and ripple are in range.
     fn check(&self) -> Result<()> {
         let wrong = |message: String| Err(Error::usage(text!([Filter] ": {message}"), "Correct the filter."));
         if !(self.cutoff_hz.is_finite() && self.cutoff_hz > 0.0) {
@@ -124,7 +124,10 @@ impl LowPass {
         }
     }
 
-    /// The filter for samples every `period_s`.
+    /// Designs the filter for a sampling period \[s\].
+    ///
+    /// # Errors
+    /// `Usage` if cut-off, order or ripple are out of range, or the cut-off is not below 0.98 of half the sampling rate.
     pub(super) fn design(&self, period_s: f64) -> Result<Cascade> {
         self.check()?;
         let nyquist = 0.5 / period_s;
@@ -157,24 +160,24 @@ impl LowPass {
     }
 }
 
-/// `c/(s² + b s + c)` in z.
+/// Returns `c/(s² + b s + c)` under the bilinear transformation.
 fn second_order(b: f64, c: f64) -> Section {
     let a0 = 1.0 + b + c;
     Section { b: [c / a0, 2.0 * c / a0, c / a0], a: [2.0 * (c - 1.0) / a0, (1.0 - b + c) / a0] }
 }
 
-/// `c/(s + c)` in z.
+/// Returns `c/(s + c)` under the bilinear transformation.
 fn first_order(c: f64) -> Section {
     let a0 = 1.0 + c;
     Section { b: [c / a0, c / a0, 0.0], a: [(c - 1.0) / a0, 0.0] }
 }
 
 impl Cascade {
-    /// Filters a signal that stood at a value before.
+    /// Filters a signal that was constant at `before` up to its first sample.
     pub(super) fn apply(&self, signal: &[f64], before: f64) -> Vec<f64> {
         let mut signal = signal.to_vec();
         for Section { b, a } in &self.0 {
-            // The state of a signal that has always been so; the gain at zero frequency is 1, so it stays so.
+            // The steady state for a constant input; as the gain at zero frequency is 1, it is the same for every section.
             let mut state = [before * (1.0 - b[0]), before * (b[2] - a[1])];
             for x in &mut signal {
                 let y = b[0] * *x + state[0];
@@ -185,14 +188,14 @@ impl Cascade {
         signal
     }
 
-    /// Returns what a filter leaves of white noise and of what was before.
+    /// Returns the noise power and the length of the impulse response.
     pub(super) fn response(&self) -> Response {
         let mut sum = 0.0;
         let mut last = 0;
         let mut quiet = 0;
         let mut states = vec![[0.0; 2]; self.0.len()];
         let mut input = 1.0;
-        // Until the response has been nothing for long; a cut-off of a millionth of the rate ends here too.
+        // Simulates until the response stays negligible; the bound holds for cut-offs down to a millionth of the rate.
         for n in 0..50_000_000 {
             let mut x = input;
             for (Section { b, a }, state) in self.0.iter().zip(&mut states) {
@@ -212,7 +215,7 @@ impl Cascade {
         Response { noise_power: sum, memory: last }
     }
 
-    /// The gain at a frequency.
+    /// Returns the gain at a frequency.
     #[cfg(test)]
     fn gain(&self, frequency_hz: f64, period_s: f64) -> f64 {
         let angle = -2.0 * PI * frequency_hz * period_s;
@@ -230,9 +233,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn gains_are_those_of_the_textbook() {
-        // The analog magnitudes at the prewarped frequency: Butterworth 1/√(1 + x²ⁿ), Chebyshev 1/√(1 + ε² T²(x)) over
-        // its value at zero.
+    fn gains_match_the_analog_prototypes() {
+        // Analog magnitudes at the prewarped frequency: Butterworth 1/√(1 + x²ⁿ), Chebyshev 1/√(1 + ε² T²(x)) relative to
+        // zero frequency.
         let h = 1e-3;
         for (text, f) in [
             ("butterworth:50", 50.0),
@@ -259,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_passes_and_noise_keeps_its_share() {
+    fn constants_pass_and_the_noise_power_is_the_mean_squared_gain() {
         let cascade = "chebyshev:60:6".parse::<LowPass>().unwrap().design(1e-3).unwrap();
         assert!(cascade.apply(&[3.0; 200], 3.0).iter().all(|y| (y - 3.0).abs() < 1e-9));
         // Parseval: the power of the impulse response is the mean of |gain|² over all frequencies.
@@ -269,9 +272,9 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_filter_is_refused() {
+    fn invalid_filters_are_rejected() {
         for (text, part) in [
-            ("bessel:50", "no filter"),
+            ("bessel:50", "not a filter"),
             ("butterworth", "no positive cut-off"),
             ("butterworth:-5", "no positive cut-off"),
             ("butterworth:50:4:1", "no ripple"),

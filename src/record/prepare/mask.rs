@@ -1,38 +1,39 @@
-//! Masks: stretches of time, and samples that findings name.
+//! Masks: segments of time, and samples with findings, that are excluded from the criterion or cut out.
 
-use crate::record::diagnose::{findings, undersampled_stretches};
+use crate::record::diagnose::{findings, undersampled_segments};
 use crate::record::{Excluded, Quantity, Record};
 use crate::setting::text;
 use crate::text::{counted, excerpt};
 use crate::{Error, Result};
 use std::ops::Range;
 
-/// Samples of a recording that do not count.
+/// Rule that excludes samples of a recording from the criterion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Mask {
-    /// Everything that diagnoses find: outliers and saturated current do not count, nor stretches in which the voltage changes
-    /// faster than it is
-    /// sampled; an input that is reset at the end is cut off, and where the drive is disabled the recording is cut.
+    /// The findings of the diagnostics. Outliers, a saturated current and segments with an undersampled voltage are
+    /// excluded; outliers of the voltage are replaced. An input that is reset at the end is cut off, and segments with a
+    /// disabled drive are cut out.
     Auto,
-    /// The channels (current, speed) from one time to another \[s\].
+    /// A segment of time of some channels.
     Time {
-        /// Which channels.
+        /// True for each excluded channel, in the order current, speed.
         channels: [bool; 2],
-        /// From when \[s\].
+        /// First time \[s\].
         from: f64,
-        /// To when \[s\].
+        /// Last time \[s\].
         to: f64,
     },
 }
 
-/// Reads `auto`, `0.5:0.6`, `current@0.5:0.6`, separated by commas.
+/// Parses masks, each `auto`, `0.5:0.6` or `current@0.5:0.6` (seconds).
 ///
 /// # Errors
-/// `Usage` when an item is none of these.
+/// `Usage` if an item has another form, or its first time is not before the second.
 pub fn parse_masks(items: &[String]) -> Result<Vec<Mask>> {
     items.iter().map(|item| item.trim()).filter(|item| !item.is_empty()).map(one).collect()
 }
 
+/// Parses one mask.
 fn one(item: &str) -> Result<Mask> {
     let bad = |what: String| {
         let hint =
@@ -61,17 +62,17 @@ fn one(item: &str) -> Result<Mask> {
     Ok(Mask::Time { channels, from, to })
 }
 
-/// Samples that a stretch must have to be a recording.
-const STRETCH_MIN: usize = 20;
+/// Fewest samples of a segment that is kept as a recording.
+const SEGMENT_MIN: usize = 20;
 
-/// Masks a recording; pieces come of one that is cut.
+/// Applies masks to a recording, which may be cut into several.
 pub(super) fn apply(masks: &[Mask], record: Record) -> Result<Vec<Record>> {
     let mut notes = Vec::new();
     let mut record = record;
     if masks.contains(&Mask::Auto)
         && let Some((repaired, samples)) = record.with_repaired_input()
     {
-        notes.push(format!("replaced by the voltage around: {}", counted(samples, "single sample")));
+        notes.push(format!("replaced by the surrounding voltage: {}", counted(samples, "single sample")));
         record = repaired;
     }
     let mut excluded = record.excluded().to_vec();
@@ -94,14 +95,14 @@ pub(super) fn apply(masks: &[Mask], record: Record) -> Result<Vec<Record>> {
     }
     let counting = record.counting();
     if !counting.is_empty() && !counting.iter().any(|c| c[0] || c[1]) {
-        let message = text!([Mask] " leaves no sample that counts");
-        return Err(Error::usage(message, "Mask less; times are those of the recording."));
+        let message = text!([Mask] " excludes every sample");
+        return Err(Error::usage(message, "Mask fewer samples; times are those of the recording."));
     }
     record.source.notes.append(&mut notes);
     Ok(vec![record])
 }
 
-/// The pieces between cuts.
+/// Returns the segments between cuts that are long enough, as recordings.
 fn cut(record: &Record, cuts: &[Range<usize>], notes: &[String]) -> Result<Vec<Record>> {
     let mut pieces = Vec::new();
     let mut start = 0;
@@ -110,7 +111,7 @@ fn cut(record: &Record, cuts: &[Range<usize>], notes: &[String]) -> Result<Vec<R
         start = cut.end.max(start);
     }
     pieces.push(start..record.len());
-    pieces.retain(|piece| piece.len() >= STRETCH_MIN);
+    pieces.retain(|piece| piece.len() >= SEGMENT_MIN);
     if pieces.is_empty() {
         let message = text!([Mask = "auto"] " leaves nothing of the recording");
         return Err(Error::data(message, text!("Leave " [Mask = "auto"] " out, or record again.")));
@@ -124,28 +125,29 @@ fn cut(record: &Record, cuts: &[Range<usize>], notes: &[String]) -> Result<Vec<R
     pieces.into_iter().enumerate().map(piece).collect()
 }
 
-/// Both channels of some samples.
+/// Excludes a range of samples of both channels.
 fn whole(place: Range<usize>) -> Excluded {
     Excluded { start: place.start, end: place.end, channels: [true; 2] }
 }
 
 impl Record {
-    /// Returns a copy in which stretches whose voltage changes faster than it is sampled do not count; `None` where there are
-    /// none.
+    /// Returns a copy that excludes the segments in which the voltage changes faster than it is sampled; `None` if there is
+    /// no such segment that is not excluded already.
     pub(crate) fn without_undersampled(&self) -> Option<Self> {
         let is_masked = |place: &Excluded| self.excluded.iter().any(|e| e.start <= place.start && place.end <= e.end);
-        let places = undersampled_stretches(self).into_iter().map(whole);
+        let places = undersampled_segments(self).into_iter().map(whole);
         let more: Vec<Excluded> = places.filter(|place| !is_masked(place)).collect();
         let excluded = self.excluded.iter().chain(&more).copied().collect();
         (!more.is_empty()).then(|| Self { excluded, ..self.clone() })
     }
 }
 
-/// Adds the samples that findings exclude.
+/// Adds the ranges that findings exclude or cut out, with notes.
 fn automatic(record: &Record, excluded: &mut Vec<Excluded>, cuts: &mut Vec<Range<usize>>, notes: &mut Vec<String>) {
     for finding in findings(record) {
         let samples: usize = finding.places.iter().map(ExactSizeIterator::len).sum();
-        // A sensor at its end hides the current alone; a drive at its limit gives another voltage than it says.
+        // A saturated sensor affects the current only, and its finding counts samples. Under a current limit of the drive
+        // the recorded voltage is wrong, which a mask of the current does not cure.
         let sensor = finding.figures.iter().any(|(name, _)| *name == "samples");
         match finding.code {
             "current_clipped" if sensor => {

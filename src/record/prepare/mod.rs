@@ -1,7 +1,8 @@
-//! Recordings made ready for a fit: cut, freed of offsets, masked, brought to another rate, filtered.
+//! Preparation of recordings: cropping, subtraction of offsets, masks, change of rate, low-pass filters.
 //!
-//! Filters take voltage, torque, current and speed alike. A linear motor at rest or in a steady state relates the
-//! filtered signals exactly as it relates the others, so that a filter biases nothing.
+//! Voltage, torque, current and speed pass the same filter. A filter commutes with a linear time-invariant motor that starts
+//! at rest or in a steady state: the filtered signals satisfy the same equations, and the estimates are not biased (L. Ljung,
+//! *System Identification*, 1999, chapter 14).
 
 mod even;
 mod filter;
@@ -21,57 +22,58 @@ use crate::{Error, Result};
 use resample::{Resampled, decimated, lines, regular};
 use std::ops::Range;
 
-/// The most samples that a higher rate makes of each that was measured: what lies between is interpolated and tells nothing.
+/// Largest ratio of a new rate to the recorded one; interpolated samples carry no information.
 const FINER_MAX: u32 = 100;
 
+/// Size limits of preparation.
 pub(super) const LIMITS: [Limit; 2] = [
-    limit("samples that a rate makes of each", FINER_MAX as u64, "refused, with the highest rate"),
+    limit("samples of a new rate for each recorded one", FINER_MAX as u64, "refused, with the highest rate"),
     limit_of("order of a low-pass", filter::ORDER_MAX, "refused"),
 ];
 
-/// Steps of preparation, in this order.
+/// Steps of preparation; they are applied in this order.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Preparation {
-    /// From when to when \[s\]; the whole recording where it is open.
+    /// First and last time that is kept \[s\]; `None` does not limit the recording on that side.
     pub crop: [Option<f64>; 2],
-    /// Offsets that are subtracted.
+    /// Offsets of sensors that are subtracted.
     pub offset: Offset,
-    /// Samples that do not count.
+    /// Samples that are excluded from the criterion.
     pub mask: Vec<Mask>,
-    /// Samples per second \[Hz\] that the recording is brought to.
+    /// Sampling rate to which the recording is resampled \[Hz\].
     pub rate_hz: Option<f64>,
-    /// Every Nth sample is kept.
+    /// Factor of decimation: every Nth sample is kept, after an anti-alias filter.
     pub decimate: Option<usize>,
-    /// A filter on all signals.
+    /// Low-pass filter of all signals.
     pub filter: Option<LowPass>,
-    /// True if the input goes on in a straight line between samples, or is held; where it is open, a voltage is held
-    /// and a current goes on.
+    /// True for a first-order hold of the input between samples, false for a zero-order hold; `None` selects the zero-order
+    /// hold for a voltage and the first-order hold for a current.
     pub sampled_input: Option<bool>,
 }
 
-/// Offsets of sensors.
+/// Offsets of sensors that are subtracted from their signals.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub enum Offset {
-    /// Nothing is subtracted.
+    /// No offsets are subtracted.
     #[default]
     None,
-    /// The means of current and speed before the voltage first changes, where the motor rests there.
+    /// Means of current and speed while the input is idle at the start of the recording, if that lasts ten samples.
     Auto,
-    /// Values in SI units.
+    /// Offset of each listed signal, in SI units.
     Given(Vec<(Quantity, f64)>),
 }
 
 impl Preparation {
-    /// Returns whether it leaves every recording as it is.
+    /// Returns true if no step changes a recording.
     #[must_use]
-    pub fn is_nothing(&self) -> bool {
+    pub fn is_identity(&self) -> bool {
         *self == Self { sampled_input: self.sampled_input, ..Self::default() }
     }
 
-    /// Prepares a recording; several come of one that is cut where its drive is disabled.
+    /// Prepares a recording. Cutting out segments with a disabled drive makes several recordings of one.
     ///
     /// # Errors
-    /// `Usage` when a setting does not fit the recording, `Data` when too little is left of it.
+    /// `Usage` if a setting does not suit the recording, `Data` if too few samples remain.
     pub fn apply(&self, record: &Record) -> Result<Vec<Record>> {
         let located = |error: Error| record.source().path.iter().fold(error, |error, path| error.in_file(path));
         let pieces = mask::apply(&self.mask, self.shifted(self.cropped(record)?)?)?;
@@ -88,7 +90,7 @@ impl Preparation {
             let time = &record.samples().time_s;
             let (count, first, last) = (range.len(), time[0], time[time.len() - 1]);
             let message = text!([Crop] " leaves {count} samples of a recording from {first} s to {last} s");
-            return Err(Error::usage(message, "Give FROM:TO in the recording's own time, in seconds."));
+            return Err(Error::usage(message, "Give FROM:TO in the time of the recording, in seconds."));
         }
         record.cut_to(range, "cropped")
     }
@@ -114,7 +116,7 @@ impl Preparation {
     }
 
     fn resampled(&self, record: Record) -> Result<Record> {
-        let Some(rate) = self.rate_hz else { return every_nth(record.lined(self), self.decimate.unwrap_or(1)) };
+        let Some(rate) = self.rate_hz else { return every_nth(record.with_slopes(self), self.decimate.unwrap_or(1)) };
         check_rate(rate)?;
         let time = &record.samples().time_s;
         if (time[time.len() - 1] - time[0]) * rate > count(SAMPLES_MAX) {
@@ -124,23 +126,23 @@ impl Preparation {
         let ratio = 1.0 / (record.period_s() * rate);
         let every = whole((ratio - 0.01).ceil().clamp(1.0, 1e9));
         let fine = 1.0 / (rate * count(every));
-        // As many digits as the hint has.
+        // The tolerance lets the hint round the highest rate to four digits.
         if record.period_s() / fine > f64::from(FINER_MAX) * (1.0 + 1e-3) {
             let period = engineering(record.period_s(), "s", 4);
             let message =
-                text!([Rate = "{rate}"] " makes more than {FINER_MAX} samples of each of a recording every {period}");
+                text!([Rate = "{rate}"] " makes more than {FINER_MAX} samples of each recorded one (period {period})");
             let highest = time::rounded(f64::from(FINER_MAX) / record.period_s(), 4);
             return Err(Error::usage(message, format!("Give at most {highest} Hz.")));
         }
         if record.steps().step_index.is_empty() && (fine / record.period_s() - 1.0).abs() < 1e-6 {
-            return every_nth(record.lined(self), every);
+            return every_nth(record.with_slopes(self), every);
         }
         if !time::gaps(&record.samples().time_s).is_empty() {
-            let hint = text!("Use " [Gaps = "split"] " with it, or " [Gaps = "keep"] " without.");
-            return Err(Error::usage(text!([Rate] " over a gap in time would make up what happened in it"), hint));
+            let hint = text!("Add " [Gaps = "split"] ", or use " [Gaps = "keep"] " without " [Rate] ".");
+            return Err(Error::usage(text!([Rate] " would interpolate over a gap in time"), hint));
         }
-        let record = record.lined(self);
-        let note = format!("brought to a regular clock of {}", engineering(1.0 / fine, "Hz", 5));
+        let record = record.with_slopes(self);
+        let note = format!("resampled to a regular clock of {}", engineering(1.0 / fine, "Hz", 5));
         let made = regular(record.samples(), &record.slope, fine);
         let record = Record { interpolated: true, ..record.resampled(made, note)? };
         every_nth(record, every)
@@ -157,12 +159,12 @@ impl Preparation {
             FilterKind::Chebyshev { ripple_db } => format!("Chebyshev ({ripple_db} dB)"),
         };
         let (order, cutoff) = (filter.order, engineering(filter.cutoff_hz, "Hz", 4));
-        let note = format!("all signals alike through a low-pass: {name}, order {order}, {cutoff}");
+        let note = format!("all signals through the same low-pass: {name}, order {order}, {cutoff}");
         let tail = whole((2.0 / (filter.cutoff_hz * record.period_s())).ceil());
         let widened = |e: &Excluded| Excluded { end: e.end.saturating_add(tail).min(record.len()), ..*e };
         let excluded = record.excluded().iter().map(widened).collect();
         let Response { noise_power, memory } = cascade.response();
-        let independent = record.independent() * noise_power;
+        let independent = record.effective_sample_ratio() * noise_power;
         let at_rest = record.starts_at_rest();
         let filtered = |signal: &[f64]| cascade.apply(signal, if at_rest { 0.0 } else { signal[0] });
         let slope = if record.slope.is_empty() { Vec::new() } else { filtered(&record.slope) };
@@ -172,16 +174,18 @@ impl Preparation {
     }
 }
 
-/// The lowest rate \[Hz\]: no recording has a longer period.
+/// Lowest rate \[Hz\], that of the longest period of a recording.
 const RATE_MIN: f64 = 1e-6;
 
+/// Checks that a rate \[Hz\] is finite and at least [`RATE_MIN`].
 pub(super) fn check_rate(rate_hz: f64) -> Result<()> {
     if rate_hz.is_finite() && rate_hz >= RATE_MIN {
         return Ok(());
     }
-    Err(Error::usage(text!([Rate] " is {rate_hz}"), format!("Give samples per second, {RATE_MIN} at least.")))
+    Err(Error::usage(text!([Rate] " is {rate_hz}"), format!("Give samples per second, at least {RATE_MIN}.")))
 }
 
+/// Decimates a recording by an integer factor.
 fn every_nth(record: Record, every: usize) -> Result<Record> {
     if every <= 1 {
         return Ok(record);
@@ -190,19 +194,20 @@ fn every_nth(record: Record, every: usize) -> Result<Record> {
         return Err(Error::usage(text!([Decimate] " needs evenly spaced samples"), time::regular_clock()));
     }
     if record.len() / 2 < every {
-        let message = format!("one of {every} samples leaves too little of {}", record.len());
+        let message = format!("decimation by {every} leaves too little of {} samples", record.len());
         return Err(Error::usage(message, text!("Decimate less, or give a higher " [Rate] ".")));
     }
-    let note = format!("one of {every} samples kept, behind an anti-alias filter, all signals alike");
+    let note = format!("one of {every} samples kept after an anti-alias filter of all signals");
     let at_rest = record.starts_at_rest();
     let (made, memory) = decimated(&record, every, at_rest)?;
     Ok(record.resampled(made, note)?.without_first(if at_rest { 0 } else { memory }))
 }
 
-/// Samples that a rest must have before its means are offsets.
+/// Fewest idle samples at the start whose means are taken as offsets.
 const REST_MIN: usize = 10;
 
-/// The means of current and speed before the input first leaves its idle value, if that is near zero.
+/// Returns the means of current and speed while the input is within 1 % of its peak from zero at the start of the recording;
+/// none if that is shorter than [`REST_MIN`] samples.
 fn rest_means(record: &Record) -> Vec<(Quantity, f64)> {
     let input = record.input();
     let peak = peak(input);
@@ -216,7 +221,7 @@ fn rest_means(record: &Record) -> Vec<(Quantity, f64)> {
 }
 
 impl Record {
-    /// Returns whether nothing moves at the first sample, as far as noise lets it be told.
+    /// Returns true if all outputs are zero at the first sample, within their noise or 1 % of their peaks.
     fn starts_at_rest(&self) -> bool {
         self.measured()
             .into_iter()
@@ -224,28 +229,30 @@ impl Record {
             .all(|signal| signal[0].abs() <= (0.01 * peak(signal)).max(5.0 * noise_sigma(signal)))
     }
 
-    /// The same; the first samples do not count, because a filter that began in motion does not know what was before.
-    /// What the motor did there is in its state, which is estimated.
+    /// Excludes the first samples, in which the transient of a filter that started in motion has not decayed.
+    ///
+    /// The samples are not cut off, because the input drives the motor there too; its initial state is estimated.
     fn without_first(self, count: usize) -> Self {
         let end = count.min(self.len().saturating_sub(2));
         let first = (end > 0).then_some(Excluded { start: 0, end, channels: [true; 2] });
         Self { excluded: self.excluded.into_iter().chain(first).collect(), ..self }
     }
 
-    /// The samples from one time to another \[s\].
+    /// Returns the samples between two times \[s\], both included.
     fn between(&self, from: f64, to: f64) -> Range<usize> {
-        // A millionth of a period of tolerance: 0.3 s is sample 300 of 1 ms, whatever its last bit is.
+        // A tolerance of a millionth of a period: at 1 ms the time 0.3 s is sample 300 in spite of rounding.
         let near = 1e-6 * self.period_s();
         let start = self.samples.time_s.partition_point(|t| *t < from - near);
         start..self.samples.time_s.partition_point(|t| *t <= to + near)
     }
 
+    /// Returns the samples of a range, with a note on the times.
     fn cut_to(&self, range: Range<usize>, how: &str) -> Result<Self> {
         let [from, to] = [range.start, range.end - 1].map(|n| significant(self.samples.time_s[n], 6));
         self.part(range, format!("{how} to {from} s … {to} s"))
     }
 
-    /// The same with changed values.
+    /// Returns the recording with changed values, which are checked, and a note.
     pub(crate) fn changed(self, change: impl FnOnce(&mut Samples), note: String) -> Result<Self> {
         let Self { mut samples, mut source, .. } = self;
         change(&mut samples);
@@ -256,8 +263,8 @@ impl Record {
         Ok(Self { samples, source, ..self })
     }
 
-    /// The same with the input as lines, if it is to be resampled.
-    fn lined(self, preparation: &Preparation) -> Self {
+    /// Represents the input by its mean and slope over each step if the recording will be resampled.
+    fn with_slopes(self, preparation: &Preparation) -> Self {
         if !self.slope.is_empty() || (preparation.rate_hz.is_none() && preparation.decimate.is_none_or(|n| n <= 1)) {
             return self;
         }
@@ -266,6 +273,7 @@ impl Record {
         Self { samples: self.samples.with_input(mean), slope, ..self }
     }
 
+    /// Replaces the signals by resampled ones and maps lines and excluded ranges to the new samples.
     fn resampled(self, made: Resampled, note: String) -> Result<Self> {
         let mut source = Source { lines: self.source.lines.of(made.from.iter().copied()), ..self.source };
         source.notes.push(note);

@@ -1,40 +1,42 @@
-//! A recording at another rate: onto a regular clock, then every Nth sample behind an anti-alias filter.
+//! Change of the sampling rate: interpolation to a regular clock, and decimation after an anti-alias filter.
 //!
-//! Every signal, the voltage too, passes the same filter, so that the motor relates the filtered signals as it relates
-//! the others. Over each new period the voltage becomes the line with the same mean and the same first moment: what the
-//! motor feels of it then differs in the third order of the period only.
+//! All signals, the input included, pass the same filter, so that the filtered signals satisfy the equations of the motor.
+//! Over each new period the input is the straight line with the same mean and the same first moment: its effect on the
+//! motor differs only in the third order of the period.
 
 use super::filter::{FilterKind, LowPass, Response};
 use crate::Result;
 use crate::numeric;
 use crate::record::{Record, Samples};
 
-/// The edge of the anti-alias filter as a part of half the new rate.
+/// Cut-off of the anti-alias filter relative to half the new rate.
 const EDGE: f64 = 0.8;
+/// Order of the anti-alias filter.
 const ORDER: usize = 8;
+/// Passband ripple of the anti-alias filter \[dB\].
 const RIPPLE_DB: f64 = 0.05;
 
-/// The result of a change of rate.
+/// Result of a change of rate.
 pub(super) struct Resampled {
+    /// Signals at the new times; the input is the mean over each period.
     pub samples: Samples,
-    /// By how much the voltage rises over each period.
+    /// Rise of the input over each period, in V or A.
     pub slope: Vec<f64>,
-    /// For each sample, the place in time of the old one that it stands for.
+    /// Index of the old sample at or before each new one.
     pub from: Vec<usize>,
-    /// The part of the new samples that count as independent.
+    /// Ratio of the effective sample size to the number of new samples.
     pub independent: f64,
 }
 
-/// By how much the voltage rises over each period, and what it is on average there: of one that is held, or that goes
-/// on in a straight line.
+/// Returns mean and rise of an input over each step, for a zero-order hold or else a first-order hold.
 pub(super) fn lines(voltage: &[f64], held: bool) -> [Vec<f64>; 2] {
     let next = |n: usize| if held { voltage[n] } else { voltage[(n + 1).min(voltage.len() - 1)] };
     let all = || (0..voltage.len()).map(|n| (voltage[n], next(n)));
     [all().map(|(a, b)| f64::midpoint(a, b)).collect(), all().map(|(a, b)| b - a).collect()]
 }
 
-/// One of `every` samples of a recording with a regular clock, behind an anti-alias filter, and how many of them remember
-/// what was before the first.
+/// Keeps one of `every` samples of a recording with a regular clock, after an anti-alias filter. The second result is the
+/// length of the filter's impulse response \[new samples\].
 pub(super) fn decimated(record: &Record, every: usize, at_rest: bool) -> Result<(Resampled, usize)> {
     let (samples, factor) = (record.samples(), numeric::count(every));
     let kind = FilterKind::Chebyshev { ripple_db: RIPPLE_DB };
@@ -63,7 +65,7 @@ pub(super) fn decimated(record: &Record, every: usize, at_rest: bool) -> Result<
     Ok((Resampled { samples: made.with_input(input), slope, from, independent }, memory.div_ceil(every)))
 }
 
-/// Lines over short periods as lines over `every` of them: their means, and slopes with the same first moment.
+/// Joins the lines over `every` periods each into one: its mean, and the rise that gives the same first moment.
 fn joined(mean: &[f64], slope: &[f64], every: usize) -> [Vec<f64>; 2] {
     let one = |(mean, slope): (&[f64], &[f64])| {
         let count = numeric::count(mean.len());
@@ -79,7 +81,7 @@ fn joined(mean: &[f64], slope: &[f64], every: usize) -> [Vec<f64>; 2] {
     [pairs.iter().map(|p| p.0).collect(), pairs.iter().map(|p| p.1).collect()]
 }
 
-/// Signals at times every `period_s`, from the first to the last.
+/// Resamples signals to a regular clock of `period_s` \[s\], from the first time to the last.
 pub(super) fn regular(samples: &Samples, slope: &[f64], period_s: f64) -> Resampled {
     let time_s = &samples.time_s;
     let (first, last) = (time_s[0], time_s[time_s.len() - 1]);
@@ -111,7 +113,7 @@ pub(super) fn regular(samples: &Samples, slope: &[f64], period_s: f64) -> Resamp
     Resampled { samples: made.with_input(input), slope, from, independent }
 }
 
-/// The cubic through the four samples around `t`, which lies in the step after sample `n`; at the ends the nearest four.
+/// Evaluates at `t`, in the step after sample `n`, the cubic through the four nearest samples (Lagrange's form).
 fn cubic(time_s: &[f64], signal: &[f64], n: usize, t: f64) -> f64 {
     let count = time_s.len().min(4);
     let start = n.saturating_sub(1).min(time_s.len() - count);
@@ -123,7 +125,7 @@ fn cubic(time_s: &[f64], signal: &[f64], n: usize, t: f64) -> f64 {
     values.iter().enumerate().map(|(k, value)| weight(k) * value).sum()
 }
 
-/// Lines over irregular steps (means, rises) as lines over the periods of a grid.
+/// Converts lines over irregular steps (means and rises) to lines over the periods of a grid.
 fn on_grid(time_s: &[f64], [mean, slope]: [&[f64]; 2], grid: &[f64], period_s: f64) -> [Vec<f64>; 2] {
     let mut n = 0;
     let mut lines = [Vec::with_capacity(grid.len()), Vec::with_capacity(grid.len())];
@@ -134,7 +136,7 @@ fn on_grid(time_s: &[f64], [mean, slope]: [&[f64]; 2], grid: &[f64], period_s: f
             let next = time_s.get(n + 1).copied().unwrap_or(f64::INFINITY);
             let to = next.min(end);
             let (length, center) = ((to - from).max(0.0), f64::midpoint(from, to));
-            // The value at the centre of the piece, and its rise over the piece.
+            // Slope of the piece, and its value at the centre.
             let rate = if next.is_finite() { slope[n] / (next - time_s[n]) } else { 0.0 };
             let value =
                 if next.is_finite() { mean[n] + rate * (center - f64::midpoint(time_s[n], next)) } else { mean[n] };
@@ -176,7 +178,7 @@ mod tests {
 
     #[test]
     fn a_line_stays_a_line() {
-        // On any grid, a voltage that rises evenly is the same line.
+        // A linear voltage is reproduced exactly on any grid.
         let time_s: Vec<f64> = (0..40).map(|n| 0.01 * f64::from(n) + 0.003 * f64::from(n % 3)).collect();
         let voltage: Vec<f64> = time_s.iter().map(|t| 2.0 * t - 0.1).collect();
         let [mean, slope] = lines(&voltage, false);
@@ -190,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn decimation_keeps_what_is_slow_and_drops_what_would_fold() {
+    fn decimation_keeps_the_passband_and_suppresses_aliases() {
         let wave =
             |f: f64| (0..4000).map(|n| (std::f64::consts::TAU * f * f64::from(n) * 1e-3).sin()).collect::<Vec<f64>>();
         let of = |f: f64| {
@@ -201,6 +203,6 @@ mod tests {
             numeric::peak(&made.samples.speed.unwrap()[100..])
         };
         assert!((of(5.0) - 1.0).abs() < 0.02, "{}", of(5.0));
-        assert!(of(90.0) < 1e-3, "90 Hz would look like 10 Hz: {}", of(90.0));
+        assert!(of(90.0) < 1e-3, "90 Hz would be aliased to 10 Hz: {}", of(90.0));
     }
 }

@@ -9,7 +9,7 @@ use crate::report::spelling::command_line;
 use crate::study::compare::{Block, Comparison, MethodResult, Outcome, PairwiseTest, Reached, reached};
 use serde_json::{Map, Value, json as value};
 
-/// Returns the JSON document of a comparison; with `paper` its tables beside ours.
+/// Returns the JSON document of a comparison; with `paper` it includes the paper's tables.
 #[must_use]
 pub fn compare_document(comparison: &Comparison, paper: bool) -> Value {
     let Comparison { subject, spec, device, .. } = comparison;

@@ -1,4 +1,4 @@
-//! A comparison as others read it.
+//! JSON document and tables of a comparison.
 
 mod document;
 mod paper;

@@ -1,4 +1,4 @@
-//! The paper's Tables 4 to 8 and its discussion, ours beside.
+//! The paper's Tables 4 to 8 and its discussion beside the results of a comparison.
 
 use super::tables::{cell, current_of, fixed, percent, setting_name, settled, simulated, steiglitz_note};
 use crate::motor::{Parameter, Parameters};
@@ -8,17 +8,17 @@ use crate::study::compare::paper::{NOTES, PRINTED, Printed, REAL, printed};
 use crate::study::compare::{Comparison, MethodEstimates};
 use crate::text::{decimals, significant};
 
-/// Footnotes by their marks.
+/// Adds the footnotes with the given marks.
 fn noted(table: &mut Table, marks: &str) {
     for (mark, note) in NOTES.iter().filter(|(mark, _)| marks.contains(mark)) {
         table.note(format!("{mark}) {note}"));
     }
 }
 
-/// The printed figures of a method and the estimates found here, where it is compared.
+/// The paper's results of a method, and its estimates here if it is compared.
 type Pair = (&'static Printed, Option<MethodEstimates>);
 
-/// Tables 4 to 8 and the figures of the discussion; the first block is the one that the paper's tables show.
+/// Returns Tables 4 to 8 and the table of the discussion. The first block must have the setting of the paper's tables.
 #[must_use]
 pub fn paper_tables(comparison: &Comparison) -> Vec<Table> {
     let mut tables = vec![costs(comparison)];
@@ -34,7 +34,7 @@ pub fn paper_tables(comparison: &Comparison) -> Vec<Table> {
     tables
 }
 
-/// Table 4.
+/// Returns Table 4, costs.
 fn costs(comparison: &Comparison) -> Table {
     let heads = ["method", "paper best", "worst", "average", "ours best", "worst", "average", "median"];
     let mut table = Table::new("table4", "Table 4: cost over runs (a)", &heads);
@@ -58,7 +58,7 @@ fn costs(comparison: &Comparison) -> Table {
     table
 }
 
-/// Tables 5 and 6, a method each.
+/// Returns the part of Table 5 or 6 for one method, parameters and their errors.
 fn parameters(comparison: &Comparison, (printed, ours): &Pair) -> Table {
     let number = if matches!(printed.method, "sm" | "gwo") { 5 } else { 6 };
     let mark = if printed.method == "jaya" { "c, d" } else { "d" };
@@ -83,9 +83,8 @@ fn parameters(comparison: &Comparison, (printed, ours): &Pair) -> Table {
     }
     if let Some(squares) = best.and_then(|motor| mean_squares(comparison, &motor)) {
         let [current, speed] = squares.map(|square| significant(square, 3));
-        table.note(format!(
-            "True mean squared error of the best run (Eq. 14): current {current} A², speed {speed} rad²/s²."
-        ));
+        table
+            .note(format!("Mean squared error of the best run (Eq. 14): current {current} A², speed {speed} rad²/s²."));
     }
     if printed.method == "sm" {
         table.note(steiglitz_note(comparison));
@@ -94,12 +93,13 @@ fn parameters(comparison: &Comparison, (printed, ours): &Pair) -> Table {
     table
 }
 
-/// Errors of the parameters: best run, mean over runs; NaN of a method that is not compared.
+/// Returns for each parameter the relative error of the best run and the mean over runs \[%\]; NaN for a method that is
+/// not compared.
 fn errors(ours: Option<&MethodEstimates>) -> [[f64; 2]; 5] {
     ours.map_or([[f64::NAN; 2]; 5], |ours| ours.errors(&Parameters::M2))
 }
 
-/// Eq. 14 of both channels of the first recording.
+/// Returns the mean squared errors (Eq. 14) of current \[A²\] and speed \[rad²/s²\] on the first recording.
 fn mean_squares(comparison: &Comparison, motor: &Parameters) -> Option<[f64; 2]> {
     let model = simulated(comparison, motor)?;
     let [current, speed] = comparison.subject.records.first()?.measured();
@@ -110,7 +110,7 @@ fn mean_squares(comparison: &Comparison, motor: &Parameters) -> Option<[f64; 2]>
     Some([of(current, &model[0])?, of(speed, &model[1])?])
 }
 
-/// The averages over the parameters, as the text gives them.
+/// Returns the averages over the parameters, as in the paper's text.
 fn summary(pairs: &[Pair]) -> Table {
     let title = "Summary: mean relative error over the five parameters [%] (h)";
     let mut table = Table::new("averages", title, &["method", "paper", "ours best", "ours mean over runs"]);
@@ -124,7 +124,7 @@ fn summary(pairs: &[Pair]) -> Table {
     table
 }
 
-/// Table 7.
+/// Returns Table 7, computation times.
 fn times(comparison: &Comparison, pairs: &[Pair]) -> Table {
     let heads = ["method", "paper [min]", "ours [ms]", "ratio"];
     let mut table = Table::new("table7", "Table 7: computation time (e)", &heads);
@@ -139,7 +139,7 @@ fn times(comparison: &Comparison, pairs: &[Pair]) -> Table {
     table
 }
 
-/// Table 8.
+/// Returns Table 8, standard deviations.
 fn deviations(pairs: &[Pair]) -> Table {
     let heads = ["method", "", "R", "L", "K", "B", "J"];
     let mut table = Table::new("table8", "Table 8: standard deviations of the parameters [SI units] (f)", &heads);
@@ -153,7 +153,7 @@ fn deviations(pairs: &[Pair]) -> Table {
     table
 }
 
-/// The figures of the discussion.
+/// Returns the table of the discussion, characteristics of the current.
 fn responses(comparison: &Comparison, pairs: &[Pair]) -> Table {
     let heads = ["method", "", "peak [A]", "at [s]", "settled 2 %", "5 % [s]", "steady [A]", "error [A]"];
     let mut table = Table::new("discussion", "Discussion: the current (g)", &heads);
@@ -181,7 +181,7 @@ fn responses(comparison: &Comparison, pairs: &[Pair]) -> Table {
         let error = fixed(two.steady_state - truth);
         row(names, [two.peak, two.peak_time_s], times, two.steady_state, error);
     }
-    table.note("*) Our simulation of the parameters that the paper prints.");
+    table.note("*) Simulated here with the parameters that the paper prints.");
     noted(&mut table, "g");
     table
 }

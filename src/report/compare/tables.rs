@@ -1,34 +1,34 @@
-//! Tables of a comparison: costs, ranking, parameters, errors, responses, time.
+//! Tables of a comparison: costs, ranking, parameters, errors, targets, responses.
 
 use crate::identify::Method;
-use crate::motor::{Parameter, Parameters, Response, response, simulate};
+use crate::motor::{Parameter, Parameters, StepResponse, response, simulate};
 use crate::numeric::{mean, quantile, sorted};
 use crate::report::Table;
 use crate::report::spelling::command_line;
 use crate::report::table::dash;
-use crate::study::compare::{Block, Comparison, FEW, MethodResult, Setting, reached};
+use crate::study::compare::{Block, Comparison, ComparisonSetting, FEW, MethodResult, reached};
 use crate::text::{decimals, engineering, significant};
 
-/// The headings of tables with a column for each parameter.
+/// Headings of tables with a column for each parameter.
 const PARAMETERS: [&str; 6] = ["method", "R [ohm]", "L [H]", "K [V s/rad]", "B [N m s/rad]", "J [kg m²]"];
 
-/// The heading of a block: criterion, scale and budget.
+/// Describes a setting: criterion, scale, budget and changed hyperparameters.
 #[must_use]
-pub fn setting_name(setting: &Setting) -> String {
+pub fn setting_name(setting: &ComparisonSetting) -> String {
     let criterion = setting.criterion.norm.name();
     let scale = setting.criterion.scale.name();
     let own: String = setting.methods.iter().filter_map(changed).map(|own| format!("; {own}")).collect();
     format!("{criterion}, scale {scale}, {} agents × {} generations{own}", setting.population, setting.generations)
 }
 
-/// Settings of a method that are not its usual ones.
+/// Describes the hyperparameters of a method that differ from their defaults; `None` if none does.
 fn changed(method: &Method) -> Option<String> {
     let changed = method.search()?.changed();
     let differing: Vec<String> = changed.into_iter().map(|(name, value)| format!("{name}: {value}")).collect();
     (!differing.is_empty()).then(|| format!("{} {}", method.name(), differing.join(", ")))
 }
 
-/// A number for a cell, a dash where there is none.
+/// Formats a number for a cell; NaN is a dash.
 pub(in crate::report) fn cell(value: f64, digits: usize) -> String {
     match value {
         v if v.is_nan() => dash(),
@@ -37,13 +37,13 @@ pub(in crate::report) fn cell(value: f64, digits: usize) -> String {
     }
 }
 
-/// Four decimals, zero without a sign.
+/// Formats a number with four decimals, zero without a sign.
 pub(super) fn fixed(value: f64) -> String {
     let text = decimals(value, 4);
     if text == "-0.0000" { "0.0000".to_owned() } else { text }
 }
 
-/// Percent with two decimals, or fewer where they mean nothing.
+/// Formats a percentage with two decimals, or with none from 100 % on.
 pub(super) fn percent(value: f64) -> String {
     match value {
         v if v.is_nan() => dash(),
@@ -52,7 +52,7 @@ pub(super) fn percent(value: f64) -> String {
     }
 }
 
-/// All tables of a block.
+/// Returns all tables of a block.
 #[must_use]
 pub fn tables(comparison: &Comparison, block: &Block) -> Vec<Table> {
     let mut tables = vec![costs(comparison, block)];
@@ -70,15 +70,15 @@ pub fn tables(comparison: &Comparison, block: &Block) -> Vec<Table> {
     tables
 }
 
-/// Runs of each method.
+/// Returns the number of runs of each method.
 fn runs(block: &Block) -> usize {
     block.results.iter().map(|result| result.runs.len()).max().unwrap_or(0)
 }
 
-/// Costs of all runs.
+/// Returns the table of final costs.
 fn costs(comparison: &Comparison, block: &Block) -> Table {
     let title = format!("Cost ({})", setting_name(&block.setting));
-    let heads = ["method", "best", "median", "95 % interval", "worst", "average", "a run"];
+    let heads = ["method", "best", "median", "95 % interval", "worst", "average", "run time"];
     let mut table = Table::new("cost", title, &heads);
     let time = |seconds: Option<f64>| seconds.map_or_else(dash, |s| engineering(s, "s", 3));
     let seed = comparison.spec.seed;
@@ -90,7 +90,7 @@ fn costs(comparison: &Comparison, block: &Block) -> Table {
         let name = result.method.name();
         table.named_row(name, [best, median, interval, worst, average, time(result.seconds)]);
         if s.failed > 0 {
-            table.note(format!("{name}: {} runs found no candidate that does not diverge.", s.failed));
+            table.note(format!("{name}: in {} runs every candidate diverged.", s.failed));
         }
     }
     let mut single = |name: &str, cost: f64, seconds: Option<f64>| {
@@ -104,17 +104,17 @@ fn costs(comparison: &Comparison, block: &Block) -> Table {
     }
     let runs = runs(block);
     if runs == 0 {
-        table.note("Interrupted before it was run.");
+        table.note("Interrupted before the first run.");
         return table;
     }
     if comparison.interrupted {
-        table.note("Interrupted: these are the best so far, not of the whole budget.");
+        table.note("Interrupted: the runs did not complete their budget.");
     }
     if comparison.subject.records.len() > 1 && block.steiglitz_cost.is_some() {
-        table.note("sm: from the first recording alone; its cost is over all.");
+        table.note("sm: estimated from the first recording only; its cost is over all recordings.");
     }
     table.note(format!(
-        "{runs} runs each, seed {seed}; the interval is that of the median (bootstrap). A run's time is that of one run alone."
+        "{runs} runs each, seed {seed}. The interval is a bootstrap interval of the median; the run time is that of a single run."
     ));
     table
 }
@@ -125,13 +125,13 @@ fn ranking(block: &Block) -> Table {
     let runs = runs(block);
     let order: Vec<&str> = ranking.order.iter().map(|n| name(*n)).collect();
     let title = format!("Ranking by median cost: {}", order.join(", "));
-    let mut table = Table::new("ranking", title, &["pair", "first is lower in", "p", "p corrected", "at 5 %"]);
+    let mut table = Table::new("ranking", title, &["pair", "first is lower in", "p", "p (Holm)", "at 5 %"]);
     for pair in &ranking.pairs {
         let [a, b] = pair.methods;
         let verdict = match pair.p_holm < 0.05 {
             _ if runs < FEW => "too few runs",
-            true => "differ",
-            false => "no difference shown",
+            true => "significant",
+            false => "not significant",
         };
         table.row([
             format!("{} before {}", name(a), name(b)),
@@ -142,13 +142,14 @@ fn ranking(block: &Block) -> Table {
         ]);
     }
     table.note(
-        "Wilcoxon's signed-rank test, two-sided, of the logarithms of final costs of runs with the same number (they start from \
-         the same population), corrected by Holm's method for all pairs of this block; the budget is equal in evaluations.",
+        "Two-sided Wilcoxon signed-rank test of the logarithms of the final costs, paired by run number (paired runs start \
+         from the same population), with Holm's correction for all pairs of this block. All methods have the same number of \
+         evaluations.",
     );
     table
 }
 
-/// The parameters of the best run of each method.
+/// Returns the table of the parameters of the best run of each method.
 fn parameters(comparison: &Comparison, block: &Block) -> Table {
     let mut table = Table::new("parameters", "Parameters of the best run", &PARAMETERS);
     let truth = comparison.subject.truth.map(|truth| ("true", truth));
@@ -157,25 +158,27 @@ fn parameters(comparison: &Comparison, block: &Block) -> Table {
         table.named_row(name, motor.to_array().map(|value| significant(value, 6)));
     }
     if let Some(Err(reason)) = comparison.steiglitz.as_ref().map(|sm| &sm.estimate) {
-        table.note(format!("Steiglitz\u{2013}McBride cannot serve: {reason}."));
+        table.note(format!("Steiglitz\u{2013}McBride gives no estimate: {reason}."));
     }
     match &comparison.reference {
-        Ok(_) => table.note("refined: Levenberg\u{2013}Marquardt with noise weights, what every search could end at."),
+        Ok(_) => table.note(
+            "refined: Levenberg\u{2013}Marquardt with noise weights, the optimum that a search can reach at best.",
+        ),
         Err(reason) => table.note(format!("There is no refined estimate: {}", reason.spelled(command_line))),
     }
     table
 }
 
-/// The best motor of each method, Steiglitz–McBride last.
+/// Returns the best estimate of each method, Steiglitz–McBride last.
 pub(in crate::report) fn best(comparison: &Comparison, block: &Block) -> Vec<(&'static str, Parameters)> {
     comparison.estimates(block).into_iter().filter_map(|found| Some((found.method, found.best?))).collect()
 }
 
-/// Relative errors of the parameters; `None` where nothing is known that they could be errors of.
+/// Returns the table of the relative errors of the parameters; `None` without true or refined parameters.
 fn errors(comparison: &Comparison, block: &Block) -> Option<Table> {
     let expected = comparison.expected()?;
     let against = if comparison.subject.truth.is_some() { "the truth" } else { "the refined estimate" };
-    let title = format!("Relative errors to {against} [%]: best run / mean over runs");
+    let title = format!("Relative errors against {against} [%]: best run / mean over runs");
     let mut table = Table::new("errors", title, &["method", "R", "L", "K", "B", "J", "average"]);
     let pair = |[best, mean]: [f64; 2]| format!("{}/{}", percent(best), percent(mean));
     for found in comparison.estimates(block) {
@@ -183,12 +186,12 @@ fn errors(comparison: &Comparison, block: &Block) -> Option<Table> {
         if is_steiglitz && found.best.is_none() && found.all.is_empty() {
             continue;
         }
-        // Steiglitz–McBride estimates what searches hold, too.
+        // Steiglitz–McBride also estimates the parameters that the searches fix.
         let is_free = |p: Parameter| is_steiglitz || comparison.is_free(p);
         let errors: Vec<_> = Parameter::ALL.into_iter().zip(found.errors(&expected)).collect();
         let free = || errors.iter().filter(|(p, _)| is_free(*p)).map(|(_, error)| error);
         let average = [0, 1].map(|n| mean(&free().map(|error| error[n]).collect::<Vec<f64>>()));
-        let cells = errors.iter().map(|(p, error)| if is_free(*p) { pair(*error) } else { "held".to_owned() });
+        let cells = errors.iter().map(|(p, error)| if is_free(*p) { pair(*error) } else { "fixed".to_owned() });
         table.named_row(found.method, cells.chain([pair(average)]));
         if is_steiglitz {
             table.note(steiglitz_note(comparison));
@@ -197,30 +200,30 @@ fn errors(comparison: &Comparison, block: &Block) -> Option<Table> {
     Some(table)
 }
 
-/// Where Steiglitz–McBride's spread comes from.
+/// Describes the origin of the spread of Steiglitz–McBride.
 pub(super) fn steiglitz_note(comparison: &Comparison) -> String {
     let Some(sm) = &comparison.steiglitz else { return String::new() };
     if sm.records == 0 {
-        return "Steiglitz\u{2013}McBride has no seeds, and no records with new noise can be made of this recording: it has no \
-                spread here."
+        return "Steiglitz\u{2013}McBride has no seeds, and no records with new noise can be made from this recording, so there is no \
+                spread."
             .to_owned();
     }
     format!(
-        "Steiglitz\u{2013}McBride has no seeds: its spread is over {} records with new noise of {} A and {} rad/s{}; it served \
-         on {} of them.",
+        "Steiglitz\u{2013}McBride has no seeds: its spread is over {} records with new noise of {} A and {} rad/s{}, \
+         {} of which gave an estimate.",
         sm.records,
         significant(sm.sigma[0], 3),
         significant(sm.sigma[1], 3),
         if comparison.subject.truth.is_some() {
             format!(" ({} dB)", comparison.spec.noise_db)
         } else {
-            " (that of the residuals)".to_owned()
+            " (the residual σ)".to_owned()
         },
         sm.spread.len()
     )
 }
 
-/// Standard deviations of the parameters.
+/// Returns the table of the standard deviations of the parameters over runs.
 fn deviations(comparison: &Comparison, block: &Block) -> Table {
     let mut table = Table::new("deviations", "Standard deviations of the parameters over runs", &PARAMETERS);
     for found in comparison.estimates(block) {
@@ -236,52 +239,61 @@ fn deviations(comparison: &Comparison, block: &Block) -> Table {
     table
 }
 
-/// Returns the table of targets and the evaluations until they are reached.
+/// Returns the table of the evaluations and times until targets are reached.
 fn targets(comparison: &Comparison, block: &Block) -> Table {
     let (targets, reached) = reached(block, comparison.spec.target);
     let title = match (targets.first(), targets.last()) {
         (Some(first), Some(last)) if targets.len() > 1 => {
-            format!("Reached of {} targets from {} down to {}", targets.len(), cell(*first, 3), cell(*last, 3))
+            format!(
+                "Fraction of {} targets reached, from {} down to {}",
+                targets.len(),
+                cell(*first, 3),
+                cell(*last, 3)
+            )
         }
-        (Some(only), _) => format!("Reached the cost {}", cell(*only, 3)),
+        (Some(only), _) => format!("Fraction of runs that reached the cost {}", cell(*only, 3)),
         _ => "Targets".to_owned(),
     };
     let heads = ["method", "25 % after", "50 % after", "75 % after", "at the end", "50 % after [s]"];
     let mut table = Table::new("targets", title, &heads);
     for (result, reached) in block.results.iter().zip(&reached) {
-        let place = |share: f64| reached.share.iter().position(|s| *s >= share);
-        let at = |share: f64| place(share).map_or("never".to_owned(), |n| format!("{}", reached.evaluations[n]));
-        let seconds = place(0.5).and_then(|n| reached.seconds.get(n));
+        let index = |share: f64| reached.share.iter().position(|s| *s >= share);
+        let at = |share: f64| index(share).map_or("never".to_owned(), |n| format!("{}", reached.evaluations[n]));
+        let seconds = index(0.5).and_then(|n| reached.seconds.get(n));
         let seconds = seconds.map_or_else(dash, |s| engineering(*s, "s", 3));
         let last = percent(100.0 * reached.share.last().copied().unwrap_or(0.0));
         table.named_row(result.method.name(), [at(0.25), at(0.5), at(0.75), format!("{last} %"), seconds]);
     }
-    table.note("Share of all pairs of a run and a target, after how many evaluations of a run; targets are even in the logarithm.");
+    table.note(
+        "Evaluations of a run after which this fraction of all pairs of a run and a target is reached. Targets are equally \
+         spaced in the logarithm.",
+    );
     table
 }
 
-/// Simulates a motor under the input of the first recording: current and speed.
+/// Simulates a motor under the input of the first recording; returns current \[A\] and speed \[rad/s\].
 pub(super) fn simulated(comparison: &Comparison, motor: &Parameters) -> Option<[Vec<f64>; 2]> {
     let drive = crate::experiment::drive(comparison.subject.records.first()?);
     let initial = comparison.initial.first().copied().unwrap_or_default();
     Some(simulate(motor, &drive, initial, comparison.spec.model.discretization))
 }
 
-/// The current of a motor as the first recording drives it: its figures with bands of 2 % and of 5 %.
-pub(super) fn current_of(comparison: &Comparison, motor: &Parameters) -> Option<[Response; 2]> {
+/// Returns the response of the current of a motor under the input of the first recording, with settling bands of 2 %
+/// and 5 %.
+pub(super) fn current_of(comparison: &Comparison, motor: &Parameters) -> Option<[StepResponse; 2]> {
     in_bands(&comparison.subject.records.first()?.samples().time_s, &simulated(comparison, motor)?[0])
 }
 
-fn in_bands(time: &[f64], current: &[f64]) -> Option<[Response; 2]> {
+fn in_bands(time: &[f64], current: &[f64]) -> Option<[StepResponse; 2]> {
     Some([response(time, current, 0.02)?, response(time, current, 0.05)?])
 }
 
-/// A settling time.
+/// Formats a settling time.
 pub(super) fn settled(time: Option<f64>) -> String {
     time.map_or("never".to_owned(), |t| decimals(t, 3))
 }
 
-/// Figures of the current: peak, settling, steady state.
+/// Returns the table of peak, settling and steady state of the current.
 fn responses(comparison: &Comparison, block: &Block) -> Option<Table> {
     let samples = comparison.subject.records.first()?.samples();
     let measured = in_bands(&samples.time_s, samples.current.as_ref()?)?;
@@ -304,12 +316,12 @@ fn responses(comparison: &Comparison, block: &Block) -> Option<Table> {
         );
     }
     table.note(
-        "over: overshoot. 2 % and 5 %: from when on the current stays within that band around its mean over the last tenth.",
+        "over: overshoot. 2 % and 5 %: settling times into these bands around the mean over the last tenth of the recording.",
     );
     Some(table)
 }
 
-/// Quartiles of the lowest cost after each generation.
+/// Returns the quartiles over runs of the lowest cost after each generation, shape `[generations, 3]`.
 #[must_use]
 pub fn quartiles(result: &MethodResult) -> Vec<[f64; 3]> {
     let generations = result.runs.iter().map(|run| run.history.len()).max().unwrap_or(0);

@@ -1,4 +1,4 @@
-//! The inspection of a recording: facts about its signals, as a document and as a page.
+//! Inspection of recordings: facts about the signals, as a JSON document and as a page.
 
 #[cfg(feature = "report")]
 mod page;
@@ -14,10 +14,10 @@ use crate::numeric::{mean, noise_sigma, rms, standard_deviation};
 use crate::record::{Quantity, Record, Severity};
 use serde_json::{Map, Value, json as value};
 
-/// Facts of one signal of a recording.
+/// Facts about one signal of a recording, in the SI unit of its quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SignalFacts {
-    /// The quantity that it holds.
+    /// Quantity of the signal.
     pub quantity: Quantity,
     /// Smallest value.
     pub min: f64,
@@ -29,16 +29,16 @@ pub struct SignalFacts {
     pub rms: f64,
     /// Population standard deviation.
     pub std: f64,
-    /// Standard deviation of its white noise, estimated.
+    /// Estimated standard deviation of the white noise.
     pub noise_sigma: f64,
-    /// Peak, settling and steady state of a response; `None` for inputs.
-    pub response: Option<crate::motor::Response>,
-    /// True if noise leaves the band of the settling time, so that there is none to be seen.
+    /// Peak, settling and steady state of an output; `None` for inputs.
+    pub response: Option<crate::motor::StepResponse>,
+    /// True if the noise exceeds the settling band, so that there is no settling time.
     pub settling_hidden: bool,
 }
 
 impl SignalFacts {
-    /// The facts of all signals; `band` is that of the settling time.
+    /// Computes the facts of all signals; `band` is the settling band as a fraction of the steady state.
     #[must_use]
     pub fn of(record: &Record, band: f64) -> Vec<Self> {
         let facts = |(quantity, signal): (Quantity, &[f64])| {
@@ -65,7 +65,7 @@ impl SignalFacts {
     }
 }
 
-/// The signals that a recording has.
+/// Returns the signals of a recording.
 fn signals(record: &Record) -> impl Iterator<Item = (Quantity, &[f64])> {
     let samples = record.samples();
     let all = [
@@ -77,7 +77,7 @@ fn signals(record: &Record) -> impl Iterator<Item = (Quantity, &[f64])> {
     all.into_iter().filter_map(|(quantity, signal)| Some((quantity, signal?.as_slice())))
 }
 
-/// Returns the JSON document of inspections: what each recording holds.
+/// Returns the JSON document of inspections; `band` is the settling band as a fraction of the steady state.
 #[must_use]
 pub fn inspect_document(inspections: &[Inspection<'_>], band: f64) -> Value {
     value!({

@@ -1,4 +1,4 @@
-//! The page of an inspection: what was understood, what is odd and where, the signals with its places marked.
+//! Page of an inspection: the findings, the signals with the findings marked, and the columns as imported.
 
 use super::SignalFacts;
 use crate::identify::{Identifiability, Inspection};
@@ -11,7 +11,7 @@ use crate::report::table::{Table, dash};
 use crate::text::{engineering, significant};
 use crate::warning::Warning;
 
-/// The page of some recordings; `band` is that of the settling time.
+/// Returns the page of inspections; `band` is the settling band as a fraction of the steady state.
 #[must_use]
 pub fn inspect_page(inspections: &[Inspection<'_>], band: f64, how: &Reproduced) -> Page {
     let count = |severity| inspections.iter().flat_map(|i| &i.warnings).filter(|w| w.severity == severity).count();
@@ -24,10 +24,10 @@ pub fn inspect_page(inspections: &[Inspection<'_>], band: f64, how: &Reproduced)
     };
     let mut sections: Vec<Section> = Vec::new();
     for (n, inspection) in inspections.iter().enumerate() {
-        let heading = if inspections.len() == 1 { "What is odd".to_owned() } else { name(inspection.record) };
+        let heading = if inspections.len() == 1 { "Findings".to_owned() } else { name(inspection.record) };
         sections.push(section(&heading, odd(inspection, inspections.len() > 1)));
         sections.push(section("Signals", vec![Part::Figure(signals(inspection, n))]));
-        sections.push(section("What was understood", understood(inspection.record, band)));
+        sections.push(section("Columns and statistics", understood(inspection.record, band)));
     }
     sections.push(reproduce(inspections.iter().map(|i| i.record), how, None));
     let title = match inspections {
@@ -63,7 +63,7 @@ fn counted(reports: usize, mentions: usize) -> String {
         _ => format!("{count} {more}"),
     };
     match (reports, mentions) {
-        (0, 0) => "Nothing odd was found.".to_owned(),
+        (0, 0) => "No fault was found.".to_owned(),
         (0, _) => format!("No fault was found, {}.", many(mentions, "remark", "remarks")),
         (_, 0) => format!("{} found.", many(reports, "fault was", "faults were")),
         _ => format!("{} found, {}.", many(reports, "fault was", "faults were"), many(mentions, "remark", "remarks")),
@@ -74,7 +74,7 @@ fn identifiability(identifiability: &Identifiability) -> String {
     match identifiability {
         Identifiability::Identifies { .. } => {
             let errors = identifiability.errors().unwrap_or_default();
-            format!("It identifies {errors} (standard errors, if the model holds).")
+            format!("It identifies {errors} (standard errors, if the model is adequate).")
         }
         Identifiability::Lacks { message, remedy } => {
             let message = message.spelled(command_line);
@@ -84,7 +84,7 @@ fn identifiability(identifiability: &Identifiability) -> String {
     }
 }
 
-/// The findings, numbered as they are on the plots.
+/// Returns the findings, numbered as in the plots.
 fn odd(inspection: &Inspection<'_>, several: bool) -> Vec<Part> {
     let mut parts = Vec::new();
     if several {
@@ -92,7 +92,7 @@ fn odd(inspection: &Inspection<'_>, several: bool) -> Vec<Part> {
         parts.push(Part::Text(text));
     }
     if inspection.warnings.is_empty() {
-        parts.push(Part::Text("Nothing odd was found.".to_owned()));
+        parts.push(Part::Text("No fault was found.".to_owned()));
         return parts;
     }
     let item = |(n, warning): (usize, &Warning)| {
@@ -111,7 +111,7 @@ fn odd(inspection: &Inspection<'_>, several: bool) -> Vec<Part> {
     parts
 }
 
-/// All signals over time, with the places of the findings.
+/// Returns the figure of all signals over time, with the findings marked.
 fn signals(inspection: &Inspection<'_>, n: usize) -> Figure {
     let record = inspection.record;
     let chart = |(quantity, signal): (Quantity, &[f64])| {
@@ -136,13 +136,13 @@ fn signals(inspection: &Inspection<'_>, n: usize) -> Figure {
         svg: panels(&charts, 1, [1060.0, 270.0]),
         alternative: format!("The signals of {} over time, findings marked", name(record)),
         caption:
-            "Marked in orange: where findings are, by their numbers above; those without a place are about all of the \
+            "Orange: the location of a finding, by its number above. Findings without a location concern the complete \
                   signal."
                 .to_owned(),
     }
 }
 
-/// Returns whether a finding is about a signal; those about time are shown with the input.
+/// Returns true if a finding concerns a signal; those about time are shown with the input.
 fn is_of(warning: &Warning, quantity: Quantity, driver: Quantity) -> bool {
     let Some(place) = &warning.place else { return false };
     match place.quantity {
@@ -157,10 +157,10 @@ fn marks(n: usize, warning: &Warning) -> Vec<Mark> {
     times.enumerate().map(|(k, range)| Mark { range: *range, label: label(k == 0) }).collect()
 }
 
-/// Columns, signals and what was done to them.
+/// Returns the tables of the imported columns and of the statistics of the signals.
 fn understood(record: &Record, band: f64) -> Vec<Part> {
     let source = record.source();
-    let mut columns = Table::new("columns", "Columns", &["heading", "holds", "cells", "unit"]);
+    let mut columns = Table::new("columns", "Columns", &["heading", "quantity", "conversion", "unit"]);
     for column in &source.columns {
         let unit = if column.unit_named { column.unit.clone() } else { format!("{}, assumed", column.unit) };
         columns.row([column.heading.clone(), column.quantity.to_string(), column.conversion.clone(), unit]);
@@ -173,7 +173,7 @@ fn understood(record: &Record, band: f64) -> Vec<Part> {
     let mut signals = Table::new("signals", "Signals in SI units", &heads);
     for facts in SignalFacts::of(record, band) {
         let number = |value: f64| significant(value, 4);
-        let response = |of: &dyn Fn(&crate::motor::Response) -> Option<f64>| {
+        let response = |of: &dyn Fn(&crate::motor::StepResponse) -> Option<f64>| {
             facts.response.as_ref().and_then(of).map_or_else(dash, number)
         };
         signals.row([
@@ -191,8 +191,8 @@ fn understood(record: &Record, band: f64) -> Vec<Part> {
     let jitter = significant(100.0 * record.steps().jitter, 2);
     let regular = record.steps().jitter < 1e-6;
     signals.note(match regular {
-        true => "Samples are evenly spaced.".to_owned(),
-        false => format!("Steps between samples deviate by up to {jitter} % from the period."),
+        true => "Samples are equally spaced.".to_owned(),
+        false => format!("Sampling intervals deviate by up to {jitter} % from the period."),
     });
     vec![Part::Table(columns), Part::Table(signals)]
 }

@@ -1,4 +1,4 @@
-//! Maps of a quantity over two axes.
+//! Heat maps of a quantity over two axes.
 
 use super::{DRAWN_MAX, nothing, svg};
 use kuva::plot::line::LinePlot;
@@ -8,24 +8,24 @@ use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
 use std::sync::Arc;
 
-/// A map of a quantity over two axes.
+/// A heat map of a quantity over two axes.
 pub struct Map<'a> {
-    /// The title of the colour scale, with its unit.
+    /// Title of the colour scale, with the unit.
     pub title: &'a str,
-    /// The axes, with units.
+    /// Labels of the axes, with units.
     pub labels: [&'a str; 2],
-    /// From where to where the axes go.
+    /// Ranges `[min, max]` of the axes.
     pub ranges: [[f64; 2]; 2],
-    /// Row by row, the second axis from its low end up.
+    /// Values by rows, which run along the first axis; the second axis increases from row to row.
     pub values: Vec<Vec<f64>>,
-    /// A point that is marked.
+    /// Point that is marked.
     pub mark: [f64; 2],
-    /// A closed curve, such as an ellipse of confidence.
+    /// Closed curve, such as a confidence ellipse.
     pub curve: Vec<(f64, f64)>,
 }
 
-/// A heat map with its mark and curve; a drawing that says so where there are no values, rows of different lengths, or a range
-/// that is none.
+/// Draws a heat map with its mark and curve. The drawing is a text if there are no values, rows differ in length, or a
+/// range is empty.
 #[must_use]
 pub fn heat_map(map: Map<'_>) -> String {
     let [[x0, x1], [y0, y1]] = map.ranges;
@@ -46,7 +46,7 @@ pub fn heat_map(map: Map<'_>) -> String {
         .with_cell_size(1.0);
     let inside = |(x, y): &(f64, f64)| (x0..=x1).contains(x) && (y0..=y1).contains(y);
     let mut plots = vec![Plot::Heatmap(heat)];
-    // Only what lies within is drawn; where the curve leaves the map, its parts are not joined.
+    // The curve is clipped to the map; its parts are not joined where it leaves the map.
     for part in map.curve.split(|point| !inside(point)).filter(|part| part.len() > 1) {
         plots.push(Plot::Line(LinePlot::new().with_data(part.to_vec()).with_color("#ffffff").with_stroke_width(2.0)));
     }
@@ -63,11 +63,11 @@ pub fn heat_map(map: Map<'_>) -> String {
     svg(plots, layout)
 }
 
-/// A matrix of correlations with its values written in.
+/// Draws a correlation matrix with its values.
 pub(in crate::report) fn correlation(names: &[String], values: Vec<Vec<f64>>) -> String {
     let all = || values.iter().flatten().copied().filter(|v| v.is_finite());
     let (low, high) = (all().fold(1.0, f64::min), all().fold(-1.0, f64::max));
-    // Colours that dark figures are read on: blue above 0, orange below, white at 0.
+    // Dark text is legible on these colours: blue above 0, orange below, white at 0.
     let shade = move |share: f64| {
         let value = (low + share * (high - low)).clamp(-1.0, 1.0);
         let full = if value > 0.0 { [86.0, 180.0, 233.0] } else { [240.0, 150.0, 80.0] };

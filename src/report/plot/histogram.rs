@@ -8,25 +8,25 @@ use kuva::plot::annotations::ReferenceLine;
 use kuva::render::layout::{Layout, TickFormat};
 use kuva::render::plots::Plot;
 
-/// Fewest and most bins.
+/// Smallest and largest number of bins.
 const BINS: [f64; 2] = [5.0, 60.0];
-/// The distance beyond the quartiles up to which values are drawn, in quartile ranges.
+/// Distance beyond the quartiles up to which values are drawn \[interquartile ranges\].
 const FENCE: f64 = 15.0;
 
-/// A panel: how often values are where.
+/// A panel with one histogram.
 #[derive(Debug, Clone, Default)]
 pub(in crate::report) struct Histogram {
-    /// The title.
+    /// Title.
     pub title: String,
-    /// The axes, with units.
+    /// Labels of the axes, with units.
     pub labels: [String; 2],
-    /// The values.
+    /// Values.
     pub values: Vec<f64>,
-    /// Limits, lower and upper: dashed, and what lies outside is of another colour.
+    /// Lower and upper limit, drawn dashed; values outside have another colour.
     pub limits: Option<[f64; 2]>,
 }
 
-/// Where bins begin and end, and how many values they hold: all, and within limits.
+/// Edges of the bins, and the numbers of all values and of the values within limits in each bin.
 struct Bins {
     edges: Vec<f64>,
     all: Vec<f64>,
@@ -34,7 +34,8 @@ struct Bins {
 }
 
 impl Histogram {
-    /// From where to where values are drawn: a stray one does not squeeze the others, and one alone has some room.
+    /// Returns the range of values that is drawn. It excludes values far from the quartiles, and is widened for a
+    /// constant.
     fn range(&self) -> [f64; 2] {
         let sorted = sorted(&self.values);
         let [low, high] = [0.25, 0.75].map(|p| quantile(&sorted, p));
@@ -45,13 +46,13 @@ impl Histogram {
         [low - room, high + room]
     }
 
-    /// Returns the number of values outside the drawing.
+    /// Returns the number of values outside the drawn range.
     pub(in crate::report) fn beyond(&self) -> usize {
         let [low, high] = self.range();
         self.values.iter().filter(|v| !(low..=high).contains(*v)).count()
     }
 
-    /// Bins by D. Freedman and P. Diaconis (1981); `None` of no values.
+    /// Counts the values in bins of the width by Freedman and Diaconis (1981); `None` without finite values.
     fn bins(&self) -> Option<Bins> {
         let [low, high] = self.range();
         let span = high - low;
@@ -74,9 +75,9 @@ impl Histogram {
         Some(Bins { edges, all, within })
     }
 
-    /// The bars; those within limits before the others.
+    /// Returns the bars, those of values within limits in front.
     fn plots(&self, bins: Bins) -> Vec<Plot> {
-        // Where nothing is outside, nothing of the other colour shines through.
+        // A bin without values outside has no bar behind, whose colour would show through.
         let behind = bins.all.iter().zip(&bins.within).map(|(all, within)| if all > within { *all } else { 0.0 });
         let behind = behind.collect();
         let bars = |counts, color| Plot::Histogram(Bars::from_bins(bins.edges.clone(), counts).with_color(color));
@@ -103,13 +104,13 @@ impl Histogram {
     }
 }
 
-/// The next larger of 1, 2 and 5 times a power of ten.
+/// Returns the smallest of 1, 2 and 5 times a power of ten that is at least `least`.
 pub(super) fn round_step(least: f64) -> f64 {
     let power = 10.0_f64.powf(least.log10().floor());
     [1.0, 2.0, 5.0].into_iter().map(|step| step * power).find(|step| *step >= least).unwrap_or(10.0 * power)
 }
 
-/// As many decimals as a step has; of tiny ones an exponent.
+/// Returns the tick format with the decimals of a step, or with an exponent for very small steps.
 pub(super) fn decimals(step: f64) -> TickFormat {
     match step.log10().floor() {
         power if power >= 0.0 => TickFormat::Fixed(0),
@@ -118,7 +119,7 @@ pub(super) fn decimals(step: f64) -> TickFormat {
     }
 }
 
-/// Histograms side by side in so many columns. Panels without values are left out.
+/// Draws histograms in a grid with the given number of columns. Panels without values are omitted.
 pub(in crate::report) fn histograms(panels: &[Histogram], columns: usize) -> String {
     let (mut plots, mut layouts) = (Vec::new(), Vec::new());
     for panel in panels {
@@ -162,7 +163,7 @@ mod tests {
             assert_eq!(bins.all.iter().filter(|count| **count > 8.5).count(), 1, "{value}: {:?}", bins.all);
             assert!(histograms(&[panel(vec![value; 9])], 3).contains("<rect"));
         }
-        // Half of them the same: no quartile range, and still bins.
+        // The interquartile range is zero, and bins still exist.
         let values = [vec![0.0; 90], vec![1.0, 2.0]].concat();
         assert_eq!(panel(values).bins().unwrap().all.len(), 60);
     }

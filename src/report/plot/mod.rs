@@ -1,5 +1,5 @@
-//! Plots as SVG: units on every axis, colours that the colour-blind tell apart, and dashes for print in grey. All that
-//! knows the plotting library is here.
+//! Plots as SVG, with units on every axis, colours that are distinguishable with colour vision deficiency, and dashes
+//! for print in grey. Only this module uses the plotting library.
 
 mod heat;
 mod histogram;
@@ -22,63 +22,64 @@ use kuva::render::plots::Plot;
 use kuva::render::render::render_multiple;
 use maud::html;
 
-/// M. Okabe and K. Ito's colours, the yellow left out: it is lost on white.
+/// Palette by Okabe and Ito (2008) without the yellow, which has too little contrast on white.
 const COLORS: [&str; 7] = ["#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00"];
-/// The most points of a line: more are not seen.
+/// Largest number of points of a line; more are not visible.
 const POINTS: usize = 1600;
 
-/// Larger numbers, and on a logarithmic axis smaller ones than its inverse, are not drawn: marks on their axes would have no end.
+/// Largest magnitude that is drawn, and the inverse of the smallest on a logarithmic axis. Beyond it the plotting
+/// library would not stop to place ticks.
 const DRAWN_MAX: f64 = 1e300;
 
-/// A line of a chart.
+/// A curve of a chart.
 #[derive(Debug, Clone, Default)]
 pub struct Line {
-    /// Its name in the legend.
+    /// Name in the legend.
     pub name: String,
-    /// Its points.
+    /// Points `(x, y)`.
     pub points: Vec<(f64, f64)>,
-    /// Below and above it at each point.
+    /// Lower and upper limit of a band around the curve at each point.
     pub band: Option<(Vec<f64>, Vec<f64>)>,
-    /// True if it goes in steps.
+    /// True if the curve is a step function.
     pub steps: bool,
 }
 
-/// Lines over two axes.
+/// Curves over two axes.
 #[derive(Debug, Clone, Default)]
 pub(in crate::report) struct Chart {
-    /// The title.
+    /// Title.
     pub title: String,
-    /// The axes, with units.
+    /// Labels of the axes, with units.
     pub labels: [String; 2],
-    /// Which axes are logarithmic.
+    /// True for each axis that is logarithmic.
     pub log: [bool; 2],
-    /// The lines.
+    /// Curves.
     pub lines: Vec<Line>,
-    /// Stretches of the first axis that are marked.
+    /// Marked intervals of the first axis.
     pub marks: Vec<Mark>,
 }
 
-/// A stretch of the first axis that is marked.
+/// A marked interval of the first axis.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::report) struct Mark {
-    /// From where to where; at least a hair is shown.
+    /// Ends of the interval; a short one is drawn with a minimum width.
     pub range: [f64; 2],
-    /// Its label; empty for none.
+    /// Label; empty for none.
     pub label: String,
 }
 
 impl Chart {
-    /// A chart with nothing in it.
+    /// Creates a chart without curves.
     pub(in crate::report) fn new(title: impl Into<String>, labels: [&str; 2]) -> Self {
         Self { title: title.into(), labels: labels.map(str::to_owned), ..Self::default() }
     }
 
-    /// The same with logarithmic axes.
+    /// Returns the chart with logarithmic axes where `log` is true.
     pub(in crate::report) fn log(self, log: [bool; 2]) -> Self {
         Self { log, ..self }
     }
 
-    /// Returns the range of the lines along the first axis.
+    /// Returns the extent of the curves along the first axis.
     fn width(&self) -> f64 {
         let all = || self.lines.iter().flat_map(|line| &line.points).map(|(x, _)| *x).filter(|x| x.is_finite());
         (all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min)).max(0.0)
@@ -113,7 +114,7 @@ impl Chart {
     }
 }
 
-/// A line in its colour and dashes; `None` where there is nothing to show.
+/// Returns curve `n` in its colour and dashes; `None` without points that can be drawn.
 fn plot(n: usize, line: &Line, log: [bool; 2], with_legend: bool) -> Option<Plot> {
     let shown = |v: f64, axis: usize| v.abs() <= DRAWN_MAX && (!log[axis] || v >= 1.0 / DRAWN_MAX);
     let kept: Vec<usize> = (0..line.points.len())
@@ -150,25 +151,25 @@ fn plot(n: usize, line: &Line, log: [bool; 2], with_legend: bool) -> Option<Plot
     }))
 }
 
-/// Places of a long line that show the same: the lowest and the highest of each stretch.
+/// Reduces a long curve to the indices of the lowest and the highest point of each segment, which look the same.
 fn thinned(kept: &[usize], points: &[(f64, f64)]) -> Vec<usize> {
     if kept.len() <= POINTS {
         return kept.to_vec();
     }
-    let stretch = kept.len().div_ceil(POINTS / 2);
-    let ends = |stretch: &[usize]| {
+    let length = kept.len().div_ceil(POINTS / 2);
+    let ends = |segment: &[usize]| {
         let of = |k: &&usize| points[**k].1;
-        let low = stretch.iter().min_by(|a, b| of(a).total_cmp(&of(b))).copied();
-        let high = stretch.iter().max_by(|a, b| of(a).total_cmp(&of(b))).copied();
+        let low = segment.iter().min_by(|a, b| of(a).total_cmp(&of(b))).copied();
+        let high = segment.iter().max_by(|a, b| of(a).total_cmp(&of(b))).copied();
         let mut ends: Vec<usize> = low.into_iter().chain(high).collect();
         ends.sort_unstable();
         ends.dedup();
         ends
     };
-    kept.chunks(stretch).flat_map(ends).collect()
+    kept.chunks(length).flat_map(ends).collect()
 }
 
-/// One chart.
+/// Draws one chart.
 pub(in crate::report) fn chart(chart: &Chart) -> String {
     let plots = chart.plots(true);
     if plots.is_empty() {
@@ -178,22 +179,22 @@ pub(in crate::report) fn chart(chart: &Chart) -> String {
     svg(plots, layout)
 }
 
-/// Lines over logarithmic axes.
+/// Draws curves over two logarithmic axes.
 #[must_use]
 pub fn log_log(title: &str, labels: [&str; 2], lines: Vec<Line>) -> String {
     chart(&Chart { lines, ..Chart::new(title, labels).log([true; 2]) })
 }
 
-/// Charts side by side in so many columns, with one legend for all, that of the first.
+/// Draws charts in a grid with the given number of columns and a common legend.
 pub(in crate::report) fn panels(charts: &[Chart], columns: usize, [width, height]: [f64; 2]) -> String {
     let charts: Vec<&Chart> = charts.iter().filter(|chart| !chart.plots(false).is_empty()).collect();
     if charts.is_empty() {
         return nothing("");
     }
-    // The first that has all lines explains them all.
+    // The legend is that of the first chart with the most curves.
     let most = charts.iter().map(|chart| chart.plots(false).len()).max().unwrap_or(0);
     let named = charts.iter().position(|chart| chart.plots(false).len() == most).unwrap_or(0);
-    // A single line in each needs no legend: titles and axes say what it is.
+    // Charts with a single curve need no legend beside their titles and axes.
     let legend = most > 1;
     let plots: Vec<Vec<Plot>> = charts.iter().enumerate().map(|(n, chart)| chart.plots(legend && n == named)).collect();
     let layouts = charts.iter().zip(&plots).map(|(chart, plots)| small(chart.layout(plots))).collect();
@@ -202,21 +203,21 @@ pub(in crate::report) fn panels(charts: &[Chart], columns: usize, [width, height
     SvgBackend::default().render_scene(&figure.render())
 }
 
-/// Panels in so many columns.
+/// Arranges panels in a grid with the given number of columns.
 fn grid(plots: Vec<Vec<Plot>>, layouts: Vec<Layout>, columns: usize, [width, height]: [f64; 2]) -> Figure {
     let figure = Figure::new(plots.len().div_ceil(columns), columns);
     figure.with_plots(plots).with_layouts(layouts).with_cell_size(width, height)
 }
 
-/// Writing that is still read where a panel is a part of a page's width.
+/// Sets font sizes that remain legible if a panel is narrower than the page.
 fn small(layout: Layout) -> Layout {
     layout.with_title_size(19).with_label_size(17).with_tick_size(15)
 }
 
-/// Boxes by name: groups of values.
+/// Named groups of values, a box each.
 pub(in crate::report) type Groups = Vec<(String, Vec<f64>)>;
 
-/// Boxes (quartiles, Tukey's whiskers) of groups of values, panels with their titles side by side.
+/// Draws box plots (quartiles, Tukey's whiskers) of groups of values, in panels side by side.
 pub(in crate::report) fn boxes(panels: Vec<(&str, Groups)>, label: &str) -> String {
     let (mut plots, mut layouts) = (Vec::new(), Vec::new());
     for (title, groups) in panels {
@@ -244,7 +245,7 @@ fn grouped(groups: Groups) -> BoxPlot {
     groups.into_iter().fold(BoxPlot::new(), |plot, (name, values)| plot.with_group(name, values))
 }
 
-/// A drawing that says that there is nothing to draw.
+/// Returns a drawing with the text that there is no data.
 fn nothing(title: &str) -> String {
     let text = format!("{title}: no data");
     let text = html! { (text.trim_start_matches(": ")) }.into_string();

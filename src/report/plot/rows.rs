@@ -1,4 +1,4 @@
-//! Boxes one below the other, so that their names can be read.
+//! Horizontal box plots, one below the other, with legible names.
 
 use super::histogram::{decimals, round_step};
 use super::{COLORS, Groups, grouped, nothing};
@@ -8,13 +8,13 @@ use kuva::render::layout::{Layout, TickFormat};
 use kuva::render::plots::Plot;
 use std::sync::Arc;
 
-/// Boxes (quartiles, Tukey's whiskers) of groups of values in rows, the first on top, on an axis that holds a range. On a
-/// logarithmic one, boxes and whiskers are those of the logarithms.
+/// Draws box plots (quartiles, Tukey's whiskers) of groups of values in rows, the first on top, on an axis over a
+/// range. On a logarithmic axis, boxes and whiskers are those of the logarithms.
 pub(in crate::report) fn box_rows(groups: Groups, label: &str, [low, high]: [f64; 2], is_log: bool) -> String {
     let shown = |value: &f64| value.is_finite() && (!is_log || *value > 0.0);
     let placed = |value: &f64| if is_log { value.log10() } else { *value };
     let of = |(name, values): (String, Vec<f64>)| (name, values.iter().filter(|v| shown(v)).map(placed).collect());
-    // Rows are counted from below.
+    // The plotting library counts rows from the bottom.
     let groups: Groups =
         groups.into_iter().map(of).filter(|(_, values): &(_, Vec<f64>)| !values.is_empty()).rev().collect();
     if groups.is_empty() {
@@ -35,7 +35,7 @@ pub(in crate::report) fn box_rows(groups: Groups, label: &str, [low, high]: [f64
             significant(10.0_f64.powf(v), digits)
         };
         layout = layout.with_x_tick_format(TickFormat::Custom(Arc::new(power)));
-        // Whole decades where there are some.
+        // Ticks are at decades if the range has at least two.
         let decades = placed(&high) - placed(&low);
         if decades >= 2.0 {
             layout = layout.with_x_tick_step((decades / 6.0).ceil());

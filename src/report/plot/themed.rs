@@ -1,6 +1,7 @@
-//! Drawings for files: their colours follow the reader's light or dark setting.
+//! Drawings for files, whose colours follow the reader's light or dark colour scheme.
 
-/// Colours of the dark setting. The plotting library writes black and white as names or numbers, and text without a colour.
+/// Colours of the dark scheme. The plotting library writes black and white as names or numbers, and text without a
+/// colour.
 const STYLE: &str = "<style>@media (prefers-color-scheme: dark) {\
     rect[fill=\"white\" i], rect[fill=\"#ffffff\" i] { fill: #16181b }\
     text:not([fill]), text[fill=\"#000000\"], text[fill=\"black\"] { fill: #e8e8e8 }\
@@ -10,7 +11,7 @@ const STYLE: &str = "<style>@media (prefers-color-scheme: dark) {\
     [stroke=\"#0072b2\" i] { stroke: #4f9fd6 } [fill=\"#0072b2\" i] { fill: #4f9fd6 }\
     }</style>";
 
-/// Returns a drawing as a file of its own: readable on a light and on a dark background.
+/// Returns a drawing that is legible on a light and on a dark background.
 #[must_use]
 pub fn themed(svg: &str) -> String {
     match svg.split_once('>') {

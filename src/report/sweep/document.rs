@@ -1,4 +1,4 @@
-//! The JSON documents of a sweep: its results, its state.
+//! JSON documents of a sweep: results, sessions and progress.
 
 use super::line::{Excess, Spread, excesses, spreads};
 use super::words::cell_of;
@@ -40,7 +40,7 @@ pub fn sweep_document(summary: &SweepSummary, limits: &Limits) -> Value {
     })
 }
 
-/// Returns the JSON document of what a run of a shard did.
+/// Returns the JSON document of one session of a shard.
 #[must_use]
 pub fn tally_document(shard: Shard, tally: &Tally) -> Value {
     let warning = |w: &Warning| value!({"code": w.code, "message": w.message.spelled(command_line)});
@@ -58,7 +58,7 @@ pub fn tally_document(shard: Shard, tally: &Tally) -> Value {
     })
 }
 
-/// Returns the JSON document of how far a sweep is.
+/// Returns the JSON document of the progress of a sweep.
 #[must_use]
 pub fn status_document(status: &SweepStatus) -> Value {
     joined(value!({"motorfit": env!("CARGO_PKG_VERSION")}), value!(status))
@@ -74,7 +74,7 @@ fn block(block: &SweepBlock) -> Value {
     })
 }
 
-/// Levels of the factors that cells and runs have. Extensions are named where the study names them.
+/// Returns the levels of the factors of a cell or run. The model is included if the study names models.
 fn levels(f: &Factors, with: Option<&String>) -> Value {
     let first = value!({"method": f.method.name(), "polish": f.polish.name()});
     let with = with.map_or(Value::Null, |name| value!({"with": name}));
@@ -98,7 +98,7 @@ fn cell(cell: &Cell) -> Value {
     joined(levels(&cell.factors, cell.with.as_ref()), others)
 }
 
-/// Results by their level of trust; null where none has one.
+/// Returns the numbers of results by level of trust; null if no result has a level.
 fn trust(counts: &TrustCounts) -> Value {
     if counts.levels.is_known() { value!(counts) } else { Value::Null }
 }
@@ -111,7 +111,7 @@ fn worst(block: &SweepBlock, run: &NamedRun) -> Value {
     joined(joined(first, levels(f, cell.and_then(|cell| cell.with.as_ref()))), others)
 }
 
-/// A parameter over the motors; without limits nothing is said of them.
+/// Returns the quantiles of a parameter over the motors, with the numbers outside if there are limits.
 fn spread(spread: &Spread, is_limited: bool) -> Value {
     let mut entry = joined(value!({"unit": spread.named.0.unit()}), value!(Quantiles::of(&spread.values)));
     entry["std_error"] = spread.std_error.into();

@@ -1,4 +1,4 @@
-//! The figures of a sweep: the motors of a line, and costs by factor.
+//! Figures of a sweep: the parameters of the motors, and costs by factor.
 
 use super::line::{Spread, spreads};
 use super::tables::id;
@@ -8,11 +8,12 @@ use crate::report::page::{Figure, capital};
 use crate::report::plot::{Histogram, box_rows, histograms};
 use crate::study::sweep::{Cell, Limits, SweepSummary};
 
-/// Boxes of a figure, and boxes all in all.
+/// Largest number of boxes in a figure.
 const BOXES: usize = 12;
+/// Largest number of boxes in all figures.
 const BOXES_ALL: usize = 36;
 
-/// Returns the histograms of the parameters over the motors; `None` for one motor.
+/// Returns the histograms of the parameters over the motors; `None` for fewer than two motors.
 pub(super) fn motors(summary: &SweepSummary, limits: &Limits) -> Option<Figure> {
     if summary.results.len() < 2 {
         return None;
@@ -32,9 +33,9 @@ pub(super) fn motors(summary: &SweepSummary, limits: &Limits) -> Option<Figure> 
     let panels: Vec<Histogram> = spreads(summary, limits).into_iter().map(panel).collect();
     let mut caption = format!("The parameters of {} motors.", many(summary.results.len()));
     if !limits.is_empty() {
-        caption.push_str(" Dashed: the limits; motors outside of them are of the same colour.");
+        caption.push_str(" Dashed: the limits; motors outside have the same colour.");
     }
-    caption.push_str(&beyond(&panels, "value lies", "values lie"));
+    caption.push_str(&beyond(&panels, "value is", "values are"));
     Some(Figure {
         id: "motors".to_owned(),
         map: false,
@@ -45,7 +46,7 @@ pub(super) fn motors(summary: &SweepSummary, limits: &Limits) -> Option<Figure> 
     })
 }
 
-/// Costs of a block: boxes for each cell, or of a single cell a histogram.
+/// Returns the figures of the costs of a block: boxes by cell, or a histogram for a single cell.
 pub(super) fn costs(summary: &SweepSummary, n: usize) -> Vec<Figure> {
     let block = &summary.blocks[n];
     let all = || block.cells.iter().flat_map(|cell| &cell.costs).copied();
@@ -69,16 +70,17 @@ pub(super) fn costs(summary: &SweepSummary, n: usize) -> Vec<Figure> {
     let mut figures: Vec<Figure> = shown.chunks(BOXES).enumerate().map(figure).collect();
     if let Some(last) = figures.last_mut() {
         let logarithms = if is_log { " of the logarithms" } else { "" };
-        last.caption = format!("Quartiles and median{logarithms} over runs; whiskers reach 1.5 of the box.");
+        last.caption =
+            format!("Median and quartiles{logarithms} over runs; whiskers extend to 1.5 interquartile ranges.");
         if block.cells.len() > shown.len() {
             let (first, all) = (many(shown.len()), many(block.cells.len()));
-            last.caption.push_str(&format!(" The first {first} of {all}; the table has all."));
+            last.caption.push_str(&format!(" Only the first {first} of {all} are drawn; the table has all."));
         }
     }
     figures
 }
 
-/// Returns the histogram of costs.
+/// Returns the histogram of costs; `None` for fewer than two.
 fn single(summary: &SweepSummary, n: usize, costs: &[f64], is_log: bool) -> Option<Figure> {
     if costs.len() < 2 {
         return None;
@@ -96,10 +98,10 @@ fn single(summary: &SweepSummary, n: usize, costs: &[f64], is_log: bool) -> Opti
     })
 }
 
-/// Says how many values no bar shows.
+/// Returns the sentence on the number of values outside the drawn range.
 fn beyond(panels: &[Histogram], one: &str, more: &str) -> String {
     match panels.iter().map(Histogram::beyond).sum::<usize>() {
         0 => String::new(),
-        n => format!(" {} so far from the others that no bar shows them.", counted(n as u64, one, more)),
+        n => format!(" {} outside the drawn range.", counted(n as u64, one, more)),
     }
 }

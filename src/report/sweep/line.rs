@@ -1,4 +1,4 @@
-//! The motors of a production line: their parameters, and which are outside of limits.
+//! Motors of a production line: their parameters, and the motors outside limits.
 
 use super::words::{Unit, block_name, counted, many};
 use crate::identify::ParameterEstimate;
@@ -8,20 +8,20 @@ use crate::study::sweep::{Limits, MOTOR, Named, NamedRun, Quantiles, SweepSummar
 use crate::text::decimals;
 use std::collections::BTreeSet;
 
-/// A parameter over all motors.
+/// Values of a parameter over all motors.
 pub(super) struct Spread {
     pub named: Named,
     pub values: Vec<f64>,
-    /// The median standard error, NaN without any.
+    /// Median standard error; NaN without any.
     pub std_error: f64,
     pub limits: Option<[f64; 2]>,
-    /// Motors outside of the limits.
+    /// Number of motors outside the limits.
     pub outside: usize,
-    /// Motors inside whose 95 % interval reaches over a limit; `None` where no motor has intervals.
+    /// Number of motors inside the limits whose 95 % interval extends beyond one; `None` if no motor has intervals.
     pub unsure: Option<usize>,
 }
 
-/// The parameters of the motor, and others that motors have, over all that have them.
+/// Returns the values of R, L, K, B, J and of the other parameters that motors have.
 pub(super) fn spreads(summary: &SweepSummary, limits: &Limits) -> Vec<Spread> {
     let of = |named: &Named| {
         let estimates = || summary.results.iter().filter_map(|run| run.estimate(*named));
@@ -44,19 +44,20 @@ pub(super) fn spreads(summary: &SweepSummary, limits: &Limits) -> Vec<Spread> {
     all.filter(|spread| MOTOR.contains(&spread.named) || !spread.values.is_empty()).collect()
 }
 
-/// A parameter of a motor that is outside of its limits.
+/// A parameter of a motor that is outside its limits.
 pub(super) struct Excess<'a> {
     pub run: &'a NamedRun,
     pub estimate: &'a ParameterEstimate,
     pub value: f64,
-    /// The limit that it is beyond.
+    /// Limit that the value exceeds.
     pub limit: f64,
     pub is_above: bool,
-    /// The excess, as a fraction of the distance between the limits.
+    /// Excess as a fraction of the distance between the limits.
     pub share: f64,
 }
 
-/// Everything that is outside, the farthest first. A parameter that is not identifiable is not.
+/// Returns all values outside their limits, the largest excess first. Parameters that are not identifiable are not
+/// included.
 pub(super) fn excesses<'a>(summary: &'a SweepSummary, limits: &Limits) -> Vec<Excess<'a>> {
     let one = |run: &'a NamedRun, estimate: &'a ParameterEstimate| {
         let ([low, high], value) = (limits.of(estimate.parameter)?, estimate.value?);
@@ -77,7 +78,7 @@ pub(super) fn motors_outside(excesses: &[Excess<'_>]) -> u64 {
     excesses.iter().map(|excess| excess.run.job.motor).collect::<BTreeSet<_>>().len() as u64
 }
 
-/// The tables: what is outside of limits, the limits, the parameters of several motors.
+/// Returns the tables of the motors outside limits, of the limits, and of the parameters of several motors.
 pub(super) fn line_tables(summary: &SweepSummary, limits: &Limits) -> Vec<Table> {
     let spreads = spreads(summary, limits);
     let units: Vec<Unit> = spreads.iter().map(|s| Unit::for_all(s.named, &s.values)).collect();
@@ -105,12 +106,12 @@ fn motors(summary: &SweepSummary, spreads: &[Spread], units: &[Unit]) -> Table {
         table.named_row(&unit.head(), quantiles.into_iter().chain([unit.write(spread.std_error, 2)]));
     }
     let block = summary.blocks.first().map_or_else(String::new, block_name);
-    table.note(format!("Of each motor the best run ({block}); std. error: that of a typical motor, the median."));
+    table.note(format!("Best run of each motor ({block}); std. error: median over the motors."));
     table
 }
 
 fn limits(spreads: &[Spread], units: &[Unit]) -> Table {
-    let heads = ["parameter", "lower", "upper", "inside", "not sure", "outside"];
+    let heads = ["parameter", "lower", "upper", "inside", "uncertain", "outside"];
     let mut table = Table::new("limits", "Limits", &heads);
     let mut has_intervals = false;
     for (spread, unit) in spreads.iter().zip(units) {
@@ -126,20 +127,20 @@ fn limits(spreads: &[Spread], units: &[Unit]) -> Table {
         ]);
     }
     table.note(if has_intervals {
-        "Not sure: of the motors inside, those whose 95 % interval reaches over a limit."
+        "Uncertain: motors inside whose 95 % interval extends beyond a limit."
     } else {
-        "There are no intervals, which a polish gives: how sure this is, is not known."
+        "Without a polish there are no confidence intervals: the uncertainty is unknown."
     });
     table
 }
 
-/// Returns the table of motors outside the limits; `None` where there are none.
+/// Returns the table of motors outside the limits; `None` without any.
 fn outside(excesses: &[Excess<'_>], units: &[Unit]) -> Option<Table> {
     if excesses.is_empty() {
         return None;
     }
     let heads = ["motor", "parameter", "value", "95 % interval", "limit", "fit [%]"];
-    let title = format!("Outside of the limits: {}", counted(motors_outside(excesses), "motor", "motors"));
+    let title = format!("Outside the limits: {}", counted(motors_outside(excesses), "motor", "motors"));
     let mut table = Table::new("outside", title, &heads);
     for Excess { run, estimate, value, limit, is_above, .. } in excesses {
         let named = (estimate.parameter, estimate.scope);
@@ -156,6 +157,6 @@ fn outside(excesses: &[Excess<'_>], units: &[Unit]) -> Option<Table> {
             fit.unwrap_or_else(dash),
         ]);
     }
-    table.note("The farthest first, measured by the distance between the limits; fit: of current and speed.");
+    table.note("Sorted by the excess relative to the distance between the limits; fit: current / speed.");
     Some(table)
 }

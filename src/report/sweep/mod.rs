@@ -1,4 +1,4 @@
-//! A sweep as others read it.
+//! JSON documents, tables, figures, page and Parquet file of a sweep.
 
 mod document;
 mod figures;

@@ -1,4 +1,5 @@
-//! The page of a sweep: the answer, the motors, costs by factor, what failed, how it was made.
+//! Page of a sweep: the result in a sentence, the motors, costs by factor, runs without a result, and the command that
+//! reproduces it.
 
 use super::figures;
 use super::line::{excesses, line_tables, motors_outside};
@@ -9,13 +10,13 @@ use crate::report::pages::{reproduce, section};
 use crate::report::{Page, Part, Reproduced, Section};
 use crate::study::sweep::{Limits, SweepSummary};
 
-/// The page of a sweep.
+/// Returns the page of a sweep.
 #[must_use]
 pub fn sweep_page(summary: &SweepSummary, limits: &Limits, how: &Reproduced) -> Page {
     let mut sections = Vec::new();
     let warnings = warnings(summary);
     if !warnings.is_empty() {
-        sections.push(section("What to know first", warnings));
+        sections.push(section("Warnings", warnings));
     }
     let mut motors: Vec<Part> = figures::motors(summary, limits).map(Part::Figure).into_iter().collect();
     motors.extend(line_tables(summary, limits).into_iter().map(Part::Table));
@@ -32,7 +33,7 @@ pub fn sweep_page(summary: &SweepSummary, limits: &Limits, how: &Reproduced) -> 
     Page { title: format!("Sweep \u{201c}{}\u{201d}", summary.name), answer: sweep_answer(summary, limits), sections }
 }
 
-/// The answer in one sentence, or two.
+/// Returns the result in one or two sentences.
 #[must_use]
 pub fn sweep_answer(summary: &SweepSummary, limits: &Limits) -> String {
     let found = if summary.motors > 1 {
@@ -59,13 +60,13 @@ fn warnings(summary: &SweepSummary) -> Vec<Part> {
     let poor = summary.trust.levels.poor;
     let (all, device) = (grouped(summary.runs), &summary.device[0]);
     let texts = [
-        (missing, plural(missing, "run is", "runs are"), "not finished: run the sweep on, and merge it again."),
+        (missing, plural(missing, "run is", "runs are"), "not finished: continue the sweep and merge it again."),
         (failed, plural(failed, "run has", "runs have"), "no result: see below."),
         (poor, plural(poor, "run has", "runs have"), "a poor level of trust: see below."),
     ];
     let texts = texts.map(|(count, runs, what)| (count, format!("{} of {all} {runs} {what}", grouped(count))));
     let taken_over_runs = counted(taken_over, "run was", "runs were");
-    let by = format!("{taken_over_runs} done by the cpu in place of the {device}: its last digits differ.");
+    let by = format!("{taken_over_runs} executed on the cpu in place of the {device}: the last digits may differ.");
     let shown = texts.into_iter().chain([(taken_over, by)]).filter(|(count, _)| *count > 0);
     shown.map(|(_, text)| Part::Warning(text)).collect()
 }

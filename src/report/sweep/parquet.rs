@@ -1,4 +1,4 @@
-//! The merged results as Parquet: a row a run, values flat, in groups of rows whose size memory is bounded by.
+//! Merged results as Parquet, one row per run with flat columns, in row groups that bound the memory.
 
 use crate::file::{replace, unwritable};
 use crate::identify::ParameterEstimate;
@@ -15,10 +15,10 @@ use std::io::{BufRead as _, BufReader, Write};
 use std::path::Path;
 use std::sync::Arc;
 
-/// Rows of a group.
+/// Rows of a row group.
 const GROUP: usize = 1 << 16;
 
-/// Ways to read a column of a row.
+/// Function that reads a column from a line.
 enum Column {
     Whole(fn(&Line) -> u64),
     Text(fn(&Line) -> String),
@@ -26,10 +26,10 @@ enum Column {
     Real(Real),
 }
 
-/// Reads a number that may be missing.
+/// Function that reads a number that may be missing.
 type Real = Box<dyn Fn(&Line) -> Option<f64>>;
 
-/// The columns by name: those of the parameters that results of the sweep have, and of what its study has.
+/// Returns the names and functions of the columns; those of parameters depend on the results, some others on the study.
 fn columns(sweep: &SweepSummary) -> Vec<(String, Column)> {
     let text = |name: &str, of| (name.to_owned(), Column::Text(of));
     let whole = |name: &str, of| (name.to_owned(), Column::Whole(of));
@@ -87,14 +87,14 @@ fn columns(sweep: &SweepSummary) -> Vec<(String, Column)> {
     columns
 }
 
-/// Which parameters stand at a bound: `R:max,J:min`.
+/// Lists the parameters at a bound, as in `R:max,J:min`.
 fn at_bound(row: &Line) -> String {
     let name = |e: &ParameterEstimate| Some(format!("{}:{}", e.name(), e.at_bound?));
     let all = row.outcome.estimates.iter().flat_map(|estimates| &estimates.list);
     all.filter_map(name).collect::<Vec<_>>().join(",")
 }
 
-/// The columns in the words of the format; seeds take all 64 bits.
+/// Returns the schema in the message format of Parquet. Seeds are unsigned, since they use all 64 bits.
 fn schema(columns: &[(String, Column)]) -> String {
     let one = |(name, column): &(String, Column)| match column {
         Column::Whole(_) if name == "seed" => format!("REQUIRED INT64 {name} (INTEGER(64,false));"),
@@ -106,10 +106,11 @@ fn schema(columns: &[(String, Column)]) -> String {
     format!("message sweep {{ {} }}", columns.iter().map(one).collect::<String>())
 }
 
-/// Writes the merged results of a sweep as Parquet, beside and renamed. The summary is that of the same merge.
+/// Writes the merged results of a sweep as Parquet; the file is replaced atomically. `sweep` is the summary of the same
+/// merge.
 ///
 /// # Errors
-/// `Data` when the results cannot be read or the file cannot be written.
+/// Returns a `Data` error if the results cannot be read or the file cannot be written.
 pub fn write_parquet(results: &Path, sweep: &SweepSummary, out: &Path) -> Result<()> {
     let remedy = "Merge the sweep again.";
     let unread = |error| Error::data(format!("cannot be read: {error}"), remedy).in_file(results);
@@ -128,7 +129,7 @@ pub fn write_parquet(results: &Path, sweep: &SweepSummary, out: &Path) -> Result
         loop {
             for line in lines.by_ref().take(GROUP) {
                 number += 1;
-                let damaged = |_| Error::data("is no line of results", remedy).in_file(results).at_line(number);
+                let damaged = |_| Error::data("is not a line of results", remedy).in_file(results).at_line(number);
                 rows.push(serde_json::from_str::<Line>(&line.map_err(unread)?).map_err(damaged)?);
             }
             if rows.is_empty() {
@@ -140,7 +141,7 @@ pub fn write_parquet(results: &Path, sweep: &SweepSummary, out: &Path) -> Result
     })
 }
 
-/// Writes a group of rows, column by column.
+/// Writes a row group, column by column.
 fn group<W: Write + Send>(
     writer: &mut SerializedFileWriter<W>,
     columns: &[(String, Column)],
@@ -174,7 +175,7 @@ fn group<W: Write + Send>(
     Ok(())
 }
 
-/// The values that are there, and for each row whether it has one.
+/// Returns the values present and the definition level of each row, 1 if it has a value.
 fn present<T>(rows: &[Line], of: impl Fn(&Line) -> Option<T>) -> (Vec<T>, Vec<i16>) {
     let cells: Vec<Option<T>> = rows.iter().map(of).collect();
     let levels = cells.iter().map(|cell| i16::from(cell.is_some())).collect();
@@ -188,7 +189,7 @@ mod tests {
     use parquet::file::reader::{FileReader as _, SerializedFileReader};
     use parquet::record::Field;
 
-    /// Of results with an extension, and one with values of two recordings.
+    /// Returns a summary of results with an extension and a parameter of two recordings.
     fn summary() -> SweepSummary {
         let mut summary = super::super::sample::product(1);
         let own = |n| (Parameter::Load, Scope::Recording(n));

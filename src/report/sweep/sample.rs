@@ -1,4 +1,4 @@
-//! Sweeps made up for tests: a line of motors, and a product of factors on one motor.
+//! Synthetic sweeps for tests: a production line of motors, and a product of factors on one motor.
 
 use crate::criterion::{Norm, Scale};
 use crate::identify::{Method, Polish};
@@ -12,7 +12,7 @@ use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde_json::json;
 
-/// A number about 0 with the deviation 1, nearly normal.
+/// Draws an approximately standard normal number.
 fn draw(random: &mut Xoshiro256PlusPlus) -> f64 {
     (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0
 }
@@ -75,7 +75,7 @@ fn worst(mut runs: Vec<NamedRun>) -> Vec<NamedRun> {
     runs
 }
 
-/// 300 motors of a line of which 5 are outside of the limits, and two runs without a result.
+/// Returns 300 motors of a line, 5 of them outside the limits, and two runs without a result.
 pub(super) fn line() -> (SweepSummary, Limits) {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(1);
     let motor = |n: usize| {
@@ -109,7 +109,7 @@ pub(super) fn line() -> (SweepSummary, Limits) {
     (summary, Limits::new(limits.to_vec()).unwrap())
 }
 
-/// One motor under `count` combinations of method and noise, 200 runs each.
+/// Returns one motor under `count` combinations of method and noise, 200 runs each.
 pub(super) fn product(count: usize) -> SweepSummary {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(2);
     let methods = ["gwo", "jaya", "ga", "random"].map(|name| Method::named("method", name).unwrap());
@@ -136,7 +136,7 @@ pub(super) fn product(count: usize) -> SweepSummary {
     summary
 }
 
-/// Returns the command that reproduces it.
+/// Returns the command that reproduces the line.
 pub(super) fn how() -> Reproduced {
     let command = "motorfit sweep merge night --limits R=0.87:0.97,L=0.007:0.0085".to_owned();
     Reproduced { command, options: vec![("study".to_owned(), "line.toml".to_owned())] }

@@ -1,4 +1,4 @@
-//! Tables of a sweep: costs and parameters by factor, the worst runs, runs without a result.
+//! Tables of a sweep: costs and parameters by factor, worst runs, runs without a result.
 
 use super::line::line_tables;
 use super::trust::trust;
@@ -10,7 +10,7 @@ use crate::report::table::dash;
 use crate::study::sweep::{Cell, Limits, MOTOR, Named, Quantiles, SweepSummary};
 use crate::text::{decimals, engineering, significant};
 
-/// All tables of a sweep: the motors where there are several, each block, runs without a result.
+/// Returns all tables of a sweep: motors and limits, then those of each block, then runs without a result.
 #[must_use]
 pub fn sweep_tables(summary: &SweepSummary, limits: &Limits) -> Vec<Table> {
     let mut tables = line_tables(summary, limits);
@@ -21,30 +21,30 @@ pub fn sweep_tables(summary: &SweepSummary, limits: &Limits) -> Vec<Table> {
     tables
 }
 
-/// The tables of a block.
+/// Returns the tables of a block.
 pub(super) fn block_tables(summary: &SweepSummary, n: usize) -> Vec<Table> {
     let mut tables = vec![costs(summary, n)];
     tables.extend(trust(summary, n));
-    // Those of motors that were run once are told by the table of motors.
-    let is_told = summary.motors > 1 && summary.blocks.len() == 1 && summary.blocks[n].cells.len() == 1;
-    tables.extend(parameters(summary, n).filter(|_| !is_told));
+    // With one run per motor the table of motors has the same parameters.
+    let is_shown = summary.motors > 1 && summary.blocks.len() == 1 && summary.blocks[n].cells.len() == 1;
+    tables.extend(parameters(summary, n).filter(|_| !is_shown));
     tables.extend(worst(summary, n));
     tables
 }
 
-/// A name for files and links; of several blocks each has its number.
+/// Returns an identifier for files and links, with the number of the block if there are several.
 pub(super) fn id(summary: &SweepSummary, name: &str, n: usize) -> String {
     if summary.blocks.len() > 1 { format!("block{}-{name}", n + 1) } else { name.to_owned() }
 }
 
-/// Costs by factor.
+/// Returns the table of costs by factor.
 fn costs(summary: &SweepSummary, n: usize) -> Table {
     let block = &summary.blocks[n];
     let has_failed = block.cells.iter().any(|cell| cell.failed > 0);
     let mut heads = heads(summary);
     heads.push("runs");
     heads.extend(has_failed.then_some("failed"));
-    heads.extend(["5 %", "25 %", "median", "75 %", "95 %", "a run"]);
+    heads.extend(["5 %", "25 %", "median", "75 %", "95 %", "run time"]);
     let mut table = Table::new(id(summary, "cost", n), format!("Cost ({})", block_name(block)), &heads);
     for cell in &block.cells {
         let q = Quantiles::of(&cell.costs);
@@ -59,18 +59,18 @@ fn costs(summary: &SweepSummary, n: usize) -> Table {
         table.note(format!("Lowest median{under}: {best}."));
     }
     if summary.stride > 1 {
-        table.note(format!("Quantiles are of one run in {}.", grouped(summary.stride)));
+        table.note(format!("Quantiles are computed from one run in {}.", grouped(summary.stride)));
     }
     table
 }
 
-/// The mean time of a run.
+/// Formats the mean time of a run.
 fn seconds(cell: &Cell) -> String {
     let mean = cell.seconds / count_u64(cell.runs);
     if mean > 0.0 { engineering(mean, "s", 3) } else { dash() }
 }
 
-/// Parameters by factor; `None` without any.
+/// Returns the table of parameters by factor; `None` without results.
 fn parameters(summary: &SweepSummary, n: usize) -> Option<Table> {
     let block = &summary.blocks[n];
     let of = |named: &Named| {
@@ -96,11 +96,11 @@ fn parameters(summary: &SweepSummary, n: usize) -> Option<Table> {
         table.row(levels(summary, cell).into_iter().chain(values));
     }
     let over = if summary.motors > 1 { "runs and motors" } else { "runs" };
-    table.note(format!("Median over {over} ± half of the quartile range, in percent of the median."));
+    table.note(format!("Median over {over} ± half the interquartile range in percent of the median."));
     Some(table)
 }
 
-/// A median, and half of the quartile range in percent of it.
+/// Formats a median with half the interquartile range in percent of it.
 fn spread(unit: &Unit, q: &Quantiles) -> String {
     let percent = (50.0 * (q.q75 - q.q25) / q.median).abs();
     let percent = match percent {
@@ -112,7 +112,7 @@ fn spread(unit: &Unit, q: &Quantiles) -> String {
     format!("{} ±{percent}%", unit.write(q.median, 4))
 }
 
-/// The runs with the highest costs; `None` where there is nothing to tell apart.
+/// Returns the table of the runs with the highest costs; `None` for fewer than two runs.
 fn worst(summary: &SweepSummary, n: usize) -> Option<Table> {
     let block = &summary.blocks[n];
     let runs: u64 = block.cells.iter().map(|cell| cell.runs).sum();
@@ -136,13 +136,13 @@ fn worst(summary: &SweepSummary, n: usize) -> Option<Table> {
     Some(table)
 }
 
-/// Runs without a result; `None` where there are none.
+/// Returns the table of runs without a result; `None` without any.
 pub(super) fn failed(summary: &SweepSummary) -> Option<Table> {
     if summary.failed == 0 {
         return None;
     }
     let title = format!("{} without a result", counted(summary.failed, "run that ended", "runs that ended"));
-    let mut table = Table::new("failed", title, &["motor", "runs", "first", "why"]);
+    let mut table = Table::new("failed", title, &["motor", "runs", "first run", "reason"]);
     for failed in &summary.failures.named {
         table.named_row(&failed.motor, [grouped(failed.runs), failed.id.to_string(), failed.message.clone()]);
     }

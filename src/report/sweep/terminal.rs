@@ -1,27 +1,27 @@
-//! Tables cut to what a terminal shows.
+//! Tables shortened for a terminal.
 
 use super::words::many;
 use crate::report::Table;
 
-/// Columns of a terminal.
+/// Width of a terminal \[characters\].
 const WIDTH: usize = 80;
-/// Columns of a table that are left out first where there is no room.
+/// Columns that are removed first from a table that is too wide.
 const SPARED: [&str; 4] = ["5 %", "95 %", "25 %", "75 %"];
-/// Columns that are shown however wide they are: those of factors and of the five parameters of a motor.
+/// Number of columns that are always shown: those of the factors and of the five parameters of a motor.
 const COLUMNS: usize = 11;
-/// The beginning of the part of a cell that is left out next.
+/// Start of the part of a cell that is removed next.
 const SPREAD: &str = " ±";
-/// Cells are not cut shorter than this.
+/// Shortest length to which a cell is truncated \[characters\].
 const SHORTEST: usize = 12;
 
-/// A table cut to so many rows and to the width of a terminal; what is left out is said.
+/// Returns a table with at most `rows` rows and the width of a terminal; its notes mention what was removed.
 #[must_use]
 pub fn shortened(table: &Table, rows: usize) -> Table {
     let mut short = table.clone();
     short.rows.truncate(rows);
     let left = table.rows.len() - short.rows.len();
     if left > 0 {
-        short.note(format!("{} more are on the page and in the CSV.", many(left)));
+        short.note(format!("{} more rows are on the page and in the CSV.", many(left)));
     }
     for head in SPARED {
         if let Some(place) = short.heads.iter().position(|h| h == head).filter(|_| width(&short) > WIDTH) {
@@ -33,7 +33,7 @@ pub fn shortened(table: &Table, rows: usize) -> Table {
         let bare = |cell: &mut String| cell.truncate(cell.find(SPREAD).unwrap_or(cell.len()));
         short.rows.iter_mut().flatten().for_each(bare);
         short.notes.retain(|note| !note.contains(SPREAD));
-        short.note("Medians; how far runs spread is on the page and in the CSV.");
+        short.note("Medians; the spread over runs is on the page and in the CSV.");
     }
     let over = width(&short).saturating_sub(WIDTH);
     let widths = widths(&short);
@@ -58,12 +58,12 @@ fn widths(table: &Table) -> Vec<usize> {
     (0..table.heads.len()).map(|n| rows().filter_map(|row| row.get(n)).map(length).max().unwrap_or(0)).collect()
 }
 
-/// As the table is shown: an indent of two blanks, and one between columns.
+/// Returns the width of a table with its indent of two spaces and one space between columns.
 fn width(table: &Table) -> usize {
     1 + widths(table).iter().map(|width| width + 1).sum::<usize>()
 }
 
-/// A sentence keeps its beginning, a name its end.
+/// Truncates a text: a sentence keeps its start, a name its end.
 fn cut(text: &str, most: usize) -> String {
     let text = crate::text::printable(text);
     let length = text.chars().count();

@@ -1,18 +1,19 @@
-//! Results of a sweep by their level of trust.
+//! Numbers of results of a sweep by level of trust.
 
 use super::tables::id;
 use super::words::{block_name, grouped, heads, levels};
 use crate::report::Table;
 use crate::study::sweep::{LevelCounts, SweepSummary, TrustCounts};
 
-/// Reasons that are named in a row.
+/// Largest number of reasons in a row.
 const NAMED: usize = 3;
 
-/// Results by factor and level of trust with the commonest reasons; `None` where all are good, or none has a level.
+/// Returns the table of results by factor and level of trust with the most frequent reasons; `None` if all are good or
+/// none has a level.
 pub(super) fn trust(summary: &SweepSummary, n: usize) -> Option<Table> {
     let block = &summary.blocks[n];
-    let is_told = |counts: &LevelCounts| counts.is_known() && counts.not_good() > 0;
-    if !block.cells.iter().any(|cell| is_told(&cell.trust.levels)) {
+    let is_shown = |counts: &LevelCounts| counts.is_known() && counts.not_good() > 0;
+    if !block.cells.iter().any(|cell| is_shown(&cell.trust.levels)) {
         return None;
     }
     let has_unknown = block.cells.iter().any(|cell| cell.trust.levels.unknown > 0);
@@ -31,7 +32,7 @@ pub(super) fn trust(summary: &SweepSummary, n: usize) -> Option<Table> {
         table.row(row);
     }
     let meaning =
-        "Good: the standard errors can be believed; check: something is to be looked at first; poor: they cannot.";
+        "Good: the standard errors are reliable; check: look at the reasons first; poor: they are not reliable.";
     table.note(format!("{meaning} The codes of each run are in results.jsonl."));
     if has_unknown {
         table.note("Unknown: results of an earlier version of the program.");
@@ -39,7 +40,7 @@ pub(super) fn trust(summary: &SweepSummary, n: usize) -> Option<Table> {
     Some(table)
 }
 
-/// The commonest reasons with their numbers: `search_stuck 12, at_bound 3, …`.
+/// Formats the most frequent reasons with their numbers, as in `search_stuck 12, at_bound 3, …`.
 fn commonest(counts: &TrustCounts) -> String {
     let all = counts.commonest();
     let named: Vec<String> = all.iter().take(NAMED).map(|(code, runs)| format!("{code} {}", grouped(*runs))).collect();
@@ -50,7 +51,7 @@ fn commonest(counts: &TrustCounts) -> String {
     }
 }
 
-/// The levels in a sentence; empty where no result has one.
+/// Returns the sentence on the levels; empty if no result has a level.
 pub(super) fn trust_sentence(counts: &LevelCounts) -> String {
     if !counts.is_known() {
         return String::new();

@@ -1,4 +1,4 @@
-//! The notation of blocks, cells, units and counts of a sweep.
+//! Notation of blocks, cells, units and counts of a sweep.
 
 use crate::motor::Parameter;
 use crate::numeric::{quantile, sorted};
@@ -6,40 +6,40 @@ use crate::report::table::dash;
 use crate::study::sweep::{Cell, Factors, Named, SweepBlock, SweepSummary};
 use crate::text::{printable, significant};
 
-/// A count with its thousands set apart.
+/// Formats a count with commas between thousands.
 pub(super) fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let thousands: Vec<_> = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy).collect();
     thousands.join(",")
 }
 
-/// The same of what is counted in memory.
+/// Formats a count of type `usize` with commas between thousands.
 pub(super) fn many(count: usize) -> String {
     grouped(count as u64)
 }
 
-/// A word in the number that fits.
+/// Returns the singular or the plural of a word.
 pub(super) fn plural<'a>(count: u64, one: &'a str, more: &'a str) -> &'a str {
     if count == 1 { one } else { more }
 }
 
-/// A count with its word.
+/// Formats a count with its word in the singular or plural.
 pub(super) fn counted(count: u64, one: &str, more: &str) -> String {
     format!("{} {}", grouped(count), plural(count, one, more))
 }
 
-/// The factors that tell cells apart: those with several levels, or else the method.
+/// Returns the factors that distinguish cells: those with several levels, otherwise the method.
 pub(super) fn factors(summary: &SweepSummary) -> Vec<&'static str> {
     if summary.varied.is_empty() { vec!["method"] } else { summary.varied.clone() }
 }
 
-/// Their headings in tables.
+/// Returns the headings of these factors in tables.
 pub(super) fn heads(summary: &SweepSummary) -> Vec<&'static str> {
     let head = |name| if name == "population" { "agents" } else { name };
     factors(summary).into_iter().map(head).collect()
 }
 
-/// The level of a factor of a run in a cell.
+/// Formats the level of a factor of a run in a cell.
 pub(super) fn level(name: &str, factors: &Factors, cell: &Cell) -> String {
     match name {
         "method" => factors.method.name().to_owned(),
@@ -51,12 +51,12 @@ pub(super) fn level(name: &str, factors: &Factors, cell: &Cell) -> String {
     }
 }
 
-/// The levels of the factors that tell cells apart.
+/// Returns the levels of the factors that distinguish cells.
 pub(super) fn levels(summary: &SweepSummary, cell: &Cell) -> Vec<String> {
     factors(summary).into_iter().map(|name| level(name, &cell.factors, cell)).collect()
 }
 
-/// A cell in words: `gwo, 100 agents, noise 40dB`.
+/// Formats the levels of a cell, as in `gwo, 100 agents, noise 40dB`.
 pub(super) fn label(summary: &SweepSummary, cell: &Cell) -> String {
     let word = |name| {
         let level = level(name, &cell.factors, cell);
@@ -70,49 +70,49 @@ pub(super) fn label(summary: &SweepSummary, cell: &Cell) -> String {
     printable(&factors(summary).into_iter().map(word).collect::<Vec<_>>().join(", "))
 }
 
-/// The criterion and scale of a block.
+/// Formats the criterion and scale of a block.
 pub(super) fn block_name(block: &SweepBlock) -> String {
     let factors = block.cells.first().map(|cell| cell.factors);
     factors.map_or_else(String::new, |f| format!("{}, scale {}", f.criterion.name(), f.scale.name()))
 }
 
-/// The cell of a run: of its extensions and its noise, which have names of the study.
+/// Returns a cell with the model and the noise of a run, whose names the study gives.
 pub(super) fn cell_of<'a>(block: &'a SweepBlock, f: &Factors) -> Option<&'a Cell> {
     block.cells.iter().find(|cell| (cell.factors.noise, cell.factors.with) == (f.noise, f.with))
 }
 
-/// A unit with the prefix that suits a value.
+/// The unit of a parameter with an SI prefix.
 pub(super) struct Unit {
     pub named: Named,
     exponent: i32,
 }
 
 impl Unit {
-    /// For a typical value.
+    /// Chooses the prefix for a typical value.
     pub fn of(named: Named, typical: f64) -> Self {
-        // What is counted has no prefix.
+        // Counts and dimensionless values have no prefix.
         let size = if matches!(named.0.unit(), "1" | "samples") { 1.0 } else { typical.abs() };
         let fits = |(least, exponent): (f64, i32)| (size >= least).then_some(exponent);
         let exponent = [(0.1, 0), (1e-3, -3), (1e-6, -6), (1e-9, -9)].into_iter().find_map(fits).unwrap_or(0);
         Self { named, exponent }
     }
 
-    /// For values: their median.
+    /// Chooses the prefix for the median of values.
     pub fn for_all(named: Named, values: &[f64]) -> Self {
         Self::of(named, quantile(&sorted(values), 0.5))
     }
 
-    /// A value in the unit.
+    /// Converts a value to the unit.
     pub fn scale(&self, value: f64) -> f64 {
         value * 10.0_f64.powi(-self.exponent)
     }
 
-    /// A value in the unit, written; a dash where there is none.
+    /// Formats a value in the unit; NaN is a dash.
     pub fn write(&self, value: f64, digits: usize) -> String {
         if value.is_nan() { dash() } else { significant(self.scale(value), digits) }
     }
 
-    /// A limit in the unit, as it was given.
+    /// Formats a limit in the unit, without trailing zeros.
     pub fn limit(&self, value: f64) -> String {
         let text = significant(self.scale(value), 6);
         if text.contains('.') && !text.contains('e') {
@@ -122,12 +122,12 @@ impl Unit {
         }
     }
 
-    /// Symbol and unit: `L [mH]`.
+    /// Returns symbol and unit, as in `L [mH]`.
     pub fn head(&self) -> String {
         let (parameter, scope) = self.named;
         let unit = parameter.unit().replace('*', " ").replace("^2", "\u{b2}");
         let prefix = match (self.exponent, parameter) {
-            // A kilogram has its prefix already.
+            // The unit of J has a prefix in kilogram already.
             (-3, Parameter::J) => "10\u{207b}\u{b3} ",
             (-6, Parameter::J) => "10\u{207b}\u{2076} ",
             (-9, Parameter::J) => "10\u{207b}\u{2079} ",
@@ -140,8 +140,8 @@ impl Unit {
     }
 }
 
-/// The cell with the lowest median cost, in words with its median; before it, where noise is varied, that costs are compared
-/// under its first level alone. `None` of a single cell.
+/// Returns the cell with the lowest median cost, with its median; `None` for a single cell. If the noise varies, only
+/// cells with its first level are compared, which the first text mentions.
 pub(super) fn lowest(summary: &SweepSummary, block: &SweepBlock) -> Option<[String; 2]> {
     let first = block.cells.first().filter(|_| block.cells.len() > 1)?;
     let cells = block.cells.iter().filter(|cell| cell.factors.noise == first.factors.noise && !cell.costs.is_empty());

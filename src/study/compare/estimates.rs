@@ -1,30 +1,31 @@
-//! The motors that the methods of a comparison found, Steiglitz–McBride among them.
+//! Parameter estimates of the methods of a comparison, Steiglitz–McBride included.
 
 use super::{Block, Comparison, MethodResult};
 use crate::motor::{Parameter, Parameters};
 use crate::numeric::{mean, sample_deviation};
 
-/// The motors that a method found.
+/// Parameter estimates of one method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MethodEstimates {
-    /// The name of the method.
+    /// Name of the method.
     pub method: &'static str,
-    /// The motor of its best run; of Steiglitz–McBride that of the first recording.
+    /// Estimate of the best run; for Steiglitz–McBride, from the first recording.
     pub best: Option<Parameters>,
-    /// Those of all runs that found one; of Steiglitz–McBride those of records with new noise.
+    /// Estimates of all runs that did not diverge; for Steiglitz–McBride, from records with new noise.
     pub all: Vec<Parameters>,
-    /// Seconds of one run alone; `None` when interrupted before.
+    /// Time of a single run \[s\]; `None` if interrupted before it was measured.
     pub seconds: Option<f64>,
 }
 
 impl MethodEstimates {
-    /// Returns the values of a parameter by all runs.
+    /// Returns the estimates of one parameter over all runs.
     #[must_use]
     pub fn values(&self, parameter: Parameter) -> Vec<f64> {
         self.all.iter().map(|found| found.get(parameter)).collect()
     }
 
-    /// Returns relative errors of the best run's parameters and their means over runs, in percent; NaN without runs.
+    /// Returns for each parameter the relative error of the best run and the mean relative error over runs \[%\], shape
+    /// `[5, 2]`; NaN without runs.
     #[must_use]
     pub fn errors(&self, expected: &Parameters) -> [[f64; 2]; 5] {
         Parameter::ALL.map(|p| {
@@ -34,7 +35,7 @@ impl MethodEstimates {
         })
     }
 
-    /// Returns standard deviations of the parameters over runs.
+    /// Returns the sample standard deviation of each parameter over runs.
     #[must_use]
     pub fn deviations(&self) -> [f64; 5] {
         Parameter::ALL.map(|p| sample_deviation(&self.values(p)))
@@ -42,7 +43,7 @@ impl MethodEstimates {
 }
 
 impl MethodResult {
-    /// Returns the motors that its runs found.
+    /// Returns the parameter estimates of the runs.
     #[must_use]
     pub fn estimates(&self) -> MethodEstimates {
         MethodEstimates {
@@ -55,7 +56,7 @@ impl MethodResult {
 }
 
 impl Comparison {
-    /// Returns what each method of a block found, Steiglitz–McBride last.
+    /// Returns the estimates of each method of a block, Steiglitz–McBride last.
     #[must_use]
     pub fn estimates(&self, block: &Block) -> Vec<MethodEstimates> {
         let steiglitz = self.steiglitz.as_ref().map(super::Steiglitz::estimates);

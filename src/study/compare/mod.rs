@@ -1,7 +1,8 @@
-//! Methods side by side: every run of every method under every setting, all of a generation as one batch.
+//! Comparison of search methods: all runs of all methods under each setting, with the candidates of a generation
+//! evaluated as one batch.
 //!
-//! Runs of the same number start from the same random numbers, whatever the method: their populations are the same, which
-//! is what makes comparisons between methods paired.
+//! Runs with the same number start from the same random numbers, and so from the same population, whatever the method.
+//! Comparisons between methods are therefore paired.
 
 mod estimates;
 mod ranking;
@@ -15,7 +16,7 @@ mod targets;
 pub use estimates::MethodEstimates;
 pub use ranking::{FEW, PairwiseTest, Ranking, Summary};
 pub use settings::CompareSettings;
-pub use spec::{CompareSpec, Preset, Setting, Subject};
+pub use spec::{CompareSpec, ComparisonSetting, ComparisonSubject, Preset};
 pub use steiglitz::Steiglitz;
 pub use targets::{Reached, reached};
 
@@ -33,91 +34,92 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// The result of a run.
+/// Result of one run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// The parameters, those held included; `None` where every candidate diverged.
+    /// Best parameters, fixed ones included; `None` if every candidate diverged.
     pub parameters: Option<Parameters>,
-    /// Their cost by the oracle; +∞ without.
+    /// Cost of the best parameters, evaluated by the oracle; +∞ if every candidate diverged.
     pub cost: f64,
     /// Lowest cost after each generation.
     pub history: Vec<f64>,
-    /// Candidates evaluated.
+    /// Number of candidates evaluated.
     pub evaluations: u64,
 }
 
-/// A method under a setting.
+/// Results of one method under one setting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MethodResult {
     /// The method.
     pub method: Method,
-    /// Its runs, by number.
+    /// Runs in the order of their numbers.
     pub runs: Vec<Outcome>,
-    /// Seconds of one run alone; `None` when interrupted before.
+    /// Time of a single run \[s\]; `None` if the comparison was interrupted before it was measured.
     pub seconds: Option<f64>,
 }
 
-/// All methods under a setting.
+/// Results of all methods under one setting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Block {
     /// The setting.
-    pub setting: Setting,
-    /// The methods, in the order of the setting.
+    pub setting: ComparisonSetting,
+    /// Results by method, in the order of the setting.
     pub results: Vec<MethodResult>,
-    /// The cost of the reference in this criterion.
+    /// Cost of the refined estimate in this criterion; `None` without one, or if its initial states differ from those
+    /// of the searches.
     pub reference_cost: Option<f64>,
-    /// The cost of the Steiglitz–McBride estimate in this criterion.
+    /// Cost of the Steiglitz–McBride estimate in this criterion; `None` without one.
     pub steiglitz_cost: Option<f64>,
 }
 
-/// The result of a comparison.
+/// Result of a comparison.
 #[derive(Debug, Clone)]
 pub struct Comparison {
-    /// The recordings or the experiment.
-    pub subject: Subject,
-    /// Its settings.
+    /// The motor that methods are compared on.
+    pub subject: ComparisonSubject,
+    /// Settings of the comparison.
     pub spec: CompareSpec,
-    /// A block for each setting.
+    /// Results, one block per setting.
     pub blocks: Vec<Block>,
-    /// Steiglitz–McBride beside them, where it was asked for.
+    /// Results of Steiglitz–McBride; `None` if not requested or interrupted before.
     pub steiglitz: Option<Steiglitz>,
-    /// The refined estimate of the recordings, or why there is none.
+    /// Refined estimate of the recordings, or the reason why there is none.
     pub reference: std::result::Result<Box<Identification>, Text>,
-    /// State `[i, ω]` at the start of each recording, as the searches take it.
+    /// Initial state `[i, ω]` of each recording in the searches \[A, rad/s\].
     pub initial: Vec<[f64; 2]>,
-    /// The device that evaluated: its kind (cpu or gpu), its name, its precision.
+    /// Kind (`cpu` or `gpu`), name and precision of the device that evaluated.
     pub device: (&'static str, String, &'static str),
-    /// Warnings for the reader.
+    /// Warnings about the recordings and the device.
     pub warnings: Vec<Warning>,
-    /// True if the observer ended it early.
+    /// True if the observer ended the comparison early.
     pub interrupted: bool,
-    /// Candidates evaluated.
+    /// Number of candidates evaluated.
     pub evaluations: u64,
-    /// Seconds of the batch of all runs.
+    /// Time of all batches of runs \[s\].
     pub batch_seconds: f64,
 }
 
 impl Comparison {
-    /// Returns the parameters to which errors are relative: the truth where it is known, else the refined estimate.
+    /// Returns the parameters to which errors are relative: the true ones if known, otherwise the refined estimate.
     #[must_use]
     pub fn expected(&self) -> Option<Parameters> {
         self.subject.truth.or_else(|| self.reference.as_ref().ok().map(|found| found.parameters))
     }
 
-    /// Returns whether a parameter is searched for; the others are held.
+    /// Returns true if the searches estimate a parameter; the others are fixed.
     #[must_use]
     pub fn is_free(&self, parameter: Parameter) -> bool {
         self.spec.space.free().iter().any(|axis| axis.parameter == parameter)
     }
 
-    /// Adds the costs of the motors that were estimated without a search, in the criterion of each block.
+    /// Evaluates the refined and the Steiglitz–McBride estimate in the criterion of each block.
     fn add_costs(&mut self) -> Result<()> {
         let steiglitz = self.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok());
-        // The refinement may have estimated another initial state than the searches take.
+        // Costs compare only under the same initial states, which the refinement may have estimated.
         let same = |found: &&Identification| found.initial.iter().flatten().eq(self.initial.iter().flatten());
         let refined = self.reference.as_deref().ok().filter(same).map(|found| &found.parameters);
         for block in &mut self.blocks {
-            // Of all five parameters: what is held in the searches is not held in these.
+            // All five parameters are free here: these estimates may differ from the values that the searches fix.
             let (records, criterion) = (&self.subject.records, block.setting.criterion);
             let problem = Problem::new(records, self.spec.model, Space::table2(), criterion)?;
             let cost = |p: &Parameters| Some(Scalar::cost(&problem, &p.to_array())).filter(|cost| cost.is_finite());
@@ -128,45 +130,47 @@ impl Comparison {
 }
 
 impl Block {
-    /// Returns whether any run found a candidate that does not diverge.
+    /// Returns true if any run found a candidate that does not diverge.
     #[must_use]
     pub fn has_results(&self) -> bool {
         self.results.iter().flat_map(|result| &result.runs).any(|run| run.parameters.is_some())
     }
 }
 
-/// A run and where it belongs: its setting, its method among the setting's, its number.
+/// A run: the index of its setting, the index of its method in that setting, and its number.
 struct Entry {
-    place: [usize; 2],
+    indices: [usize; 2],
     run: u64,
 }
 
-/// Samples that an interrupted comparison still computes estimates of.
+/// Largest work of the estimates that an interrupted comparison still computes \[samples\].
 const INTERRUPTED_MAX: usize = 4_000_000;
-/// Samples that the refined estimate takes as much time for as an estimate of noise records for one.
+/// Work of the refined estimate, relative to Steiglitz–McBride on one record with new noise.
 const REFERENCE: usize = 20;
 
-/// Compares methods. `observe` sees every generation and may end it; what was found until then is kept.
+/// Compares methods. `observe` receives the progress after every generation and may end the comparison; the results
+/// until then are kept.
 ///
 /// # Errors
-/// `Usage` for a spec that cannot be; `Data` and `NotIdentified` for recordings that cannot serve; `Device` when the device
-/// that is asked for is not there or fails.
+/// Returns a `Usage` error for invalid settings, a `Data` or `NotIdentified` error for unsuitable recordings, and a
+/// `Device` error if the requested device is missing or fails.
 pub fn compare(
-    subject: Subject,
+    subject: ComparisonSubject,
     spec: &CompareSpec,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Comparison> {
     check(spec)?;
     needs_voltage(&subject.records)?;
-    let problem =
-        |s: &Setting| Problem::new(&subject.records, spec.model, spec.space.clone(), s.criterion).map(Arc::new);
+    let problem = |s: &ComparisonSetting| {
+        Problem::new(&subject.records, spec.model, spec.space.clone(), s.criterion).map(Arc::new)
+    };
     let problems: Vec<Arc<Problem>> = spec.settings.iter().map(problem).collect::<Result<_>>()?;
     let mut batches: BTreeMap<usize, Vec<Entry>> = BTreeMap::new();
     for (s, setting) in spec.settings.iter().enumerate() {
-        let runs = |m| (0..spec.runs as u64).map(move |run| Entry { place: [s, m], run });
+        let runs = |m| (0..spec.runs as u64).map(move |run| Entry { indices: [s, m], run });
         batches.entry(setting.generations).or_default().extend((0..setting.methods.len()).flat_map(runs));
     }
-    let agents: usize = batches.values().flatten().map(|e| spec.settings[e.place[0]].population).sum();
+    let agents: usize = batches.values().flatten().map(|e| spec.settings[e.indices[0]].population).sum();
     let generations = spec.settings.iter().map(|s| s.generations).max().unwrap_or(1);
     let searches = BatchSearchEvaluator::open(&spec.search(agents, generations), problems.clone())?;
     let mut comparison_run = ComparisonRun { spec, problems, searches };
@@ -184,7 +188,7 @@ pub fn compare(
         interrupted |= stop == Stop::Interrupted;
         before += runs.iter().map(|run| run.evaluations).sum::<u64>();
         for (entry, run) in entries.iter().zip(runs) {
-            let [setting, method] = entry.place;
+            let [setting, method] = entry.indices;
             blocks[setting].results[method].runs.push(outcome(&comparison_run.problems[setting], run));
         }
         if interrupted {
@@ -196,7 +200,7 @@ pub fn compare(
     }
     let ComparisonRun { problems, searches, .. } = comparison_run;
     let samples: usize = subject.records.iter().map(crate::record::Record::len).sum();
-    // An interrupted comparison has what takes no more than some tenths of a second.
+    // An interrupted comparison still computes the estimates that take no more than some tenths of a second.
     let has = |more: usize| !interrupted || samples.saturating_mul(more) <= INTERRUPTED_MAX;
     let reference =
         if has(REFERENCE) { reference(&subject, spec) } else { Err("interrupted before it was run".into()) };
@@ -223,7 +227,7 @@ pub fn compare(
     Ok(comparison)
 }
 
-/// The most runs of each method.
+/// Largest number of runs of each method.
 pub(super) const RUNS_MAX: usize = 100_000;
 
 fn check(spec: &CompareSpec) -> Result<()> {
@@ -234,27 +238,27 @@ fn check(spec: &CompareSpec) -> Result<()> {
         return Err(Error::usage(text!([Runs](" is {}", spec.runs)), format!("Give at most {RUNS_MAX}.")));
     }
     if spec.target.is_some_and(|cost| !(cost.is_finite() && cost > 0.0)) {
-        return Err(Error::usage(text!([Target] " is no cost"), "Give a positive number."));
+        return Err(Error::usage(text!([Target] " is not a cost"), "Give a positive number."));
     }
     Ok(())
 }
 
-fn empty(setting: &Setting) -> Block {
+fn empty(setting: &ComparisonSetting) -> Block {
     let result = |method: &Method| MethodResult { method: *method, runs: Vec::new(), seconds: None };
     let results = setting.methods.iter().map(result).collect();
     Block { setting: setting.clone(), results, reference_cost: None, steiglitz_cost: None }
 }
 
-/// Where runs are run.
+/// A comparison in progress.
 struct ComparisonRun<'a> {
     spec: &'a CompareSpec,
-    /// One for each setting.
+    /// Problems by setting.
     problems: Vec<Arc<Problem>>,
     searches: BatchSearchEvaluator,
 }
 
 impl ComparisonRun<'_> {
-    /// All runs that have so many generations, in lock step.
+    /// Executes runs with the same number of generations in lockstep.
     fn batch(
         &mut self,
         generations: usize,
@@ -262,26 +266,26 @@ impl ComparisonRun<'_> {
         observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
     ) -> Result<(Vec<Run>, Stop)> {
         let run = |entry: &Entry| {
-            let [s, m] = entry.place;
+            let [s, m] = entry.indices;
             let setting = &self.spec.settings[s];
             let (bounds, population) = (self.problems[s].space().bounds(), setting.population);
             let setup = SearchSettings { bounds, population, generations, seed: self.spec.seed, run: entry.run };
             Ok(Run::new(setting.methods[m].optimizer(setup)?))
         };
         let mut runs: Vec<Run> = entries.iter().map(run).collect::<Result<_>>()?;
-        self.searches.turn_to(entries.iter().map(|entry| self.problems[entry.place[0]].clone()).collect());
+        self.searches.set_problems(entries.iter().map(|entry| self.problems[entry.indices[0]].clone()).collect());
         let budget = Budget { generations, slice: self.searches.slice() };
         let stop = minimize(&mut runs, budget, &mut self.searches, observe)?;
         Ok((runs, stop))
     }
 
-    /// Seconds of one run of each method by itself: the median of three.
+    /// Measures the time of a single run of each method \[s\]: the median of three.
     fn alone(&mut self, blocks: &mut [Block], observe: &mut dyn FnMut() -> ControlFlow<()>) -> Result<ControlFlow<()>> {
         for (s, block) in blocks.iter_mut().enumerate() {
             for (m, result) in block.results.iter_mut().enumerate() {
                 let mut seconds = Vec::new();
                 for run in 0..3 {
-                    let entry = [Entry { place: [s, m], run }];
+                    let entry = [Entry { indices: [s, m], run }];
                     let begun = Instant::now();
                     let (_, stop) = self.batch(block.setting.generations, &entry, &mut |_| observe())?;
                     if stop == Stop::Interrupted {
@@ -305,8 +309,9 @@ fn outcome(problem: &Problem, run: Run) -> Outcome {
     Outcome { parameters, cost, history: run.history, evaluations: run.evaluations }
 }
 
-/// The refined estimate: what all searches would end at with a perfect method and noise weights.
-fn reference(subject: &Subject, spec: &CompareSpec) -> std::result::Result<Box<Identification>, Text> {
+/// Returns the refined estimate: Steiglitz–McBride and Levenberg–Marquardt with noise weights, whose optimum is the
+/// best that a search can reach.
+fn reference(subject: &ComparisonSubject, spec: &CompareSpec) -> std::result::Result<Box<Identification>, Text> {
     let auto = IdentifySpec {
         model: spec.model,
         space: spec.space.clone(),

@@ -1,27 +1,27 @@
-//! The paper's figures (Tables 4 to 8 and its discussion), for comparison, and the mistakes in them.
+//! Values printed in the paper (Tables 4 to 8 and its discussion), for comparison, and the errors in them.
 
 use crate::motor::Parameters;
 
-/// A method as the paper reports it.
+/// Results of one method as the paper reports them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Printed {
-    /// The method's name here: sm, gwo, jaya or ga.
+    /// Name of the method in this crate: `sm`, `gwo`, `jaya` or `ga`.
     pub method: &'static str,
-    /// Table 4: cost best, worst, average.
+    /// Best, worst and average cost (Table 4).
     pub cost: Option<[f64; 3]>,
-    /// Tables 5 and 6: the parameters. Jaya's K and B are swapped back.
+    /// Parameters (Tables 5 and 6), with Jaya's K and B swapped back.
     pub parameters: Parameters,
-    /// Tables 5 and 6: "MSE" in percent, which is the mean relative error over runs.
+    /// Mean relative errors over runs \[%\], which Tables 5 and 6 call "MSE".
     pub error_percent: [f64; 5],
-    /// Table 7: computation time \[min\].
+    /// Computation time \[min\] (Table 7).
     pub minutes: f64,
-    /// Table 8: standard deviations.
+    /// Standard deviations of the parameters, in SI units (Table 8).
     pub deviation: [f64; 5],
-    /// Discussion: peak of the current \[A\] and its time \[s\].
+    /// Peak of the current \[A\] and its time \[s\], from the discussion.
     pub peak: [f64; 2],
-    /// Discussion: settling time \[s\]; `None` where it "failed to reach the stabilization value".
+    /// Settling time \[s\], from the discussion; `None` for "failed to reach the stabilization value".
     pub settling_s: Option<f64>,
-    /// Discussion: current in the steady state \[A\].
+    /// Steady-state current \[A\], from the discussion.
     pub steady: f64,
 }
 
@@ -73,42 +73,42 @@ pub const PRINTED: [Printed; 4] = [
     },
 ];
 
-/// The real signal in the discussion: peak \[A\], its time \[s\], settling time \[s\], steady current \[A\].
+/// Measured signal in the discussion: peak \[A\], its time \[s\], settling time \[s\], steady-state current \[A\].
 pub const REAL: [f64; 4] = [7.8717, 1.014, 1.107, 1.1821];
 
-/// Returns the paper's figures for a method.
+/// Returns the paper's results for a method.
 #[must_use]
 pub fn printed(method: &str) -> Option<&'static Printed> {
     PRINTED.iter().find(|printed| printed.method == method)
 }
 
-/// Footnotes to the tables: a mark and what is wrong or read otherwise.
+/// Footnotes to the tables: the mark, and the error in the paper or its interpretation here.
 pub const NOTES: [(&str, &str); 8] = [
     (
         "a",
-        "Table 4 prints costs under the name of fitness; smaller is better. They are those of channels divided by their \
-           peaks on nearly clean data, not of Eq. 13 as printed. \"Ten times\" and \"fifty runs\" are both in the text; here \
-           it is as many as are said.",
+        "Table 4 calls the cost fitness; smaller is better. The values are those of channels divided by their \
+           peaks on nearly noise-free data, not of Eq. 13 as printed. The text mentions both \"ten times\" and \"fifty runs\"; \
+           the number of runs here is given above.",
     ),
-    ("b", "GA's .044, 1.06 and .058 cannot be: an average of ten that holds 1.06 is at least .1456."),
+    ("b", "GA's .044, 1.06 and .058 are inconsistent: the average of ten runs with one of 1.06 is at least .1456."),
     (
         "c",
-        "Table 6 has Jaya's K and B swapped, the errors with them: only K = .291812 gives its steady current of .0827 A. \
-           That K is outside of Table 2. The paper's results are those of Jaya without its greedy step.",
+        "Jaya's K and B and their errors are swapped in Table 6: only K = .291812 gives its steady-state current of .0827 A. \
+           That K is outside the bounds of Table 2. The paper's results are those of Jaya without its greedy step.",
     ),
     (
         "d",
-        "\"MSE\" of Tables 5 and 6 is the mean relative error over runs. The true mean squared error, with N the number of \
-           samples rather than of parameters, is given apart. B is in N·m·s/rad.",
+        "\"MSE\" in Tables 5 and 6 is the mean relative error over runs. The mean squared error proper, with N the number of \
+           samples rather than of parameters, is given separately. B is in N·m·s/rad.",
     ),
-    ("e", "Minutes in Simulink against milliseconds of one run here, on this machine."),
+    ("e", "Paper: minutes in Simulink. Here: milliseconds of one run on this machine."),
     (
         "f",
-        "Steiglitz–McBride has no seeds: its spread is over records with new noise. The paper does not say where its own \
-           comes from; its deviations, and Jaya's of K, which is wider than the box, are no targets.",
+        "Steiglitz–McBride has no seeds: its spread is over records with new noise. The paper does not state the origin of its \
+           spread; its deviations, and Jaya's deviation of K, which exceeds the bounds, are therefore not targets here.",
     ),
-    ("g", "1.107 s is the settling time of neither the 2 % nor the 5 % band; both are given."),
-    ("h", "The averages of the text (GWO .43 %, GA 28.59 %) are those of the columns of Tables 5 and 6."),
+    ("g", "1.107 s is the settling time of neither the 2 % nor the 5 % band; both are shown."),
+    ("h", "The averages in the text (GWO .43 %, GA 28.59 %) are those of the columns of Tables 5 and 6."),
 ];
 
 #[cfg(test)]
@@ -124,7 +124,7 @@ mod tests {
             let record = simulated(&printed.parameters, &step, Discretization::Zoh).unwrap();
             let samples = record.samples();
             let current = response(&samples.time_s, samples.current.as_ref().unwrap(), 0.02).unwrap();
-            // SCIENCE of the paper: steady currents within 3e-4 A, peaks within 0.25 %, their times within 2 samples.
+            // Tolerances: 3e-4 A for the steady-state current, 0.25 % for the peak and 2 samples for its time.
             assert!((current.steady_state - printed.steady).abs() < 3e-4, "{}: {current:?}", printed.method);
             assert!((current.peak / printed.peak[0] - 1.0).abs() < 2.5e-3, "{}: {current:?}", printed.method);
             assert!((current.peak_time_s - printed.peak[1]).abs() < 0.00205, "{}: {current:?}", printed.method);

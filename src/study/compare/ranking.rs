@@ -1,66 +1,66 @@
-//! Summaries of the runs of a block, and the ranking of methods with its significance.
+//! Summary of the runs of a method, and the ranking of the methods of a block with pairwise significance tests.
 
 use super::{Block, MethodResult};
 use crate::numeric::{mean, quantile, sorted};
 use crate::study::statistics::{holm, median_interval, superiority, wilcoxon};
 
-/// Runs below which neither an interval nor a test of 5 % can be had.
+/// Number of runs below which neither a 95 % interval nor a test at the 5 % level exists.
 pub const FEW: usize = 6;
 
-/// Costs of a method's runs.
+/// Summary of the final costs of a method's runs.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Summary {
-    /// The lowest.
+    /// Lowest cost.
     pub best: f64,
-    /// The median.
+    /// Median cost.
     pub median: f64,
-    /// Its 95 % bootstrap interval.
+    /// 95 % bootstrap confidence interval of the median; NaN below [`FEW`] runs.
     #[serde(rename = "median_ci95")]
     pub interval: [f64; 2],
-    /// The highest.
+    /// Highest cost.
     pub worst: f64,
-    /// The mean.
+    /// Mean cost.
     pub average: f64,
-    /// Runs without any finite cost.
+    /// Number of runs in which every candidate diverged.
     pub failed: usize,
 }
 
-/// A method against another.
+/// Paired comparison of two methods.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairwiseTest {
-    /// Both, by their places in the block.
+    /// Indices of the two methods in the block.
     pub methods: [usize; 2],
-    /// The probability that a run of the first ends lower than one of the second.
+    /// Probability that a run of the first method ends at a lower cost than a run of the second.
     pub superiority: f64,
-    /// Wilcoxon's signed-rank test of the logarithms of the costs of runs with the same number.
+    /// p-value of Wilcoxon's signed-rank test on the logarithms of the final costs, paired by run number.
     pub p_value: f64,
-    /// The same after Holm's correction for all pairs of the block.
+    /// p-value after Holm's correction for all pairs of the block.
     pub p_holm: f64,
 }
 
-/// The methods of a block in order.
+/// Ranking of the methods of a block.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ranking {
-    /// Their places in the block, the lowest median cost first.
+    /// Indices of the methods in the block, by increasing median cost.
     pub order: Vec<usize>,
-    /// Every pair, in the order of the ranking.
+    /// Tests of all pairs, in the order of the ranking.
     pub pairs: Vec<PairwiseTest>,
 }
 
 impl MethodResult {
-    /// Final costs by run.
+    /// Returns the final cost of each run.
     #[must_use]
     pub fn costs(&self) -> Vec<f64> {
         self.runs.iter().map(|run| run.cost).collect()
     }
 
-    /// The run that ended lowest.
+    /// Returns the run with the lowest final cost; `None` if every candidate of all runs diverged.
     #[must_use]
     pub fn best(&self) -> Option<&super::Outcome> {
         self.runs.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).filter(|run| run.parameters.is_some())
     }
 
-    /// The costs in short.
+    /// Summarizes the final costs; `seed` draws the bootstrap.
     #[must_use]
     pub fn summary(&self, seed: u64) -> Summary {
         let costs = self.costs();
@@ -77,7 +77,7 @@ impl MethodResult {
 }
 
 impl Block {
-    /// Ranks the methods.
+    /// Ranks the methods by median cost and tests each pair.
     #[must_use]
     pub fn ranking(&self) -> Ranking {
         let costs: Vec<Vec<f64>> = self.results.iter().map(MethodResult::costs).collect();
@@ -100,7 +100,7 @@ impl Block {
     }
 }
 
-/// Finite also for 0 and ∞.
+/// Returns the natural logarithm of a cost, finite also for 0 and ∞.
 fn logarithm(cost: f64) -> f64 {
     cost.clamp(1e-300, 1e300).ln()
 }

@@ -1,6 +1,6 @@
-//! Texts of settings of a comparison, shared by front ends.
+//! Settings of a comparison as texts, shared by the front ends.
 
-use super::{Setting, Subject};
+use super::{ComparisonSetting, ComparisonSubject};
 use crate::criterion::Criterion;
 use crate::device::DeviceSpec;
 use crate::evaluate::Model;
@@ -12,31 +12,32 @@ use crate::settings::values;
 use crate::text::{alternatives, excerpt, listed};
 use crate::{Error, Result};
 
-/// Factors of a comparison: each of their combinations is a setting.
+/// Factors of a comparison, each combination of which is a setting.
 #[derive(Debug, Clone)]
 pub struct CompareSettings {
-    /// Searches, and Steiglitz–McBride where it is to stand beside them.
+    /// Search methods, with Steiglitz–McBride if it is to be compared too.
     pub methods: Vec<Method>,
-    /// `CRITERION:SCALE`.
+    /// Criteria as `CRITERION:SCALE`.
     pub criteria: Vec<String>,
-    /// Agents.
+    /// Population sizes.
     pub population: Vec<usize>,
-    /// Generations, the first population included.
+    /// Numbers of generations, the initial population included.
     pub generations: Vec<usize>,
-    /// `METHOD.KEY=VALUE`; several values as `0.1/0.2`.
+    /// Hyperparameters as `METHOD.KEY=VALUE`, several values as `0.1/0.2`.
     pub set: Vec<String>,
-    /// Bounds; without any those of Table 2 for a motor that is known, and such as follow the estimate for another.
+    /// Bounds of the parameters. The default is Table 2 for a simulated motor, and bounds around the estimate
+    /// otherwise.
     pub bounds: Vec<String>,
-    /// Held values, `R=0.92`.
+    /// Fixed parameters, as `R=0.92`.
     pub fix: Vec<String>,
 }
 
 impl CompareSettings {
-    /// A setting for each combination.
+    /// Returns a setting for each combination of the factors.
     ///
     /// # Errors
-    /// `Usage` for what cannot be, and for what is asked twice.
-    pub fn settings(&self) -> Result<Vec<Setting>> {
+    /// Returns a `Usage` error for invalid or repeated values.
+    pub fn settings(&self) -> Result<Vec<ComparisonSetting>> {
         let variants = self.variants()?;
         let repeated = [
             (Named::Criteria, twice(&self.criteria).is_some()),
@@ -51,7 +52,7 @@ impl CompareSettings {
             let criterion: Criterion = criterion.parse()?;
             for &population in &self.population {
                 for &generations in &self.generations {
-                    let setting = |methods| Setting { criterion, population, generations, methods };
+                    let setting = |methods| ComparisonSetting { criterion, population, generations, methods };
                     settings.extend(variants.iter().cloned().map(setting));
                 }
             }
@@ -59,7 +60,7 @@ impl CompareSettings {
         Ok(settings)
     }
 
-    /// The searches, with every combination of their own settings.
+    /// Returns the search methods with every combination of their hyperparameters.
     fn variants(&self) -> Result<Vec<Vec<Method>>> {
         let all = &self.methods;
         let searches = SEARCHES.map(|search| search.name);
@@ -68,7 +69,7 @@ impl CompareSettings {
             return Err(Error::usage(message, "Name each once."));
         }
         if all.contains(&Method::Auto) {
-            let message = text!([Methods] ": auto is no method of its own");
+            let message = text!([Methods] ": auto cannot be compared, because it selects a method itself");
             return Err(Error::usage(message, format!("Name {}.", alternatives(&[&searches[..], &["sm"]].concat()))));
         }
         let named: Vec<Method> = all.iter().filter(|method| method.is_search()).copied().collect();
@@ -103,8 +104,9 @@ impl CompareSettings {
     /// Returns the space of free parameters with their bounds.
     ///
     /// # Errors
-    /// `Usage` for bounds or held values that cannot be; `Data` and `NotIdentified` for recordings that cannot serve.
-    pub fn space(&self, subject: &Subject, model: Model) -> Result<Space> {
+    /// Returns a `Usage` error for invalid bounds or fixed values, and a `Data` or `NotIdentified` error for unsuitable
+    /// recordings.
+    pub fn space(&self, subject: &ComparisonSubject, model: Model) -> Result<Space> {
         let usual = [if subject.truth.is_some() { "table2" } else { "auto" }.to_owned()];
         let bounds = if self.bounds.is_empty() { &usual[..] } else { &self.bounds };
         let fixed = values::parameters(&self.fix, Named::Fix)?;
@@ -115,7 +117,7 @@ impl CompareSettings {
     }
 }
 
-/// The first value that a list has twice.
+/// Returns the first value that occurs twice in a list.
 fn twice<T: PartialEq>(list: &[T]) -> Option<&T> {
     (1..list.len()).find(|n| list[..*n].contains(&list[*n])).map(|n| &list[n])
 }

@@ -1,4 +1,4 @@
-//! Subjects of a comparison.
+//! Settings and subjects of a comparison.
 
 use crate::Result;
 use crate::criterion::{Criterion, Norm, Scale};
@@ -11,21 +11,22 @@ use crate::named::named;
 use crate::optimize::{GeneticOptions, GwoOptions, JayaOptions};
 use crate::record::Record;
 
-/// A setting that all methods are compared under.
+/// A setting under which all methods are compared.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Setting {
-    /// The criterion.
+pub struct ComparisonSetting {
+    /// Criterion that the searches minimize.
     pub criterion: Criterion,
-    /// Agents of a run.
+    /// Candidates per generation.
     pub population: usize,
-    /// Generations of a run, the first population included.
+    /// Number of generations, the initial population included.
     pub generations: usize,
-    /// The searches, with their own settings.
+    /// Search methods with their hyperparameters.
     pub methods: Vec<Method>,
 }
 
-impl Setting {
-    /// The paper's: Tables 2 and 3, Eq. 13 over channels divided by `scale`.
+impl ComparisonSetting {
+    /// Returns the paper's setting: bounds of Table 2, hyperparameters of Table 3, and Eq. 13 over channels divided by
+    /// `scale`.
     #[must_use]
     pub fn paper(scale: Scale) -> Self {
         Self {
@@ -42,27 +43,27 @@ impl Setting {
 }
 
 named! {
-    /// A set-up that is complete.
+    /// A complete set of settings.
     pub enum Preset (default Paper) {
         /// Tables 2 and 3, 100 agents × 100 generations; euclidean with scale peak, and with scale none as printed.
         Paper = "paper",
     }
 }
 
-/// The motor that methods are compared on.
+/// Motor that methods are compared on.
 #[derive(Debug, Clone)]
-pub struct Subject {
-    /// Its recordings.
+pub struct ComparisonSubject {
+    /// Recordings of the motor.
     pub records: Vec<Record>,
-    /// Its parameters, where they are known: of a simulated motor.
+    /// True parameters of a simulated motor; `None` for a measured one.
     pub truth: Option<Parameters>,
 }
 
-impl Subject {
-    /// The paper's experiment: the M2 motor at rest, 10.5 V from 1 s on, 3 s in steps of 1 ms, without noise.
+impl ComparisonSubject {
+    /// Returns the paper's experiment: motor M2 at rest, 10.5 V from 1 s on, 3 s sampled at 1 ms, without noise.
     ///
     /// # Errors
-    /// Never in fact.
+    /// Propagates the errors of the simulation; the arguments given here cause none.
     pub fn m2() -> Result<Self> {
         let step = Excitation::step(10.5, 1.0, 3.0, 0.001)?;
         let record = simulated(&Parameters::M2, &step, Discretization::Zoh)?;
@@ -73,37 +74,38 @@ impl Subject {
 /// Settings of a comparison of methods.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CompareSpec {
-    /// One block of results each.
-    pub settings: Vec<Setting>,
-    /// Runs of each method.
+    /// Settings to compare under, each of which gives a block of results.
+    pub settings: Vec<ComparisonSetting>,
+    /// Number of runs of each method.
     pub runs: usize,
-    /// Seed of all of them.
+    /// Seed from which, with its number, every run draws.
     pub seed: u64,
-    /// The simulation model.
+    /// Simulation model.
     pub model: Model,
-    /// The space of free parameters with their bounds.
+    /// Space of the free parameters with their bounds, and the fixed values.
     pub space: Space,
-    /// True if Steiglitz–McBride stands beside the searches.
+    /// True if Steiglitz–McBride is compared too.
     pub steiglitz_mcbride: bool,
-    /// Records with new noise that it, which has no seeds, is run on for its spread.
+    /// Number of records with new noise over which the spread of Steiglitz–McBride, which has no seeds, is computed.
     pub noise_records: usize,
-    /// Their noise, where the motor is simulated \[dB\]; else it is that of the residuals.
+    /// Signal-to-noise ratio of these records if the motor is simulated \[dB\]; otherwise their noise is that of the
+    /// residuals.
     pub noise_db: f64,
-    /// A cost that a run is to reach; `None` takes a range of targets between the first generations and the best.
+    /// Target cost of a run; `None` for a range of targets from the first generations down to the lowest cost.
     pub target: Option<f64>,
-    /// The device that evaluates.
+    /// Device that evaluates.
     pub device: DeviceSpec,
-    /// With which numbers.
+    /// Floating-point precision of the evaluation.
     pub precision: PrecisionSpec,
-    /// Throughput measured on this machine, for `auto`.
-    pub paces: Option<ThroughputProfile>,
+    /// Throughput measured on this machine, by which `auto` chooses the device.
+    pub throughput_profile: Option<ThroughputProfile>,
 }
 
 impl Default for CompareSpec {
     fn default() -> Self {
         let criterion = Criterion::default();
         Self {
-            settings: vec![Setting { criterion, ..Setting::paper(Scale::Std) }],
+            settings: vec![ComparisonSetting { criterion, ..ComparisonSetting::paper(Scale::Std) }],
             runs: 50,
             seed: 1,
             model: Model { discretization: Discretization::Zoh, initial: Initial::Auto },
@@ -114,26 +116,30 @@ impl Default for CompareSpec {
             target: None,
             device: DeviceSpec::default(),
             precision: PrecisionSpec::default(),
-            paces: None,
+            throughput_profile: None,
         }
     }
 }
 
 impl CompareSpec {
-    /// The paper's set-up: channels divided by their peaks, which is what its tables show, and Eq. 13 as it is printed.
+    /// Returns the paper's settings: channels divided by their peaks, which reproduces its tables, and Eq. 13 as
+    /// printed.
     #[must_use]
     pub fn paper() -> Self {
-        Self { settings: vec![Setting::paper(Scale::Peak), Setting::paper(Scale::None)], ..Self::default() }
+        Self {
+            settings: vec![ComparisonSetting::paper(Scale::Peak), ComparisonSetting::paper(Scale::None)],
+            ..Self::default()
+        }
     }
 
-    /// Returns the settings by which the device is chosen: so many candidates a generation.
+    /// Returns the settings by which the device is chosen, with `population` candidates per generation.
     pub(super) fn search(&self, population: usize, generations: usize) -> IdentifySpec {
         IdentifySpec {
             population,
             generations,
             device: self.device.clone(),
             precision: self.precision,
-            paces: self.paces.clone(),
+            throughput_profile: self.throughput_profile.clone(),
             ..IdentifySpec::default()
         }
     }

@@ -1,6 +1,6 @@
-//! Steiglitz–McBride beside the searches. It has no seeds: its spread is over records with new noise.
+//! Steiglitz–McBride in a comparison. It has no seeds, so its spread is computed over records with new noise.
 
-use super::{CompareSpec, MethodEstimates, Subject};
+use super::{CompareSpec, ComparisonSubject, MethodEstimates};
 use crate::Result;
 use crate::criterion::Noise;
 use crate::estimate::steiglitz_mcbride;
@@ -14,20 +14,24 @@ use std::time::Instant;
 /// Results of Steiglitz–McBride.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Steiglitz {
-    /// Its estimate from the first recording, or why there is none.
+    /// Estimate from the first recording, or the reason why there is none.
     pub estimate: std::result::Result<Parameters, String>,
-    /// Its estimates from records with new noise; those that failed are left out.
+    /// Estimates from the records with new noise on which the method did not fail.
     pub spread: Vec<Parameters>,
-    /// The number of records with new noise; 0 where none could be made.
+    /// Number of records with new noise; 0 if none could be made.
     pub records: usize,
-    /// σ of their noise: current \[A\] and speed \[rad/s\].
+    /// Standard deviations of the added noise: current \[A\] and speed \[rad/s\].
     pub sigma: [f64; 2],
-    /// Seconds of one estimate: the median of five.
+    /// Time of one estimate, the median of five \[s\].
     pub seconds: f64,
 }
 
 impl Steiglitz {
-    pub(super) fn of(subject: &Subject, spec: &CompareSpec, reference: Option<&Identification>) -> Result<Self> {
+    pub(super) fn of(
+        subject: &ComparisonSubject,
+        spec: &CompareSpec,
+        reference: Option<&Identification>,
+    ) -> Result<Self> {
         let attempt = |record: &Record| -> Result<std::result::Result<Parameters, String>> {
             let found = steiglitz_mcbride(record, spec.model)?;
             Ok(found.map(|estimate| estimate.parameters).map_err(|failure| failure.message().to_owned()))
@@ -53,7 +57,7 @@ impl Steiglitz {
         Ok(Self { spread: spread.into_iter().flatten().collect(), records: spec.noise_records, sigma, ..alone })
     }
 
-    /// Returns its estimate, with those from records with new noise as runs.
+    /// Returns the estimate, with those from records with new noise in place of runs.
     #[must_use]
     pub fn estimates(&self) -> MethodEstimates {
         let best = self.estimate.as_ref().ok().copied();
@@ -61,9 +65,10 @@ impl Steiglitz {
     }
 }
 
-/// The record without noise and the noise to be added; `None` where the motor does not start at rest.
+/// Returns the record without noise and the standard deviations of the noise to add; `None` if the motor does not start
+/// at rest or has no refined estimate.
 fn noiseless(
-    subject: &Subject,
+    subject: &ComparisonSubject,
     spec: &CompareSpec,
     reference: Option<&Identification>,
 ) -> Result<Option<(Record, [f64; 2])>> {

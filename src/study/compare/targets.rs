@@ -1,26 +1,27 @@
-//! Evaluations and times until runs reach given costs, as empirical distributions.
+//! Empirical distributions of the evaluations and times until runs reach target costs.
 //!
-//! As in the COCO platform (N. Hansen, A. Auger, R. Ros, O. Mersmann, T. Tušar, D. Brockhoff 2021): the share of all pairs of
-//! a run and a target that have been reached, over targets even in the logarithm.
+//! As in the COCO platform (Hansen, Auger, Ros, Mersmann, Tušar and Brockhoff 2021), a curve is the fraction of all
+//! pairs of a run and a target that have been reached. Targets are equally spaced in the logarithm of the cost.
 
 use super::{Block, MethodResult};
 use crate::numeric::{count, quantile, sorted};
 
-/// Targets between the first generations and the best.
+/// Number of targets between the first generations and the lowest cost.
 const TARGETS: usize = 51;
 
-/// A method's share of targets reached.
+/// Fraction of targets that a method has reached, over evaluations and time.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Reached {
-    /// Evaluations of a run.
+    /// Evaluations of a run after each generation.
     pub evaluations: Vec<f64>,
-    /// Seconds of a run by itself; empty where it was not timed.
+    /// Time of a single run until the end of each generation \[s\]; empty if it was not measured.
     pub seconds: Vec<f64>,
-    /// Share of all (run, target) reached by then, rising, at most 1.
+    /// Fraction of all pairs of a run and a target reached after each generation, from 0 to 1.
     pub share: Vec<f64>,
 }
 
-/// Returns the fraction of runs of each method that reached a cost, over evaluations. `target`: one cost, or `None` for a range.
+/// Returns the targets and, for each method, the fraction reached. `target` is a single cost; `None` takes a range of
+/// targets.
 #[must_use]
 pub fn reached(block: &Block, target: Option<f64>) -> (Vec<f64>, Vec<Reached>) {
     let targets = target.map_or_else(|| range(block), |target| vec![target]);
@@ -39,14 +40,15 @@ pub fn reached(block: &Block, target: Option<f64>) -> (Vec<f64>, Vec<Reached>) {
         let evaluations: Vec<f64> = (1..=generations).map(|g| count(g) * agents).collect();
         let seconds = result
             .seconds
-            .map_or(Vec::new(), |whole| evaluations.iter().map(|count| whole * count / (agents * all)).collect());
+            .map_or(Vec::new(), |total| evaluations.iter().map(|count| total * count / (agents * all)).collect());
         Reached { evaluations, seconds, share: (0..generations).map(by).collect() }
     };
     let reached = block.results.iter().map(share).collect();
     (targets, reached)
 }
 
-/// Targets from the median cost after the first generation down to the lowest of all, the easiest first.
+/// Returns the targets from the median cost after the first generation down to the lowest cost of all runs, the easiest
+/// first.
 fn range(block: &Block) -> Vec<f64> {
     let runs = || block.results.iter().flat_map(|result| &result.runs);
     let firsts = sorted(&runs().filter_map(|run| run.history.first().copied()).collect::<Vec<_>>());

@@ -1,5 +1,5 @@
-//! Datasets of runs: a motor's recordings, read, prepared, divided in fitted and held-out parts, and perhaps
-//! with noise added to what is fitted.
+//! Datasets of runs: the recordings of a motor, read, prepared, split into fitted and held-out parts, with noise added
+//! to the fitted ones if the study requests it.
 
 use super::Sweep;
 use super::manifest::{File, Motor};
@@ -13,28 +13,29 @@ use crate::{Error, Result};
 use sha2::{Digest as _, Sha256};
 use std::sync::{Arc, OnceLock};
 
-/// A motor under one drawing of noise.
+/// A motor with one realization of the added noise.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Dataset {
     pub motor: usize,
-    /// Place of the noise in the study, and the seed that draws it.
+    /// Index of the noise level in the study.
     pub noise: usize,
+    /// Seed of the noise.
     pub seed: u64,
 }
 
-/// The recordings of a motor.
+/// Recordings of a motor.
 #[derive(Debug, Clone)]
 pub(super) struct Recordings {
     pub fitted: Arc<Vec<Record>>,
     pub held_out: Arc<Vec<Record>>,
-    /// The warnings about what is fitted, looked for once for all runs.
+    /// Warnings about the fitted recordings, computed once for all runs.
     diagnosis: Arc<OnceLock<Vec<Warning>>>,
 }
 
-/// The recordings of a motor, or why there are none.
+/// Recordings of a motor, or the error of reading them.
 pub(super) type Read = Result<Recordings>;
 
-/// The motor that was read last, with its recordings: one with many drawings of noise is read once.
+/// Index and recordings of the motor read last, so that a motor with many noise realizations is read once.
 pub(super) type Kept = Option<(usize, Read)>;
 
 impl Recordings {
@@ -42,12 +43,12 @@ impl Recordings {
         Self { fitted: Arc::new(fitted), held_out, diagnosis: Arc::default() }
     }
 
-    /// Returns what is fitted with the warnings about it.
+    /// Returns the fitted recordings with the warnings about them.
     pub fn diagnosed(&self) -> Diagnosed<'_> {
         (&self.fitted, self.diagnosis.get_or_init(|| warnings_of_records(&self.fitted)))
     }
 
-    /// A result with how well it explains what was held out.
+    /// Adds the validation on the held-out recordings to a result.
     pub fn validated(&self, found: Identification, spec: &IdentifySpec) -> Result<Identification> {
         if self.held_out.is_empty() {
             return Ok(found);
@@ -58,7 +59,7 @@ impl Recordings {
 }
 
 impl Sweep {
-    /// Reads the recordings of a motor; they must be those that were planned.
+    /// Reads the recordings of a motor and checks their digests against the manifest.
     pub(super) fn read(&self, motor: usize) -> Read {
         let Motor { files, validate, .. } = &self.manifest.motors[motor];
         let (fitted, mut held_out) = (self.read_all(files)?, self.read_all(validate)?);
@@ -70,7 +71,7 @@ impl Sweep {
         Ok(Recordings::new(fitted, Arc::new(held_out)))
     }
 
-    /// The recordings of a motor, which may be the one that was kept.
+    /// Returns the recordings of a motor, from `kept` if it has them.
     pub(super) fn read_or_kept(&self, motor: usize, kept: Option<&(usize, Read)>) -> Read {
         kept.filter(|(of, _)| *of == motor).map_or_else(|| self.read(motor), |(_, recordings)| recordings.clone())
     }
@@ -86,15 +87,17 @@ impl Sweep {
                     None => "could not be read when the sweep was planned",
                     Some(_) => "has changed since the sweep was planned",
                 };
-                return Err(Error::data(message, "Plan the study again in a new folder, or bring the file back.")
-                    .in_file(&path));
+                return Err(
+                    Error::data(message, "Plan the study again in a new folder, or restore the file.").in_file(&path)
+                );
             }
             records.extend(read);
         }
         Ok(records)
     }
 
-    /// The same with noise added to what is fitted: the same for every method, drawn by the seed and the recording.
+    /// Returns recordings with noise added to the fitted ones. The noise depends on the seed and the recording, not on
+    /// the method.
     pub(super) fn with_noise(&self, recordings: &Read, noise: usize, seed: u64) -> Read {
         let Some(noise) = self.study().noise[noise].noise else { return recordings.clone() };
         let recordings = recordings.clone()?;
@@ -105,7 +108,7 @@ impl Sweep {
     }
 }
 
-/// The seed of a recording's noise: of another recording, another.
+/// Returns the seed of the noise of a recording, different for each recording.
 fn key(record: &Record, place: usize, noise: Noise, seed: u64) -> u64 {
     let digest = record.source().sha256.as_deref().unwrap_or_default();
     let digest = Sha256::digest(format!("{seed} {digest} {place} {noise:?}"));

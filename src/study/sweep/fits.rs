@@ -1,4 +1,5 @@
-//! Runs without a population on one dataset, each fit made once whatever the factors that it does not depend on.
+//! Runs without a population search on one dataset. A fit is computed once for all levels of the factors that it does
+//! not depend on.
 
 use super::Sweep;
 use super::dataset::{Read, Recordings};
@@ -11,16 +12,16 @@ use crate::evaluate::Problem;
 use crate::identify::{Identification, IdentifySpec, Method, fit_on, has_all_channels, identify, with_cost_on};
 use std::collections::BTreeMap;
 
-/// Method, polish, criterion and scale by their names, and the place of the extensions.
+/// Names of method, polish, criterion and scale, and the index of the model.
 type Key = ([&'static str; 4], usize);
 
-/// The fits of a dataset.
+/// Fits of a dataset.
 pub(super) struct Fits<'a> {
     sweep: &'a Sweep,
     recordings: Read,
-    /// The problem of all linear fits for a model of the study, by its place.
+    /// Problem of the linear fits, by index of the model.
     plain: BTreeMap<usize, Result<Problem>>,
-    /// Steiglitz–McBride, by polish and model.
+    /// Estimates of Steiglitz–McBride, by polish and index of the model.
     linear: BTreeMap<(&'static str, usize), Result<Identification>>,
     outcomes: BTreeMap<Key, Outcome>,
 }
@@ -42,7 +43,7 @@ impl<'a> Fits<'a> {
             Err(error) => (Err(error), true),
             Ok(of) if f.method == Method::Auto || spec.is_extended() || !has_all_channels(&of.fitted) => {
                 let found = identify(&of.fitted, &IdentifySpec { device: DeviceSpec::Cpu, ..spec.clone() });
-                // A search depends on its seed and budget, and an error may be one of a search.
+                // A search depends on its seed and budget, and an error may come from a search.
                 let is_fixed = found.as_ref().is_ok_and(|found| !found.searched.has_population);
                 (found.and_then(|found| of.validated(found, &spec)), is_fixed)
             }
@@ -55,7 +56,7 @@ impl<'a> Fits<'a> {
         outcome
     }
 
-    /// Steiglitz–McBride with its polish, at its cost in the run's criterion.
+    /// Returns the Steiglitz–McBride estimate after the polish, with its cost in the criterion of the run.
     fn linear(&mut self, of: &Recordings, spec: &IdentifySpec, with: usize) -> Result<Identification> {
         let records = &of.fitted;
         let problem = Problem::new(records, spec.model, spec.space.clone(), spec.criterion)?;

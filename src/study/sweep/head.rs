@@ -1,4 +1,4 @@
-//! The first line of a results file: the sweep and the shard it is of, with a digest of its own.
+//! First line of a results file: its sweep and shard, with a digest of the line.
 
 use super::line::Line;
 use super::manifest::FORMAT;
@@ -14,36 +14,36 @@ use std::fs::File;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::Path;
 
-/// The first line is shorter, in bytes.
+/// Largest length of the first line \[bytes\].
 const LONGEST: u64 = 1 << 16;
 
 /// The sweep that results files belong to.
 pub(super) struct Origin<'a> {
     pub folder: &'a Path,
-    /// The digest of the manifest.
+    /// Digest of the manifest.
     pub manifest: &'a str,
-    /// Returns whether a line is of a run of this sweep.
+    /// Function that returns true if a line is of a run of this sweep.
     pub is_of: Box<dyn Fn(&Line) -> bool + 'a>,
 }
 
-/// The beginning of a results file.
+/// Head of a results file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Head {
     pub motorfit: String,
     pub format: u32,
-    /// The digest of the manifest that it belongs to.
+    /// Digest of the manifest of the sweep.
     pub manifest: String,
-    /// The number of the shard, and of how many.
+    /// Number of the shard and number of shards.
     pub shard: [u64; 2],
-    /// The class of instructions: another may round otherwise. Empty where the head is damaged.
+    /// Instruction-set class, on which rounding depends; empty if the head is damaged.
     pub instructions: String,
-    /// The digest of the others; earlier versions wrote none.
+    /// Digest of the other fields; earlier versions wrote none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     check: Option<String>,
 }
 
 impl Head {
-    /// The head of the results that this machine writes.
+    /// Creates the head of the results that this machine writes.
     pub(super) fn new(manifest: &str, shard: Shard) -> Self {
         Self {
             motorfit: env!("CARGO_PKG_VERSION").to_owned(),
@@ -55,10 +55,10 @@ impl Head {
         }
     }
 
-    /// The line, with its digest.
+    /// Returns the line with its digest.
     pub(super) fn line(&self) -> String {
-        let whole = Self { check: Some(self.digest()), ..self.clone() };
-        serde_json::to_string(&whole).unwrap_or_default() + "\n"
+        let with_digest = Self { check: Some(self.digest()), ..self.clone() };
+        serde_json::to_string(&with_digest).unwrap_or_default() + "\n"
     }
 
     fn digest(&self) -> String {
@@ -66,14 +66,14 @@ impl Head {
         hexadecimal(&Sha256::digest(text).as_slice()[..8])
     }
 
-    /// The head that a line holds, unless the line is damaged.
+    /// Parses a line; `None` if it is damaged.
     pub(super) fn of_line(line: &[u8]) -> Option<Self> {
         let head: Self = serde_json::from_slice(line).ok()?;
         head.check.as_ref().is_none_or(|check| *check == head.digest()).then_some(head)
     }
 
-    /// Reads the head of a results file, which must belong to a sweep. Returns whether it is whole: of a damaged one, what
-    /// the lines prove counts.
+    /// Reads the head of a results file and checks that it belongs to the sweep. Returns true with it if it is intact;
+    /// a damaged head is accepted if the lines of the file belong to the sweep.
     pub(super) fn read(path: &Path, origin: &Origin<'_>, shard: Shard) -> Result<(Self, bool)> {
         let wrong = |message: &str, remedy: &str| Err(Error::data(message, remedy).in_file(path).at_line(1));
         let mut line = Vec::new();
@@ -85,7 +85,7 @@ impl Head {
                 "is of another version of this program",
                 "Use that version, or plan the study again in a new folder.",
             ),
-            Some(_) => wrong("holds results of another study", "Move it away, or run the study it belongs to."),
+            Some(_) => wrong("holds results of another study", "Move it away, or run the study that it belongs to."),
             None if is_proven(path, &line, origin)? => {
                 Ok((Self { instructions: String::new(), ..Self::new(origin.manifest, shard) }, false))
             }
@@ -94,8 +94,8 @@ impl Head {
     }
 }
 
-/// Returns whether a file with a damaged head belongs to a sweep: its digest stands in the head, or a line is of one of its
-/// runs, or the head is no other text and nothing follows it.
+/// Returns true if a file with a damaged head belongs to a sweep: the head has the sweep's digest, or a line is of one
+/// of its runs, or nothing follows a head that still parses.
 fn is_proven(path: &Path, head: &[u8], origin: &Origin<'_>) -> Result<bool> {
     let mut proven = memchr::memmem::find(head, origin.manifest.as_bytes()).is_some();
     let mut lines = 0_u64;
@@ -117,7 +117,7 @@ mod tests {
             for bit in 0..8 {
                 let mut bytes = line.clone();
                 bytes[at] ^= 1 << bit;
-                // Without the name of the digest it is a head of an earlier version, and says the same.
+                // A head whose key of the digest is damaged parses as one of an earlier version, with the same content.
                 let other = Head::of_line(&bytes).filter(|other| other.digest() != head.digest());
                 assert_eq!(other, None, "{}", String::from_utf8_lossy(&bytes));
             }

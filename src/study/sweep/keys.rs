@@ -1,4 +1,4 @@
-//! The keys of a study, one by one: what they may be and what they mean.
+//! Reading and checking of the keys of a study.
 
 use super::study::{AddedNoise, Entry, Level, Seeds};
 use super::toml::{Document, Item};
@@ -16,9 +16,9 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
 named! {
-    /// Bounds that are not given by parameter.
-    enum UsualBounds (default Auto) {
-        /// Those of the paper's Table 2.
+    /// Bounds that are given by name.
+    enum DefaultBounds (default Auto) {
+        /// Bounds of Table 2.
         Table2 = "table2",
         /// A decade to each side of the Steiglitz–McBride estimate.
         Auto = "auto",
@@ -26,22 +26,22 @@ named! {
 }
 
 named! {
-    /// The device that takes over where a lost one does not come back.
+    /// Device that takes over when a lost device cannot be reopened.
     enum Fallback (default None) {
-        /// Nothing: the sweep ends with the error.
+        /// None: the sweep ends with the error.
         None = "none",
-        /// The CPU.
+        /// CPU.
         Cpu = "cpu",
     }
 }
 
-/// The settings of an identification that hold for all runs.
+/// Settings of an identification that apply to all runs.
 pub(super) const OF_ALL_RUNS: [Setting; 5] =
     [Setting::Device, Setting::Precision, Setting::Discretization, Setting::Initial, Setting::TimeOrigin];
-/// Those of which each model takes what it has.
+/// Settings of which each model takes the entries for its own parameters.
 pub(super) const OF_MODELS: [Setting; 3] = [Setting::Bounds, Setting::Fix, Setting::PerRecording];
 
-/// The keys of a study.
+/// Table of a study.
 pub(super) struct Keys<'a> {
     pub document: Document<'a>,
     pub table: &'a DeTable<'a>,
@@ -53,7 +53,7 @@ impl<'a> Keys<'a> {
         Some(Item { document: self.document, key, value })
     }
 
-    /// Where a key stands; the beginning without it.
+    /// Returns the span of a key's value; the start of the text if the key is absent.
     fn span(&self, key: &'a str) -> Range<usize> {
         self.get(key).map(|item| item.value.span()).unwrap_or_default()
     }
@@ -112,7 +112,7 @@ impl<'a> Keys<'a> {
         Ok(methods)
     }
 
-    /// Texts of a list, none where the key is not there.
+    /// Returns the texts of a list, none if the key is absent.
     pub(super) fn words(&self, key: &'a str, expected: &str) -> Result<Vec<String>> {
         self.get(key).map_or_else(|| Ok(Vec::new()), |item| item.words(expected))
     }
@@ -135,13 +135,13 @@ impl<'a> Keys<'a> {
         match ends {
             Some((Ok(first), Ok(last))) if first <= last => Ok(Seeds::Range(first, last)),
             _ => Err(item.error(
-                format!("seeds: \"{}\" is no range", crate::text::excerpt(text)),
+                format!("seeds: \"{}\" is not a range", crate::text::excerpt(text)),
                 "Write seeds = \"1..50\" (both included), or a list of numbers.",
             )),
         }
     }
 
-    /// The settings of a table that are there, read as everywhere else.
+    /// Reads the settings that are present in the table by the common rules of all front ends.
     fn given(&self, settings: &[Setting]) -> Result<Given> {
         let mut given = Given::default();
         let quoted = |names: &[&str]| format!("\"{}\"", names.join("\", \""));
@@ -166,23 +166,23 @@ impl<'a> Keys<'a> {
         Ok(given)
     }
 
-    /// The error of a setting at its place.
+    /// Adds the line of a setting to its error.
     fn at(&self, fault: &Fault) -> Error {
         self.document.located(self.span(fault.setting.name()), &fault.error)
     }
 
-    /// Returns the settings of all runs.
+    /// Returns the settings that apply to all runs.
     pub(super) fn spec(&self) -> Result<IdentifySpec> {
         settings::problem(&self.given(&OF_ALL_RUNS)?).map_err(|fault| self.at(&fault))
     }
 
-    /// Returns whether the factor of models is there.
+    /// Returns true if the study names models with the key `with`.
     pub(super) fn names_with(&self) -> bool {
         self.get("with").is_some()
     }
 
-    /// The models, on top of what holds for all runs. Of a study that names models each takes the bounds, the held values
-    /// and the parameters of recordings that it has; otherwise bounds and held values say what there is.
+    /// Returns the models with the settings of all runs. If the study names models, each takes the bounds, fixed values
+    /// and per-recording parameters that it has; otherwise the bounds and fixed values define the model.
     pub(super) fn with(&self, spec: &IdentifySpec) -> Result<Vec<Level>> {
         let one = |item: Item<'_>| {
             let text = item.text("\"coulomb,dead-time\"")?;
@@ -202,14 +202,14 @@ impl<'a> Keys<'a> {
             if !models.iter().any(|with| has(with, parameter)) {
                 let symbol = parameter.symbol();
                 let message = format!("{key}: {symbol} is in no model of the study");
-                let remedy = format!("Name its extension in with, or leave {symbol} out.");
+                let remedy = format!("Name its extension in with, or remove {symbol}.");
                 return Err(self.document.error(self.span(key), message, remedy));
             }
         }
         let level = |with: &With| {
             let bounds: Vec<(Parameter, f64, f64)> = bounds.iter().filter(|(p, ..)| has(with, *p)).copied().collect();
             let fixed: Vec<(Parameter, f64)> = fixed.iter().filter(|(p, _)| has(with, *p)).copied().collect();
-            // What is held may be all of the motor where it has extensions.
+            // With extensions, all five parameters of the motor may be fixed.
             let space = if *with == With::default() { Space::table2_with } else { Space::table2_to_extend };
             let key = if given.has(Setting::Bounds) { "bounds" } else { "fix" };
             let space = space(&bounds, &fixed).map_err(|error| self.document.located(self.span(key), &error))?;
@@ -248,12 +248,12 @@ impl<'a> Keys<'a> {
     }
 }
 
-/// The values of a table by parameter, in the order of the file.
+/// Returns the values of a table of parameters, in the order of the file.
 fn parameters<T>(item: Item<'_>, one: impl Fn(&str, Item<'_>) -> Result<T>) -> Result<Vec<T>> {
     let Item { document, key, value } = item;
     let Some(table) = value.get_ref().as_table() else {
         let example = if key == "fix" { "{R = 0.92}" } else { "\"table2\", \"auto\" or {R = [0.1, 1.0]}" };
-        return Err(item.error(format!("{key} is no table"), format!("Write {key} = {example}.")));
+        return Err(item.error(format!("{key} is not a table"), format!("Write {key} = {example}.")));
     };
     let symbols: Vec<&str> = Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS).map(Parameter::symbol).collect();
     document.check_keys(table, &symbols, key)?;
@@ -262,10 +262,10 @@ fn parameters<T>(item: Item<'_>, one: impl Fn(&str, Item<'_>) -> Result<T>) -> R
     entries.into_iter().map(|(symbol, value)| one(symbol.get_ref(), Item { value, ..item })).collect()
 }
 
-/// Bounds as a list of texts.
+/// Returns the bounds as a list of texts.
 fn bounds(item: Item<'_>) -> Result<Vec<String>> {
     if item.value.get_ref().as_str().is_some() {
-        return Ok(vec![item.choice::<UsualBounds>()?.name().to_owned()]);
+        return Ok(vec![item.choice::<DefaultBounds>()?.name().to_owned()]);
     }
     parameters(item, |symbol, value| {
         let [min, max] = value.list(Item::number)?[..] else {

@@ -1,4 +1,4 @@
-//! A finished run as a line of JSON, and back.
+//! Finished runs as lines of JSON, written and parsed.
 
 use super::runs::Job;
 use super::study::Study;
@@ -14,46 +14,46 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use sha2::{Digest as _, Sha256};
 
-/// A name out of a few; an alias, because serde would borrow a reference from the line.
+/// A name from a fixed set. The alias keeps serde from borrowing the reference from the line.
 type Name = &'static str;
 
-/// The part of an identification that the line of a run has.
+/// Outcome of a run as stored on its line.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// The parameters; `None` where there is no result.
+    /// Parameter estimates; `None` without a result.
     #[serde(flatten, serialize_with = "some_or_nulls")]
     pub estimates: Option<Estimates>,
-    /// The cost in the run's criterion, by the oracle.
+    /// Cost in the criterion of the run, evaluated by the oracle.
     pub cost: Option<f64>,
     /// Fit of current and speed \[%\].
     pub fit_percent: Option<Channels<Option<f64>>>,
-    /// The same of held-out recordings, in studies that have some.
+    /// Fit of the held-out recordings; `None` in studies without any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub validation: Option<HeldOutFit>,
-    /// Candidates evaluated, or iterations of Steiglitz–McBride.
+    /// Number of candidates evaluated, or of iterations of Steiglitz–McBride.
     pub evaluations: u64,
-    /// Why it ended; `None`, on the line `failed`, without a result.
+    /// Stopping criterion; `None` without a result, which is `failed` on the line.
     #[serde(serialize_with = "stop", deserialize_with = "read_stop")]
     pub stop: Option<Stop>,
-    /// cpu or gpu.
+    /// Device kind, `cpu` or `gpu`.
     #[serde(deserialize_with = "read_name")]
     pub device: Name,
-    /// f32 or f64.
+    /// Precision, `f32` or `f64`.
     #[serde(deserialize_with = "read_name")]
     pub precision: Name,
-    /// Codes of warnings.
+    /// Codes of the warnings.
     pub warnings: Vec<String>,
-    /// The level of trust; `None` without a result, and on lines of earlier versions of the program.
+    /// Level of trust; `None` without a result and on lines of earlier versions of the program.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trust: Option<RunTrust>,
-    /// Why there is no result.
+    /// Reason why there is no result.
     pub error: Option<Failure>,
 }
 
 /// Fit of held-out recordings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct HeldOutFit {
-    /// Of their current and speed.
+    /// Fit of current and speed \[%\].
     pub fit_percent: Channels<Option<f64>>,
 }
 
@@ -80,19 +80,19 @@ fn read_name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Name, D::Erro
     known.ok_or_else(|| D::Error::custom("an unknown name"))
 }
 
-/// Why a run has no result.
+/// Reason why a run has no result.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Failure {
-    /// `data`: the recording could not be read, which another run may; `not_identified`; `usage`.
+    /// Kind of the error: `data`, `not_identified`, `device` or `usage`. Runs with `data` are repeated.
     pub kind: String,
-    /// In words.
+    /// Error message.
     pub message: String,
-    /// The remedy.
+    /// Remedy.
     pub remedy: String,
 }
 
 impl Outcome {
-    /// Of a run that failed.
+    /// Creates the outcome of a run that failed; `root`, the folder of the recordings, is removed from the message.
     #[must_use]
     pub fn failed(error: &Error, root: &str) -> Self {
         let kind = match error.kind() {
@@ -101,14 +101,14 @@ impl Outcome {
             ErrorKind::Device => "device",
             ErrorKind::Usage => "usage",
         };
-        // Where the files lie is no part of a result.
+        // Results do not depend on the location of the files.
         let message = error.text().respelled(as_key).to_string().replace(root, "");
         let remedy = error.hint().respelled(as_key).to_string();
         let error = Some(Failure { kind: kind.to_owned(), message, remedy });
         Self { device: "cpu", precision: "f64", error, ..Self::default() }
     }
 
-    /// The part of a result that a line has.
+    /// Creates the outcome of an identification.
     #[must_use]
     pub fn of(found: &Identification) -> Self {
         let reported = found.warnings.iter().filter(|warning| warning.severity == Severity::Report);
@@ -128,14 +128,14 @@ impl Outcome {
         }
     }
 
-    /// Why it ended, by its name on the line.
+    /// Returns the name of the stopping criterion on the line.
     #[must_use]
     pub fn stop_name(&self) -> &'static str {
         stop_name(self.stop)
     }
 }
 
-/// The part of a line by which its run is counted.
+/// The fields of a line by which its run is counted.
 #[derive(Debug, Clone, Deserialize)]
 pub(super) struct Row {
     pub id: u64,
@@ -145,13 +145,13 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// Returns whether another try may end otherwise: what failed was the recording.
+    /// Returns true if the run must be repeated because its recording could not be read.
     pub(super) fn is_retried(&self) -> bool {
         self.error.as_ref().is_some_and(|failure| failure.kind == "data")
     }
 }
 
-/// A line without its time.
+/// A line of a results file without its time.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Line {
     pub id: u64,
@@ -171,7 +171,7 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    /// The line of a run of a study.
+    /// Creates the line of a run.
     pub(super) fn of(study: &Study, job: &Job, motor: &str, outcome: Outcome) -> Self {
         let f = &job.factors;
         Self {
@@ -191,10 +191,10 @@ impl Line {
     }
 }
 
-/// The separator of a result and its time: no text in JSON can contain it, for it has bare quotes.
+/// Separator of a result and its time. No JSON string contains it, because its quotes are not escaped.
 const TIMING: &str = ",\"timing\":";
 
-/// The line of a run, with its time.
+/// Returns the line of a run with its time and check sum.
 pub(super) fn line(study: &Study, job: &Job, motor: &str, outcome: &Outcome, seconds: f64) -> String {
     let line = Line::of(study, job, motor, outcome.clone());
     let mut text = printable_json(&serde_json::to_string(&line).unwrap_or_default());
@@ -203,11 +203,11 @@ pub(super) fn line(study: &Study, job: &Job, motor: &str, outcome: &Outcome, sec
     text + TIMING + &serde_json::to_string(&timing).unwrap_or_default() + "}\n"
 }
 
-/// The part of a line behind the result.
+/// The fields of a line after the result.
 #[derive(Serialize, Deserialize)]
 struct Timing {
     seconds: f64,
-    /// Tells a damaged line.
+    /// Digest of the line up to here, by which a damaged line is detected.
     check: String,
 }
 
@@ -215,7 +215,7 @@ fn check(text: &str) -> String {
     hexadecimal(&Sha256::digest(text).as_slice()[..4])
 }
 
-/// A line without its time, and its time; `None` for one that is damaged.
+/// Splits a line into the result and its time \[s\]; `None` if the line is damaged.
 pub(super) fn split(line: &str) -> Option<(String, f64)> {
     let at = line.rfind(TIMING)?;
     let (text, timing) = (&line[..at], line[at + TIMING.len()..].strip_suffix('}')?);
@@ -247,7 +247,7 @@ mod tests {
         assert_eq!(serde_json::from_str::<Outcome>(line.trim_end()).unwrap(), outcome);
         let maps: Vec<&str> = value.as_object().unwrap().keys().map(String::as_str).collect();
         assert_eq!(maps[10..16], ["parameters", "std_error", "ci95", "at_bound", "cost", "fit_percent"]);
-        // Any other letter anywhere is noticed, also where the line stays good JSON.
+        // Any changed character is detected, even if the line is still valid JSON.
         for at in 0..line.len() - 1 {
             let mut bytes = line.clone().into_bytes();
             bytes[at] = if bytes[at] == b'7' { b'8' } else { b'7' };

@@ -1,4 +1,4 @@
-//! The manifest of a sweep: the study's text, the recordings with their digests, the device. It never changes.
+//! Manifest of a sweep: the text of the study, the recordings with their digests, and the device. It is immutable.
 
 use super::pattern::matched;
 use super::runs::Runs;
@@ -13,90 +13,91 @@ use std::collections::BTreeSet;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-/// The version of the manifest and of the results.
+/// Version of the format of manifest and results.
 pub(super) const FORMAT: u32 = 1;
-/// Bytes of a file that are read at once.
+/// Size of the blocks in which a file is read \[bytes\].
 const PIECE: u64 = 64 << 10;
-/// The most runs of a sweep.
+/// Largest number of runs of a sweep.
 pub(super) const RUNS_MAX: u64 = 100_000_000;
 
-/// A file of a motor.
+/// Recording of a motor.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct File {
-    /// From the study's folder on.
+    /// Path relative to the folder of the study.
     pub path: String,
-    /// SHA-256 of its bytes (of several joined by +, of their digests); `None` where it could not be read.
+    /// SHA-256 digest of the bytes, or of the joined digests of several files joined by `+`; `None` if it could not be
+    /// read.
     pub sha256: Option<String>,
-    /// Its size.
+    /// Size \[bytes\].
     pub bytes: u64,
 }
 
-/// A motor with its files.
+/// A motor with its recordings.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Motor {
-    /// Its name.
+    /// Name of the motor.
     pub motor: String,
-    /// Several are fitted jointly.
+    /// Recordings that are fitted, several jointly.
     pub files: Vec<File>,
-    /// Recordings that are held out.
+    /// Held-out recordings.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub validate: Vec<File>,
 }
 
 impl Motor {
-    /// All its files: those that are fitted, then those that are held out.
+    /// Returns all recordings, the fitted before the held-out ones.
     pub fn all_files(&self) -> impl Iterator<Item = &File> {
         self.files.iter().chain(&self.validate)
     }
 }
 
-/// The device that evaluates.
+/// Device that evaluates.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PinnedDevice {
-    /// cpu or gpu.
+    /// Device kind, `cpu` or `gpu`.
     pub kind: String,
-    /// As the study names it, `auto` resolved.
+    /// Device as named by the study, with `auto` resolved.
     pub select: String,
-    /// f32 or f64.
+    /// Precision, `f32` or `f64`.
     pub precision: String,
 }
 
-/// The manifest of a sweep.
+/// Manifest of a sweep.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
-    /// The version of the program that planned it.
+    /// Version of the program that planned the sweep.
     pub motorfit: String,
-    /// The version of the format.
+    /// Version of the format.
     pub format: u32,
-    /// The study's name.
+    /// Name of the study.
     pub name: String,
-    /// The number of runs.
+    /// Number of runs.
     pub runs: u64,
-    /// The device that evaluates.
+    /// Device that evaluates.
     pub device: PinnedDevice,
-    /// Where the study lies, as it was given.
+    /// Path of the study as given.
     pub path: String,
-    /// The folder that paths of recordings start at.
+    /// Folder to which the paths of the recordings are relative.
     pub folder: String,
-    /// The study, word for word.
+    /// Text of the study.
     pub study: String,
-    /// The motors, in the order of their runs.
+    /// Motors in the order of their runs.
     pub motors: Vec<Motor>,
-    /// SHA-256 of the file with an empty text in this place; earlier versions wrote none.
+    /// SHA-256 digest of the file with an empty text here; earlier versions wrote none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sha256: Option<String>,
 }
 
 impl Manifest {
-    /// Pins a study: finds its recordings and takes their digests.
+    /// Creates the manifest of a study: finds its recordings and computes their digests.
     ///
     /// # Errors
-    /// `Usage` for a study that names no or too many runs, or a recording or motor twice; `Data` for recordings that are
-    /// not there.
+    /// Returns a `Usage` error if the study has too many runs or names a recording or motor twice, and a `Data` error
+    /// if recordings are missing.
     pub(super) fn of(study: &Study, text: &str, path: &Path) -> Result<Self> {
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
@@ -120,32 +121,34 @@ impl Manifest {
         })
     }
 
-    /// The file of the manifest. The same sweep always gives the same text.
+    /// Returns the text of the file; the same sweep always gives the same text.
     pub(super) fn text(&self) -> Result<String> {
-        let failed = |e| Error::data(format!("the manifest cannot be made: {e}"), "Check the names.");
+        let failed = |e| Error::data(format!("cannot write the manifest: {e}"), "Check the names.");
         let blank = Self { sha256: Some(String::new()), ..self.clone() };
         let mut text = serde_json::to_string_pretty(&blank).map_err(failed)? + "\n";
-        // It stands last, behind the quotation mark before the end of the line and the closing brace.
+        // The digest is the last value, so it is inserted before its closing quote, the end of the line and the closing
+        // brace.
         text.insert_str(text.len() - "\"\n}\n".len(), &hexadecimal(&Sha256::digest(&text)));
         Ok(text)
     }
 
-    /// The manifest in a text, if it is one; and whether it is as it was planned.
+    /// Parses a text; returns the manifest and true if its digest matches.
     pub(super) fn of_text(text: &str) -> serde_json::Result<(Self, bool)> {
         let manifest: Self = serde_json::from_str(text)?;
-        let is_whole = manifest.sha256.as_ref().is_none_or(|own| {
+        let is_intact = manifest.sha256.as_ref().is_none_or(|own| {
             let blank = text.rfind(own.as_str()).map(|at| [&text[..at], &text[at + own.len()..]].concat());
             blank.is_some_and(|blank| hexadecimal(&Sha256::digest(blank)) == *own)
         });
-        Ok((manifest, is_whole))
+        Ok((manifest, is_intact))
     }
 
-    /// Returns whether it is the same sweep, whatever the version of the program and the place of the files.
+    /// Returns true if two manifests are of the same sweep, whatever the version of the program and the location of the
+    /// files.
     pub(super) fn is_same(&self, other: &Self) -> bool {
         self.study == other.study && self.motors == other.motors && self.device == other.device
     }
 
-    /// Returns the difference to another manifest, in words.
+    /// Describes the difference to another manifest.
     pub(super) fn difference(&self, other: &Self) -> String {
         if self.study != other.study {
             return "the study's text has changed".to_owned();
@@ -163,19 +166,19 @@ impl Manifest {
         format!("the device is {new} instead of {old}")
     }
 
-    /// The file of a motor from where we are.
+    /// Returns the path of a recording relative to the current folder, or absolute.
     pub(super) fn file(&self, file: &File) -> PathBuf {
-        // Each part of a joined recording is a path of its own.
+        // Each file of a joined recording has a path of its own.
         let folder = Path::new(&self.folder);
         let parts = parts(folder, &file.path).into_iter().map(|part| folder.join(part).to_string_lossy().into_owned());
         PathBuf::from(parts.collect::<Vec<_>>().join("+"))
     }
 }
 
-/// A motor whose files are found: its name, where the study gives one, the files that are fitted and those held out.
+/// Files of a motor: its name if the study gives one, the fitted and the held-out recordings.
 type MotorFiles = (Option<String>, Vec<String>, Vec<String>);
 
-/// The motors of a study.
+/// Finds the motors of a study and computes the digests of their recordings.
 fn motors(study: &Study, folder: &Path, path: &Path) -> Result<Vec<Motor>> {
     let all = |patterns: &[String]| -> Result<Vec<String>> {
         let found: Vec<Vec<String>> = patterns.iter().map(|p| files(p, folder, path)).collect::<Result<_>>()?;
@@ -198,8 +201,8 @@ fn motors(study: &Study, folder: &Path, path: &Path) -> Result<Vec<Motor>> {
     }
     let mut seen = BTreeSet::new();
     for file in found.iter().flat_map(|(_, files, _)| files) {
-        let whole = folder.join(file);
-        if !seen.insert(whole.canonicalize().unwrap_or(whole)) {
+        let full = folder.join(file);
+        if !seen.insert(full.canonicalize().unwrap_or(full)) {
             let message = format!("recordings: {} is named twice", excerpt(file));
             return Err(Error::usage(message, "Name each recording once.").in_file(path));
         }
@@ -218,7 +221,7 @@ fn motors(study: &Study, folder: &Path, path: &Path) -> Result<Vec<Motor>> {
     Ok(names.into_par_iter().zip(&found).map(motor).collect())
 }
 
-/// Names of motors: as given, else the file's name without its ending where that is unique, else its path.
+/// Returns the names of the motors: the given name, otherwise the file stem if all are unique, otherwise the path.
 fn names(found: &[MotorFiles]) -> Vec<String> {
     let stem = |file: &str| Path::new(file).file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     let all = |of: &dyn Fn(&str) -> String| -> Vec<String> {
@@ -228,13 +231,13 @@ fn names(found: &[MotorFiles]) -> Vec<String> {
     if stems.iter().collect::<BTreeSet<_>>().len() == stems.len() { stems } else { all(&str::to_owned) }
 }
 
-/// The files of a pattern, sorted; of a plain path the path itself.
+/// Returns the files of a pattern, sorted; for a plain path the path itself.
 fn files(pattern: &str, folder: &Path, path: &Path) -> Result<Vec<String>> {
     let wrong = |message: String, remedy: &str| Error::data(message, remedy).in_file(path);
     let literal = folder.join(pattern);
     if literal.exists() {
         if !literal.is_file() {
-            let message = format!("recordings: \"{}\" is no file", excerpt(pattern));
+            let message = format!("recordings: \"{}\" is not a file", excerpt(pattern));
             return Err(wrong(message, "Name files, as in \"line/*.csv\"."));
         }
         return Ok(vec![pattern.to_owned()]);
@@ -249,13 +252,14 @@ fn files(pattern: &str, folder: &Path, path: &Path) -> Result<Vec<String>> {
     files.sort();
     check_names(folder, pattern, &files)?;
     if files.is_empty() {
-        let message = format!("recordings: \"{}\" is not there", excerpt(pattern));
-        return Err(wrong(message, "Paths start at the study's folder."));
+        let message = format!("recordings: \"{}\" does not exist", excerpt(pattern));
+        return Err(wrong(message, "Paths are relative to the study's folder."));
     }
     Ok(files)
 }
 
-/// Names that are no UTF-8 match no pattern: such a file beside those found is an error, not left out unseen.
+/// Returns an error if a file name that is not UTF-8 would match a pattern. The pattern cannot find it, and it must not
+/// be skipped silently.
 fn check_names(folder: &Path, pattern: &str, files: &[String]) -> Result<()> {
     let parent = |file: &str| folder.join(file).parent().map(Path::to_path_buf);
     let folders: BTreeSet<PathBuf> = files.iter().filter_map(|file| parent(file)).chain(parent(pattern)).collect();
@@ -271,12 +275,12 @@ fn check_names(folder: &Path, pattern: &str, files: &[String]) -> Result<()> {
     Ok(())
 }
 
-/// The paths of a recording, as the study has them: its own, or those of its parts.
+/// Returns the paths of a recording as in the study: its own, or those of the files that it joins.
 pub(super) fn parts(folder: &Path, file: &str) -> Vec<PathBuf> {
     if folder.join(file).exists() { vec![PathBuf::from(file)] } else { Reading::files(Path::new(file)) }
 }
 
-/// A file with its digest.
+/// Returns a recording with its digest.
 fn pinned(folder: &Path, file: &str) -> File {
     let parts = parts(folder, file);
     let digests: Option<Vec<(String, u64)>> = parts.iter().map(|part| digest(&folder.join(part)).ok()).collect();
@@ -288,7 +292,7 @@ fn pinned(folder: &Path, file: &str) -> File {
     File { path: file.to_owned(), sha256, bytes }
 }
 
-/// The digest of a file, and its size.
+/// Returns the SHA-256 digest of a file and its size \[bytes\].
 fn digest(path: &Path) -> std::io::Result<(String, u64)> {
     let (mut file, mut hasher, mut bytes) = (std::fs::File::open(path)?, Sha256::new(), 0);
     let mut piece = Vec::new();

@@ -1,8 +1,8 @@
-//! All shards put in order: `results.jsonl` without times, `timings.jsonl` with them, and what a sweep has done so far.
+//! Merging of all shards into `results.jsonl` without times and `timings.jsonl` with them, and the progress of a sweep.
 
 use super::Sweep;
 use super::line::{Outcome, split};
-use super::results::{Place, ResultsFile, files};
+use super::results::{LineLocation, ResultsFile, files};
 use super::runs::Bits;
 use super::shard::Shard;
 use super::summary::SweepSummary;
@@ -12,90 +12,91 @@ use std::fs::{File, TryLockError};
 use std::io::{BufReader, Read as _, Write as _};
 use std::path::PathBuf;
 
-/// The merged results.
+/// File name of the merged results.
 pub(super) const RESULTS: &str = "results.jsonl";
 const TIMINGS: &str = "timings.jsonl";
 
-/// The result of a merge.
+/// Result of a merge.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Merged {
-    /// The results, a line a run, sorted by number.
+    /// Path of the merged results, one line per run, sorted by number.
     pub results: PathBuf,
-    /// The summary of the results.
+    /// Summary of the results.
     pub summary: SweepSummary,
-    /// Lines of results that could not be read.
+    /// Number of damaged lines, which were skipped.
     pub damaged: u64,
 }
 
-/// A results file of a sweep.
+/// Progress of one shard by its results file.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct ShardStatus {
-    /// Which shard.
+    /// The shard.
     #[serde(flatten)]
     pub shard: Shard,
-    /// Finished runs in its file.
+    /// Number of finished runs in the file.
     pub done: u64,
-    /// Of these, runs without a result.
+    /// Number of finished runs without a result.
     pub failed: u64,
-    /// True if it is being run now.
+    /// True if a process is running the shard now.
     pub running: bool,
 }
 
 /// Progress of a sweep.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct SweepStatus {
-    /// The study's name.
+    /// Name of the study.
     pub name: String,
-    /// Its runs.
+    /// Number of runs of the study.
     pub runs: u64,
-    /// Finished runs.
+    /// Number of finished runs.
     pub done: u64,
-    /// Of these, runs without a result.
+    /// Number of finished runs without a result.
     pub failed: u64,
-    /// Runs that are not finished.
+    /// Number of unfinished runs.
     pub missing: u64,
-    /// True if the merged results are there.
+    /// True if merged results exist.
     pub merged: bool,
-    /// The results files.
+    /// Progress by results file.
     pub shards: Vec<ShardStatus>,
 }
 
-/// Where the line of a run stands: file (from 1 on, 0 for none), length, offset.
-type Spot = (u32, u32, u64);
+/// Location of the line of a run: number of the file (from 1; 0 for none), length and offset \[bytes\].
+type Location = (u32, u32, u64);
 
-/// Where the line of each run stands, and how many lines are damaged.
-fn index(sweep: &Sweep, found: &[ResultsFile<'_>]) -> Result<(Vec<Spot>, u64)> {
+/// Returns the location of the line of each run and the number of damaged lines.
+fn index(sweep: &Sweep, found: &[ResultsFile<'_>]) -> Result<(Vec<Location>, u64)> {
     let runs = usize::try_from(sweep.manifest.runs).unwrap_or(usize::MAX);
-    let (mut spots, mut good, mut damaged) = (vec![(0, 0, 0); runs], Bits::new(sweep.manifest.runs), 0);
+    let (mut locations, mut good, mut damaged) = (vec![(0, 0, 0); runs], Bits::new(sweep.manifest.runs), 0);
     for (file, found) in (1..).zip(found) {
-        // A run that another shard count did again counts once: the first result, and of failures the last.
-        damaged += found.scan(|Place { row, length, offset }| {
-            let spot = usize::try_from(row.id).ok().and_then(|n| spots.get_mut(n));
-            if let Some(spot) = spot.filter(|_| !good.get(row.id)) {
-                *spot = (file, length, offset);
+        // A run that was repeated under another number of shards counts once: its first result or, without one, its
+        // last failure.
+        damaged += found.scan(|LineLocation { row, length, offset }| {
+            let location = usize::try_from(row.id).ok().and_then(|n| locations.get_mut(n));
+            if let Some(location) = location.filter(|_| !good.get(row.id)) {
+                *location = (file, length, offset);
                 good.set(row.id, !row.is_retried());
             }
         })?;
     }
-    Ok((spots, damaged))
+    Ok((locations, damaged))
 }
 
 impl Sweep {
-    /// Puts what is finished in order. Runs may be missing.
+    /// Merges the finished runs; runs may be missing.
     ///
     /// # Errors
-    /// `Data` when files cannot be read or written, or results are of another study.
+    /// Returns a `Data` error if files cannot be read or written, or results belong to another study.
     pub fn merge(&self) -> Result<Merged> {
         let origin = self.origin();
         let found = files(&origin)?;
-        let (spots, damaged) = index(self, &found)?;
+        let (locations, damaged) = index(self, &found)?;
         let mut readers = found.into_iter().map(|found| Reader::open(found.path)).collect::<Result<Vec<_>>>()?;
         let mut summary = SweepSummary::new(self);
         let (results, timings) = (self.folder.join(RESULTS), self.folder.join(TIMINGS));
         let failed = |error: std::io::Error| unwritable(&results, &error);
         replace(&results, |sorted| {
             replace(&timings, |times| {
-                self.sorted(&spots, &mut readers, &mut summary, &mut |result, id, seconds| {
+                self.sorted(&locations, &mut readers, &mut summary, &mut |result, id, seconds| {
                     sorted.write_all(result.as_bytes()).map_err(failed)?;
                     sorted.write_all(b"\n").map_err(failed)?;
                     writeln!(times, "{{\"id\":{id},\"seconds\":{seconds:.9}}}").map_err(failed)
@@ -105,15 +106,15 @@ impl Sweep {
         Ok(Merged { results, summary, damaged })
     }
 
-    /// Goes through the runs by number.
+    /// Visits the runs in the order of their numbers.
     fn sorted(
         &self,
-        spots: &[Spot],
+        locations: &[Location],
         readers: &mut [Reader],
         summary: &mut SweepSummary,
         write: &mut dyn FnMut(&str, u64, f64) -> Result<()>,
     ) -> Result<()> {
-        for (id, &(file, length, offset)) in (0..).zip(spots) {
+        for (id, &(file, length, offset)) in (0..).zip(locations) {
             if file == 0 {
                 summary.missing += 1;
                 continue;
@@ -121,7 +122,7 @@ impl Sweep {
             let reader = &mut readers[file as usize - 1];
             let line = reader.line(offset, length)?;
             let broken = || {
-                let remedy = "Run the sweep again: what is damaged is done once more.";
+                let remedy = "Run the sweep again: damaged runs are repeated.";
                 Error::data(format!("the line of run {id} is damaged"), remedy).in_file(&reader.path)
             };
             let (result, seconds) = split(line.trim_end()).ok_or_else(broken)?;
@@ -135,14 +136,14 @@ impl Sweep {
     /// Returns the progress of the sweep.
     ///
     /// # Errors
-    /// `Data` when files cannot be read, or results are of another study.
+    /// Returns a `Data` error if files cannot be read, or results belong to another study.
     pub fn status(&self) -> Result<SweepStatus> {
         let bits = || Bits::new(self.manifest.runs);
         let (mut all, mut good, mut shards) = (bits(), bits(), Vec::new());
         let origin = self.origin();
         for file in files(&origin)? {
             let (mut done, mut own) = (bits(), bits());
-            file.scan(|Place { row, .. }| {
+            file.scan(|LineLocation { row, .. }| {
                 [&mut done, &mut all].into_iter().for_each(|bits| bits.set(row.id, true));
                 if row.error.is_none() {
                     [&mut own, &mut good].into_iter().for_each(|bits| bits.set(row.id, true));
@@ -165,7 +166,7 @@ impl Sweep {
     }
 }
 
-/// A results file that lines are read from, mostly in their order.
+/// Reader of lines of a results file, mostly in sequence.
 struct Reader {
     file: BufReader<File>,
     at: u64,
@@ -180,7 +181,7 @@ impl Reader {
 
     fn line(&mut self, offset: u64, length: u32) -> Result<String> {
         let mut bytes = vec![0; length as usize];
-        // Within what is buffered nothing is read again.
+        // A relative seek keeps the buffer if the target is in it.
         let moved = self.file.seek_relative(offset.cast_signed() - self.at.cast_signed());
         moved.and_then(|()| self.file.read_exact(&mut bytes)).map_err(|error| unreadable(&self.path, &error))?;
         self.at = offset + u64::from(length);

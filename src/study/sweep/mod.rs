@@ -1,9 +1,9 @@
-//! Sweeps: the runs of a study, or the recordings of a production line, as one batch that can be interrupted at any
-//! instant and goes on where it was.
+//! Sweeps: the runs of a study, or the recordings of a production line, in batches that can be interrupted at any time
+//! and resumed.
 //!
-//! A study becomes a folder with a manifest that never changes; shards of its runs append finished runs to files of
-//! their own; a merge puts them in order. The bytes of the merge depend on the manifest, the device kind, the precision
-//! and the class of instructions alone.
+//! A study is planned into a folder with an immutable manifest. Each shard of its runs appends finished runs to a
+//! results file of its own, and a merge sorts them. The bytes of the merged results depend only on the manifest, the
+//! device kind, the precision and the instruction-set class.
 
 mod dataset;
 mod fits;
@@ -48,21 +48,21 @@ use crate::limit::{Limit, limit, limit_of};
 use head::Origin;
 use std::path::{Path, PathBuf};
 
-/// The limits of studies.
+/// Limits of studies.
 pub(super) const LIMITS: [Limit; 4] = [
     limit("bytes of a study", plan::BYTES_MAX, "refused"),
     limit("runs of a study", manifest::RUNS_MAX, "refused"),
     limit("shards of a sweep", shard::SHARDS_MAX, "refused"),
-    limit_of("folders that a pattern leads into", pattern::FOLDERS_MAX, "refused"),
+    limit_of("folders that a file pattern visits", pattern::FOLDERS_MAX, "refused"),
 ];
 
 /// A planned sweep.
 #[derive(Debug, Clone)]
 pub struct Sweep {
-    /// Where it lies.
+    /// Folder of the manifest and the results.
     folder: PathBuf,
     manifest: Manifest,
-    /// The digest of the manifest.
+    /// SHA-256 digest of the manifest.
     digest: String,
     runs: Runs,
 }
@@ -74,13 +74,13 @@ impl Sweep {
         &self.manifest
     }
 
-    /// Its folder.
+    /// Returns the folder of the sweep.
     #[must_use]
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// The digest of its manifest: what results files belong to.
+    /// Returns the digest of the manifest, to which results files belong.
     #[must_use]
     pub fn digest(&self) -> &str {
         &self.digest
@@ -90,7 +90,8 @@ impl Sweep {
         self.runs.study()
     }
 
-    /// Which of so many shards a run belongs to, from 0 on: whole motors where there are many, so that each is read once.
+    /// Returns the shard, from 0 to `count` − 1, that a run belongs to. With many motors a shard has complete motors,
+    /// so that each recording is read once.
     fn owner(&self, count: u64, id: u64) -> u64 {
         let motors = self.manifest.motors.len() as u64;
         let number = if motors >= count.saturating_mul(8) { id / self.runs.per_motor() } else { id };
@@ -101,12 +102,12 @@ impl Sweep {
         shard.index.checked_sub(1) == Some(self.owner(shard.count, id))
     }
 
-    /// Where its results files lie, and which lines belong to it.
+    /// Returns the folder of the results files and the test for lines that belong to this sweep.
     fn origin(&self) -> Origin<'_> {
         Origin { folder: &self.folder, manifest: &self.digest, is_of: Box::new(|line| self.is_of(line)) }
     }
 
-    /// Returns whether a line is of one of its runs: all of its factors must be those of the run with its number.
+    /// Returns true if all factors of a line are those of the run with its number.
     fn is_of(&self, line: &line::Line) -> bool {
         if line.id >= self.manifest.runs {
             return false;

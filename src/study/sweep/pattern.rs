@@ -1,4 +1,4 @@
-//! Patterns of paths: the files whose names match, links followed but not in circles.
+//! File patterns: the paths that match, following symbolic links except in cycles.
 
 use crate::file::unreadable;
 use crate::text::excerpt;
@@ -7,27 +7,28 @@ use glob::Pattern;
 use std::io::ErrorKind;
 use std::path::{Component, Path, PathBuf, is_separator};
 
-/// The most folders that a pattern looks into: links may lead to a folder along more paths than can be listed.
+/// Largest number of folders that a pattern visits; links can lead to a folder along more paths than can be listed.
 pub(super) const FOLDERS_MAX: usize = 100_000;
 
-/// A part of a pattern, between separators.
+/// Component of a pattern, between separators.
 enum Part {
-    /// A name as it is.
+    /// Literal name.
     Name(PathBuf),
-    /// Names with `*`, `?` or `[…]`.
+    /// Pattern of names with `*`, `?` or `[…]`.
     Names(Pattern),
-    /// `**`: a folder and all folders below it.
+    /// `**`, a folder and all folders below it.
     Below,
 }
 
-/// Returns the files of a pattern, which begins at a folder, as often as paths without circles lead to them.
+/// Returns the files that match a pattern relative to a folder, once for each path without cycles that leads to them.
 ///
 /// # Errors
-/// `Data` for what is no pattern, folders that cannot be read, and more than [`FOLDERS_MAX`] of them.
+/// Returns a `Data` error if the pattern is invalid, a folder cannot be read, or more than [`FOLDERS_MAX`] folders
+/// match.
 pub(super) fn matched(pattern: &str, folder: &Path) -> Result<Vec<PathBuf>> {
     let wrong = |error: glob::PatternError| {
-        let message = format!("recordings: \"{}\" is no pattern: {}", excerpt(pattern), error.msg);
-        Error::data(message, "Use * and ? for names.")
+        let message = format!("recordings: \"{}\" is not a valid pattern: {}", excerpt(pattern), error.msg);
+        Error::data(message, "Use * and ? as wildcards in names.")
     };
     Pattern::new(pattern).map_err(wrong)?;
     let (mut start, mut parts) = (folder.to_path_buf(), Vec::new());
@@ -42,21 +43,21 @@ pub(super) fn matched(pattern: &str, folder: &Path) -> Result<Vec<PathBuf>> {
     }
     parts.dedup_by(|a, b| matches!((a, b), (Part::Below, Part::Below)));
     let mut walk = Walk { folders: 0, found: Vec::new() };
-    // A separator at the end asks for a folder.
+    // A pattern that ends with a separator matches folders only.
     if !pattern.ends_with(is_separator) {
         walk.follow(&start, &parts)?;
     }
     Ok(walk.found)
 }
 
-/// The folders that were looked into, and the files that were found.
+/// State of a search: the number of folders visited and the files found.
 struct Walk {
     folders: usize,
     found: Vec<PathBuf>,
 }
 
 impl Walk {
-    /// Follows the parts of a pattern from a path on.
+    /// Matches the components of a pattern below a path.
     fn follow(&mut self, at: &Path, parts: &[Part]) -> Result<()> {
         match parts.split_first() {
             None if at.is_file() => self.found.push(at.to_path_buf()),
@@ -75,9 +76,10 @@ impl Walk {
         Ok(())
     }
 
-    /// Follows the parts from a folder and each below it on, but for folders that are `above` themselves.
+    /// Matches the components below a folder and every folder below it, except folders that are their own ancestors
+    /// (`above`).
     fn descend(&mut self, at: &Path, parts: &[Part], above: &mut Vec<PathBuf>) -> Result<()> {
-        let Some(own) = there(at, at.canonicalize())?.filter(|own| !above.contains(own)) else { return Ok(()) };
+        let Some(own) = existing(at, at.canonicalize())?.filter(|own| !above.contains(own)) else { return Ok(()) };
         self.follow(at, parts)?;
         above.push(own);
         for (path, _) in self.entries(at)?.into_iter().filter(|(_, is_folder)| *is_folder) {
@@ -87,15 +89,17 @@ impl Walk {
         Ok(())
     }
 
-    /// Returns the entries of a folder, and of each whether it is a folder; none where there is no folder.
+    /// Returns the paths in a folder, each with true if it is a folder itself; none if the folder does not exist.
     fn entries(&mut self, folder: &Path) -> Result<Vec<(PathBuf, bool)>> {
-        if !there(folder, std::fs::metadata(folder))?.is_some_and(|facts| facts.is_dir()) {
+        if !existing(folder, std::fs::metadata(folder))?.is_some_and(|facts| facts.is_dir()) {
             return Ok(Vec::new());
         }
         self.folders += 1;
         if self.folders > FOLDERS_MAX {
-            let message = format!("a pattern leads into more than {FOLDERS_MAX} folders");
-            return Err(Error::data(message, "Name the folders, or leave out links between them.").in_file(folder));
+            let message = format!("a pattern visits more than {FOLDERS_MAX} folders");
+            return Err(
+                Error::data(message, "Name the folders explicitly, or remove links between them.").in_file(folder)
+            );
         }
         let failed = |error: std::io::Error| unreadable(folder, &error);
         let entry = |entry: std::io::Result<std::fs::DirEntry>| {
@@ -107,10 +111,11 @@ impl Walk {
     }
 }
 
-/// Returns what was learned of a path, `None` where nothing is there; what cannot be looked into must not go missing unseen.
-fn there<T>(path: &Path, learned: std::io::Result<T>) -> Result<Option<T>> {
-    match learned {
-        Ok(learned) => Ok(Some(learned)),
+/// Converts the result of a query about a path, `None` if nothing exists there. A path that cannot be read must not be
+/// skipped silently.
+fn existing<T>(path: &Path, result: std::io::Result<T>) -> Result<Option<T>> {
+    match result {
+        Ok(value) => Ok(Some(value)),
         Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => Ok(None),
         Err(error) => Err(unreadable(path, &error)),
     }
@@ -180,7 +185,7 @@ mod tests {
         let absolute = format!("{}/line/*.csv", root.display());
         assert_eq!(names(&absolute, root), ["line/.f.csv", "line/b.csv"]);
         for wrong in ["***", "a**/b", "[a"] {
-            assert!(matched(wrong, root).unwrap_err().to_string().contains("is no pattern"), "{wrong}");
+            assert!(matched(wrong, root).unwrap_err().to_string().contains("is not a valid pattern"), "{wrong}");
         }
     }
 
@@ -190,14 +195,14 @@ mod tests {
         let root = folder.path();
         let all = names("**/*.csv", root);
         assert_eq!(all.len(), 6);
-        // Two of them make 2^40 paths of the forty links that a system follows.
+        // With two links and the 40 that a system follows there are 2^40 paths.
         symlink(root, root.join("line/one/around")).unwrap();
         symlink(root.join("line"), root.join("line/one/deep/again")).unwrap();
         assert_eq!(names("**/*.csv", root), all);
         assert_eq!(names("line/**/*.csv", root).len(), all.len());
-        // A name follows a link as before.
+        // Literal names still follow links.
         assert_eq!(names("line/one/around/*.csv", root), ["line/one/around/a.csv"]);
-        // Links that lead to one folder along many paths, without a circle.
+        // These links lead to one folder along many paths without a cycle.
         for n in 0..30 {
             create_dir_all(root.join(format!("many/{n}"))).unwrap();
         }

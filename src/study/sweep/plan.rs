@@ -1,4 +1,4 @@
-//! From a study to a folder with its manifest.
+//! Planning: from a study to a folder with its manifest.
 
 use super::Sweep;
 use super::head::Origin;
@@ -17,46 +17,46 @@ use std::collections::BTreeSet;
 use std::io::Write as _;
 use std::path::Path;
 
-/// The name of the manifest.
+/// File name of the manifest.
 const NAME: &str = "manifest.json";
-/// A study of more bytes is none.
+/// Largest size of a study \[bytes\].
 pub(super) const BYTES_MAX: u64 = 16 << 20;
 
 impl Sweep {
-    /// Plans a study in a folder: a new or empty one, or one that the same study was planned in. Tells whether it was
-    /// planned before. `paces`: what was measured of this machine, for the device `auto`.
+    /// Plans a study in a folder that is new, empty or has a sweep of the same study. Returns the sweep, and true if it
+    /// had been planned before. `throughput_profile` is the throughput measured on this machine, for the device `auto`.
     ///
     /// # Errors
-    /// `Usage` for a study that cannot be, or a folder with another one; `Data` for recordings that are not there or have
-    /// changed since, and a folder that cannot be written; `Device` for a device that is not there.
-    pub fn plan(path: &Path, folder: &Path, paces: Option<ThroughputProfile>) -> Result<(Self, bool)> {
+    /// Returns a `Usage` error for an invalid study, a `Data` error if the folder has another sweep or cannot be
+    /// written or recordings are missing, and a `Device` error if the device is not available.
+    pub fn plan(path: &Path, folder: &Path, throughput_profile: Option<ThroughputProfile>) -> Result<(Self, bool)> {
         let text = read(path, BYTES_MAX)?;
         let study = Study::parse(&text, path)?;
         let mut manifest = Manifest::of(&study, &text, path)?;
         remove_leftovers(&folder.join(NAME));
         let known = if folder.join(NAME).exists() {
             match Self::open(folder) {
-                Err(error) => return repaired(&study, &manifest, folder, paces).unwrap_or(Err(error)),
+                Err(error) => return repaired(&study, &manifest, folder, throughput_profile).unwrap_or(Err(error)),
                 known => Some(known?),
             }
         } else {
             check_empty(folder)?;
             None
         };
-        // A planned device is not looked for again: this machine may be another.
+        // The device is not selected again, because this may be another machine.
         manifest.device = match &known {
             Some(known) if known.manifest.study == manifest.study => known.manifest.device.clone(),
-            _ => pinned(&study, &manifest, paces)?,
+            _ => pinned(&study, &manifest, throughput_profile)?,
         };
         if let Some(known) = known {
             if known.manifest.is_same(&manifest) {
-                // The study may lie elsewhere by now; its recordings are the same.
+                // The study may have been moved; its recordings are the same.
                 let manifest = Manifest { folder: manifest.folder, ..known.manifest };
                 return Ok((Self { manifest, ..known }, true));
             }
             let difference = known.manifest.difference(&manifest);
             let remedy = text!(
-                "Give a new folder with " [Out] "; or go on with what was planned: " [Command::RunSweep] "."
+                "Give a new folder with " [Out] ", or continue the planned sweep: " [Command::RunSweep] "."
             );
             let message = format!("holds another sweep: {difference}");
             return Err(Error::data(message, remedy).in_file(folder));
@@ -69,7 +69,7 @@ impl Sweep {
     /// Opens a planned sweep.
     ///
     /// # Errors
-    /// `Data` when the folder holds none, or a manifest that cannot be read.
+    /// Returns a `Data` error if the folder has no manifest, or one that is damaged or of another version.
     pub fn open(folder: &Path) -> Result<Self> {
         let path = folder.join(NAME);
         if !path.exists() {
@@ -78,39 +78,38 @@ impl Sweep {
         }
         let text = read(&path, u64::MAX)?;
         let broken = |what: String| {
-            let remedy =
-                "It must not be changed: plan the same study in this folder again, which mends it, or in a new one.";
+            let remedy = "Do not edit it. Plan the same study again in this folder, which repairs it, or in a new one.";
             Error::data(what, remedy).in_file(&path)
         };
-        let (manifest, is_whole) =
-            Manifest::of_text(&text).map_err(|e| broken(format!("is no manifest: {}", printable(&e.to_string()))))?;
-        if !is_whole {
+        let (manifest, is_intact) = Manifest::of_text(&text)
+            .map_err(|e| broken(format!("is not a manifest: {}", printable(&e.to_string()))))?;
+        if !is_intact {
             return Err(broken("is not as it was planned".to_owned()));
         }
         if manifest.format != super::manifest::FORMAT {
             let remedy = "Use that version, or plan the study again in a new folder.";
-            let message = format!("is of motorfit {}, which plans otherwise", printable(&manifest.motorfit));
+            let message = format!("is of motorfit {}, which uses another format", printable(&manifest.motorfit));
             return Err(Error::data(message, remedy).in_file(&path));
         }
         let study = Study::parse(&manifest.study, &path).map_err(|e| broken(e.message().to_string()))?;
         let runs = Runs::new(study, manifest.motors.len());
         if runs.count() != manifest.runs || manifest.runs == 0 {
-            return Err(broken(format!("says {} runs, its study makes {}", manifest.runs, runs.count())));
+            return Err(broken(format!("has {} runs, but its study has {}", manifest.runs, runs.count())));
         }
         Ok(Self { folder: folder.to_path_buf(), digest: hexadecimal(&Sha256::digest(&text)), manifest, runs })
     }
 
-    /// The spec's part that says what evaluates.
+    /// Returns the settings with the pinned device and precision.
     pub(super) fn device(&self) -> Result<IdentifySpec> {
         let PinnedDevice { select, precision, .. } = &self.manifest.device;
         let precision = if precision == "f32" { PrecisionSpec::F32 } else { PrecisionSpec::F64 };
         let device: DeviceSpec = select.parse()?;
-        // The CPU has no other.
+        // The CPU has a single precision, which must not be requested.
         let precision = if device == DeviceSpec::Cpu { PrecisionSpec::Auto } else { precision };
         Ok(IdentifySpec { device, precision, ..self.study().spec.clone() })
     }
 
-    /// The device and numbers that are pinned.
+    /// Returns the pinned device kind and precision.
     pub(super) fn pinned(&self) -> [&'static str; 2] {
         let PinnedDevice { kind, precision, .. } = &self.manifest.device;
         [if kind == "gpu" { "gpu" } else { "cpu" }, if precision == "f32" { "f32" } else { "f64" }]
@@ -127,7 +126,7 @@ fn read(path: &Path, most: u64) -> Result<String> {
     std::fs::read_to_string(path).map_err(failed)
 }
 
-/// Puts a manifest where none is: two plans at once must not both think it theirs.
+/// Writes a new manifest. Of two concurrent plans only one succeeds.
 fn place(path: &Path, text: &str) -> Result<()> {
     create(path, text.as_bytes())?.map_err(|error| match error.kind() {
         std::io::ErrorKind::AlreadyExists => {
@@ -138,24 +137,24 @@ fn place(path: &Path, text: &str) -> Result<()> {
     })
 }
 
-/// Replaces a damaged manifest by that of the same study: most of its lines are the same, and the results, if there are
-/// any, belong to it. `None` where it is another.
+/// Replaces a damaged manifest by that of the same study if at least half of the lines agree and the results belong to
+/// it; `None` otherwise.
 fn repaired(
     study: &Study,
     manifest: &Manifest,
     folder: &Path,
-    paces: Option<ThroughputProfile>,
+    throughput_profile: Option<ThroughputProfile>,
 ) -> Option<Result<(Sweep, bool)>> {
     let path = folder.join(NAME);
     let found = std::fs::read(&path).ok()?;
     let found = String::from_utf8_lossy(&found);
-    if Manifest::of_text(&found).is_ok_and(|(_, is_whole)| is_whole) {
+    if Manifest::of_text(&found).is_ok_and(|(_, is_intact)| is_intact) {
         return None;
     }
-    let device = pinned(study, manifest, paces).ok()?;
+    let device = pinned(study, manifest, throughput_profile).ok()?;
     let text = Manifest { device, ..manifest.clone() }.text().ok()?;
-    let there: BTreeSet<&str> = found.lines().collect();
-    let (same, all) = (text.lines().filter(|line| there.contains(line)).count(), text.lines().count());
+    let found_lines: BTreeSet<&str> = found.lines().collect();
+    let (same, all) = (text.lines().filter(|line| found_lines.contains(line)).count(), text.lines().count());
     let digest = hexadecimal(&Sha256::digest(&text));
     let origin = Origin { folder, manifest: &digest, is_of: Box::new(|_| false) };
     if 2 * same < all || files(&origin).is_err() {
@@ -165,7 +164,7 @@ fn repaired(
     Some(written.and_then(|()| Ok((Sweep::open(folder)?, true))))
 }
 
-/// A folder that is there must be empty, but for what a plan left that was killed.
+/// Returns an error unless the folder is missing or has nothing but temporary files of an interrupted plan.
 fn check_empty(folder: &Path) -> Result<()> {
     if !folder.exists() {
         return Ok(());
@@ -173,18 +172,18 @@ fn check_empty(folder: &Path) -> Result<()> {
     let entries = std::fs::read_dir(folder).map_err(|error| unreadable(folder, &error))?;
     let mut names = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
     if names.any(|name| !name.trim_start_matches('.').starts_with(&format!("{NAME}."))) {
-        let message = "holds something else than a sweep: it is left as it is";
+        let message = "is not empty and holds no sweep; it was not changed";
         return Err(Error::data(message, text!("Name a new folder with " [Out] ".")).in_file(folder));
     }
     Ok(())
 }
 
-/// The device of a study, `auto` resolved on this machine.
-fn pinned(study: &Study, manifest: &Manifest, paces: Option<ThroughputProfile>) -> Result<PinnedDevice> {
+/// Selects the device of a study, with `auto` resolved on this machine.
+fn pinned(study: &Study, manifest: &Manifest, throughput_profile: Option<ThroughputProfile>) -> Result<PinnedDevice> {
     let cpu = manifest.device.clone();
     let spec = &study.spec;
     let searches = study.methods.iter().any(crate::identify::Method::is_search);
-    // Steiglitz–McBride and the fits of auto are done by the CPU.
+    // Steiglitz–McBride and the fits of `auto` run on the CPU.
     if !searches || spec.device == DeviceSpec::Cpu {
         return Ok(cpu);
     }
@@ -193,10 +192,10 @@ fn pinned(study: &Study, manifest: &Manifest, paces: Option<ThroughputProfile>) 
         DeviceSpec::GpuName(name) => format!("gpu:{name}"),
         _ => "gpu".to_owned(),
     };
-    let (kind, precision) = match opened(study, manifest, paces) {
+    let (kind, precision) = match opened(study, manifest, throughput_profile) {
         Ok(("cpu", _)) => return Ok(cpu),
         Ok(device) => device,
-        // Planned where there is no GPU, for machines that have one.
+        // A sweep may be planned on a machine without a GPU for one that has one.
         Err(error) if error.kind() == ErrorKind::Device && spec.precision != PrecisionSpec::Auto => {
             ("gpu", spec.precision.name())
         }
@@ -209,15 +208,15 @@ fn pinned(study: &Study, manifest: &Manifest, paces: Option<ThroughputProfile>) 
     Ok(PinnedDevice { kind: kind.to_owned(), select, precision: precision.to_owned() })
 }
 
-/// Opens the device of a study, and tells its kind and numbers.
+/// Opens the device of a study and returns its kind and precision.
 fn opened(
     study: &Study,
     manifest: &Manifest,
-    paces: Option<ThroughputProfile>,
+    throughput_profile: Option<ThroughputProfile>,
 ) -> Result<(&'static str, &'static str)> {
     let runs = Runs::new(study.clone(), manifest.motors.len());
     let sweep = Sweep { folder: Path::new("").to_path_buf(), manifest: manifest.clone(), digest: String::new(), runs };
-    // By the first recording that can serve.
+    // The device is selected with the first recording that can be searched.
     let mut first = (0..manifest.motors.len()).filter_map(|motor| {
         let spec = IdentifySpec { polish: Polish::None, ..study.spec.clone() };
         PreparedSearch::new(&sweep.read(motor).ok()?.fitted, &spec).ok()
@@ -228,7 +227,7 @@ fn opened(
     let spec = IdentifySpec {
         population: population.saturating_mul(many),
         generations: study.generations.iter().max().copied().unwrap_or(1),
-        paces,
+        throughput_profile,
         ..study.spec.clone()
     };
     let (kind, _, precision) = BatchSearchEvaluator::open(&spec, vec![search.problem().clone()])?.device();

@@ -1,8 +1,8 @@
-//! A shard on a machine that does not see the folder: what it needs there, and how its results come back.
+//! Shards on machines without access to the folder: the files that a shard needs there, and the import of its results.
 
 use super::head::Head;
 use super::manifest::{FORMAT, parts};
-use super::results::{Place, ResultsFile, files, row};
+use super::results::{LineLocation, ResultsFile, files, row};
 use super::runs::Bits;
 use super::store::Log;
 use super::{Shard, Sweep};
@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 impl Sweep {
-    /// The same sweep with its recordings in another folder: their paths start there. What it finds does not depend on it.
+    /// Returns the sweep with its recordings relative to another folder. The results do not depend on it.
     #[must_use]
     pub fn with_recordings(mut self, folder: &Path) -> Self {
         let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
@@ -20,10 +20,11 @@ impl Sweep {
         self
     }
 
-    /// Returns the number of runs that each shard has left.
+    /// Returns the number of unfinished runs of each of `count` shards.
     ///
     /// # Errors
-    /// `Usage` for no shards or too many; `Data` when results cannot be read, or are of another study.
+    /// Returns a `Usage` error for an invalid number of shards, and a `Data` error if results cannot be read or belong
+    /// to another study.
     pub fn left(&self, count: u64) -> Result<Vec<u64>> {
         Shard { index: 1, count }.checked()?;
         let mut done = Bits::new(self.manifest.runs);
@@ -37,7 +38,7 @@ impl Sweep {
         Ok(left)
     }
 
-    /// The files of the recordings that a shard reads, as the study names them.
+    /// Returns the paths of the recordings that a shard reads, as in the study.
     #[must_use]
     pub fn recordings(&self, shard: Shard) -> Vec<String> {
         let per_motor = self.runs.per_motor();
@@ -45,15 +46,16 @@ impl Sweep {
         let folder = Path::new(&self.manifest.folder);
         let motors = (0..).zip(&self.manifest.motors).filter(|(number, _)| is_read(*number));
         let paths = motors.flat_map(|(_, motor)| motor.all_files()).flat_map(|file| parts(folder, &file.path));
-        // Motors may share what is held out.
+        // Motors may share held-out recordings.
         let mut seen = BTreeSet::new();
         paths.map(|path| path.to_string_lossy().into_owned()).filter(|path| seen.insert(path.clone())).collect()
     }
 
-    /// Returns results files by name, with the lines of the shard's finished runs alone: these need not be done again.
+    /// Returns results files as pairs of name and content, reduced to the finished runs of a shard, which need not be
+    /// repeated.
     ///
     /// # Errors
-    /// `Data` when results cannot be read, or are of another study.
+    /// Returns a `Data` error if results cannot be read or belong to another study.
     pub fn finished(&self, shard: Shard) -> Result<Vec<(String, Vec<u8>)>> {
         let mut all = Vec::new();
         for found in files(&self.origin())? {
@@ -74,22 +76,21 @@ impl Sweep {
         Ok(all)
     }
 
-    /// Keeps the results file of a shard that was run elsewhere; what is here already is not kept twice. Tells how many
-    /// runs are new.
+    /// Adds the results of a shard that was run elsewhere to the folder, without runs that it has already. Returns the
+    /// number of runs added.
     ///
     /// # Errors
-    /// `Usage` for a shard that there is not; `Data` for what is no results file of this shard or is damaged, when another run
-    /// has the shard here, or the folder
-    /// cannot be written.
+    /// Returns a `Usage` error for an invalid shard, and a `Data` error if `results` is damaged or of another study or
+    /// shard, another session runs this shard in the folder, or the folder cannot be written.
     pub fn take(&self, shard: Shard, results: &[u8]) -> Result<u64> {
         let shard = shard.checked()?;
         let wrong = |what: &str| {
             let message = format!("results of shard {}/{} {what}", shard.index, shard.count);
-            Error::data(message, "Run the shard again; nothing was kept of them.").in_file(&self.folder)
+            Error::data(message, "Run the shard again; none of these results were kept.").in_file(&self.folder)
         };
         let mut lines = results.split_inclusive(|byte| *byte == b'\n');
         let head = lines.next().and_then(Head::of_line);
-        let head = head.ok_or_else(|| wrong("have no first line"))?;
+        let head = head.ok_or_else(|| wrong("have no valid first line"))?;
         if head.manifest != self.digest || head.format != FORMAT || head.shard != [shard.index, shard.count] {
             let of = printable(&format!("{}/{}", head.shard[0], head.shard[1]));
             return Err(wrong(&format!("are of another study or shard ({of})")));
@@ -101,9 +102,9 @@ impl Sweep {
         let (mut new, mut count) = (String::new(), 0);
         for line in lines {
             let is_own = |id: u64| id < self.manifest.runs && self.owns(shard, id);
-            let whole = row(line).filter(|row| line.ends_with(b"\n") && is_own(row.id));
-            let (Some(row), Ok(text)) = (whole, std::str::from_utf8(line)) else {
-                return Err(wrong("came back damaged"));
+            let valid = row(line).filter(|row| line.ends_with(b"\n") && is_own(row.id));
+            let (Some(row), Ok(text)) = (valid, std::str::from_utf8(line)) else {
+                return Err(wrong("are damaged"));
             };
             if !done.get(row.id) {
                 done.set(row.id, !row.is_retried());
@@ -116,9 +117,9 @@ impl Sweep {
     }
 }
 
-/// Marks the runs of a results file that need not be done again.
+/// Marks the runs of a results file that need not be repeated.
 fn mark(found: &ResultsFile<'_>, done: &mut Bits) -> Result<()> {
-    let mark = |place: Place| {
+    let mark = |place: LineLocation| {
         if !place.row.is_retried() {
             done.set(place.row.id, true);
         }

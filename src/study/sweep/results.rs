@@ -1,4 +1,4 @@
-//! The results files of a folder, read back line by line.
+//! Reading of the results files of a folder, line by line.
 
 use super::head::{Head, Origin};
 use super::line::{Row, split};
@@ -9,23 +9,23 @@ use std::fs::File;
 use std::io::{BufRead as _, BufReader, Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
-/// Refuses what is there but no regular file: to open a pipe would wait for its other end.
+/// Returns an error if a path exists but is not a regular file; opening a pipe would block.
 pub(super) fn check_regular(path: &Path) -> Result<()> {
     match std::fs::metadata(path) {
         Ok(facts) if !facts.is_file() => {
-            let message = "is no regular file, expected one of results";
-            Err(Error::data(message, "Move it away; its runs will be done again.").in_file(path))
+            let message = "is not a regular file, expected a results file";
+            Err(Error::data(message, "Move it away; its runs will be repeated.").in_file(path))
         }
         _ => Ok(()),
     }
 }
 
 pub(super) fn no_results(path: &Path) -> Error {
-    Error::data("is no results file", "Move it away; its runs will be done again.").in_file(path).at_line(1)
+    Error::data("is not a results file", "Move it away; its runs will be repeated.").in_file(path).at_line(1)
 }
 
-/// Where the last whole line of a file ends.
-pub(super) fn whole_lines(mut file: &File) -> std::io::Result<u64> {
+/// Returns the offset of the end of the last complete line of a file \[bytes\].
+pub(super) fn complete_lines_end(mut file: &File) -> std::io::Result<u64> {
     let mut end = file.seek(SeekFrom::End(0))?;
     let mut piece = vec![0; 64 << 10];
     while end > 0 {
@@ -41,16 +41,16 @@ pub(super) fn whole_lines(mut file: &File) -> std::io::Result<u64> {
     Ok(0)
 }
 
-/// A results file as it was found.
+/// A results file found in a folder.
 pub(super) struct ResultsFile<'a> {
     pub path: PathBuf,
     pub shard: Shard,
     pub head: Head,
-    /// The sweep that each line must be of, where the head is damaged.
+    /// Sweep to which each line must belong, if the head is damaged.
     proof: Option<&'a Origin<'a>>,
 }
 
-/// The results files of a folder.
+/// Returns the results files of a folder, sorted by number of shards and shard.
 pub(super) fn files<'a>(origin: &'a Origin<'a>) -> Result<Vec<ResultsFile<'a>>> {
     let folder = origin.folder;
     let entries = std::fs::read_dir(folder).map_err(|error| unreadable(folder, &error))?;
@@ -59,11 +59,12 @@ pub(super) fn files<'a>(origin: &'a Origin<'a>) -> Result<Vec<ResultsFile<'a>>> 
         let Some(shard) = entry.file_name().to_str().and_then(Shard::of_file) else { continue };
         let path = entry.path();
         check_regular(&path)?;
-        // One that was only just made has no head yet.
-        let whole = File::open(&path).and_then(|file| whole_lines(&file)).map_err(|error| unreadable(&path, &error))?;
-        if whole > 0 {
-            let (head, is_whole) = Head::read(&path, origin, shard)?;
-            found.push(ResultsFile { head, path, shard, proof: (!is_whole).then_some(origin) });
+        // A file that was just created has no head yet.
+        let end =
+            File::open(&path).and_then(|file| complete_lines_end(&file)).map_err(|error| unreadable(&path, &error))?;
+        if end > 0 {
+            let (head, is_intact) = Head::read(&path, origin, shard)?;
+            found.push(ResultsFile { head, path, shard, proof: (!is_intact).then_some(origin) });
         }
     }
     found.sort_by_key(|found| (found.shard.count, found.shard.index));
@@ -71,26 +72,31 @@ pub(super) fn files<'a>(origin: &'a Origin<'a>) -> Result<Vec<ResultsFile<'a>>> 
 }
 
 impl ResultsFile<'_> {
-    /// Visits every whole line; returns how many are damaged, the head included.
-    pub(super) fn scan(&self, mut see: impl FnMut(Place)) -> Result<u64> {
+    /// Visits every complete line; returns the number of damaged lines, the head included.
+    pub(super) fn scan(&self, mut see: impl FnMut(LineLocation)) -> Result<u64> {
         self.scan_lines(|place, _| see(place))
     }
 
-    /// The same with the bytes of the line.
-    pub(super) fn scan_lines(&self, see: impl FnMut(Place, &[u8])) -> Result<u64> {
+    /// Visits every complete line with its bytes; returns the number of damaged lines, the head included.
+    pub(super) fn scan_lines(&self, see: impl FnMut(LineLocation, &[u8])) -> Result<u64> {
         Ok(scan_lines(&self.path, self.proof, see)? + u64::from(self.proof.is_some()))
     }
 }
 
-/// A line of a results file: where it stands, and of which run it is.
-pub(super) struct Place {
+/// Location of a line in a results file \[bytes\], and its run.
+pub(super) struct LineLocation {
     pub offset: u64,
     pub length: u32,
     pub row: Row,
 }
 
-/// Visits every whole line but the head that is of a sweep, if one is given; returns how many are damaged or of another.
-pub(super) fn scan_lines(path: &Path, proof: Option<&Origin<'_>>, mut see: impl FnMut(Place, &[u8])) -> Result<u64> {
+/// Visits every complete line except the head; with `proof` only lines of that sweep. Returns the number of lines that
+/// are damaged or of another sweep.
+pub(super) fn scan_lines(
+    path: &Path,
+    proof: Option<&Origin<'_>>,
+    mut see: impl FnMut(LineLocation, &[u8]),
+) -> Result<u64> {
     let failed = |error: std::io::Error| unreadable(path, &error);
     let mut reader = BufReader::with_capacity(1 << 18, File::open(path).map_err(failed)?);
     let (mut line, mut offset, mut damaged) = (Vec::new(), 0_u64, 0);
@@ -98,14 +104,14 @@ pub(super) fn scan_lines(path: &Path, proof: Option<&Origin<'_>>, mut see: impl 
         line.clear();
         let length = reader.read_until(b'\n', &mut line).map_err(failed)?;
         if !line.ends_with(b"\n") {
-            // The end, or a line that is being written or was torn.
+            // This is the end of the file, or a line that is incomplete or being written.
             return Ok(damaged);
         }
-        let is_proven = || proof.is_none_or(|origin| whole(&line).is_some_and(|line| (origin.is_of)(&line)));
-        // The first line is a result only where the head is lost.
+        let is_proven = || proof.is_none_or(|origin| parse(&line).is_some_and(|line| (origin.is_of)(&line)));
+        // The first line may be a result only if the head is lost.
         if offset > 0 || proof.is_some() {
             match (row(&line), u32::try_from(length)) {
-                (Some(row), Ok(length)) if is_proven() => see(Place { offset, length, row }, &line),
+                (Some(row), Ok(length)) if is_proven() => see(LineLocation { offset, length, row }, &line),
                 _ => damaged += u64::from(offset > 0),
             }
         }
@@ -113,13 +119,13 @@ pub(super) fn scan_lines(path: &Path, proof: Option<&Origin<'_>>, mut see: impl 
     }
 }
 
-/// The run that a line is of, unless the line is damaged.
+/// Returns the run of a line, unless the line is damaged.
 pub(super) fn row(line: &[u8]) -> Option<Row> {
-    whole(line)
+    parse(line)
 }
 
-/// A line without its time, unless it is damaged.
-fn whole<T: for<'de> serde::Deserialize<'de>>(line: &[u8]) -> Option<T> {
+/// Parses a line without its time; `None` if it is damaged.
+fn parse<T: for<'de> serde::Deserialize<'de>>(line: &[u8]) -> Option<T> {
     let (result, _) = split(std::str::from_utf8(line).ok()?.trim_end())?;
     serde_json::from_str(&result).ok()
 }

@@ -1,4 +1,4 @@
-//! Running a shard: what is left of it, in pieces whose memory does not depend on how many there are.
+//! Execution of the unfinished runs of a shard, in pieces of bounded memory.
 
 use super::Sweep;
 use super::head::Head;
@@ -15,65 +15,65 @@ use crate::{Error, Result};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// Progress of a run.
+/// Progress of a shard.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SweepProgress {
-    /// Runs of the shard that are finished, those of earlier times included.
+    /// Number of finished runs of the shard, those of earlier sessions included.
     pub done: u64,
-    /// Runs of the shard.
+    /// Number of runs of the shard.
     pub total: u64,
-    /// Runs that were finished before.
+    /// Number of runs that were finished in earlier sessions.
     pub before: u64,
-    /// Runs without a result.
+    /// Number of finished runs without a result.
     pub failed: u64,
-    /// Runs' worth of work that is under way.
+    /// Work in progress, in units of one run.
     pub under_way: f64,
-    /// Seconds since it began.
+    /// Time since the start of this session \[s\].
     pub seconds: f64,
 }
 
 impl SweepProgress {
-    /// Runs a second; `None` before there is any.
+    /// Returns the throughput \[runs/s\]; `None` before any work is done.
     #[must_use]
     pub fn rate(&self) -> Option<f64> {
         let rate = (count_u64(self.done.saturating_sub(self.before)) + self.under_way) / self.seconds;
         (rate.is_finite() && rate > 0.0).then_some(rate)
     }
 
-    /// Seconds that are left at this rate.
+    /// Returns the remaining time at this throughput \[s\].
     #[must_use]
     pub fn remaining(&self) -> Option<f64> {
         Some(((count_u64(self.total.saturating_sub(self.done)) - self.under_way) / self.rate()?).max(0.0))
     }
 }
 
-/// Runs of a motor without a result, for one reason.
+/// Runs of one motor that have no result for the same reason.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct FailedRun {
-    /// The number of the first.
+    /// Number of the first of these runs.
     pub id: u64,
-    /// The number of runs.
+    /// Number of these runs.
     pub runs: u64,
-    /// Their motor.
+    /// Name of the motor.
     pub motor: String,
-    /// Why.
+    /// Error message.
     pub message: String,
 }
 
 /// Runs without a result, by motor and reason.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Failures {
-    /// The first of them.
+    /// Failures that are listed, by motor and reason.
     pub named: Vec<FailedRun>,
-    /// Runs for other reasons, or of other motors.
+    /// Number of failed runs that are not listed.
     pub others: u64,
 }
 
-/// Reasons that are named.
+/// Largest number of listed pairs of motor and reason.
 const FAILURES_NAMED: usize = 100;
 
 impl Failures {
-    /// Takes a run in.
+    /// Adds a failed run.
     pub fn add(&mut self, id: u64, motor: &str, message: &str) {
         let is_same = |known: &&mut FailedRun| known.motor == motor && known.message == message;
         if let Some(known) = self.named.iter_mut().rev().find(is_same) {
@@ -87,39 +87,39 @@ impl Failures {
     }
 }
 
-/// The tally of a run of a shard.
+/// Counts of one session of a shard.
 #[derive(Debug, Clone, Default)]
 pub struct Tally {
-    /// Runs of the shard.
+    /// Number of runs of the shard.
     pub total: u64,
-    /// Runs that were finished before.
+    /// Number of runs that were finished in earlier sessions.
     pub before: u64,
-    /// Runs that were finished now.
+    /// Number of runs that were finished in this session.
     pub finished: u64,
-    /// Runs without a result, those of earlier times included.
+    /// Number of runs without a result, those of earlier sessions included.
     pub failed: u64,
-    /// The others by their level of trust, those of earlier times included.
+    /// Number of results by level of trust, those of earlier sessions included.
     pub trust: LevelCounts,
-    /// The first reasons of those of now.
+    /// Failures of this session.
     pub failures: Failures,
-    /// Finished runs that could not be written, and why.
+    /// Number of finished runs that could not be written or were lost.
     pub lost: u64,
-    /// The reason for that.
+    /// Reason why runs were not written or are lost.
     pub fault: Option<Error>,
-    /// True if the observer ended it.
+    /// True if the observer ended the session.
     pub interrupted: bool,
-    /// The device that evaluated searches, with its precision; `None` where none was run.
+    /// Name and precision of the device that evaluated the searches; `None` without a search.
     pub device: Option<(String, &'static str)>,
-    /// Warnings for the reader.
+    /// Warnings about the results files and the device.
     pub warnings: Vec<Warning>,
-    /// Seconds.
+    /// Duration of the session \[s\].
     pub seconds: f64,
 }
 
-/// Sees the progress, and may end the run.
+/// Observer that receives the progress and may end the session.
 pub type Observe<'a> = dyn FnMut(&SweepProgress) -> ControlFlow<()> + 'a;
 
-/// A shard on its way.
+/// State of a running shard.
 pub(super) struct Running<'a> {
     pub sweep: &'a Sweep,
     shard: Shard,
@@ -130,10 +130,10 @@ pub(super) struct Running<'a> {
     begun: Instant,
 }
 
-/// Why a run ends early.
+/// Reason why a session ends early.
 pub(super) enum End {
     Interrupted,
-    /// The disk takes nothing more.
+    /// Results cannot be written any more.
     Stuck,
     Failed(Error),
 }
@@ -144,16 +144,17 @@ impl From<Error> for End {
     }
 }
 
-/// A step of a run, which may be its last.
+/// Result of a step of a session.
 pub(super) type Step = std::result::Result<(), End>;
 
 impl Sweep {
-    /// Runs what is left of a shard, in the rayon pool of the caller. `observe` sees the progress and may end it.
+    /// Executes the unfinished runs of a shard in the caller's rayon pool. `observe` receives the progress and may end
+    /// the session.
     ///
     /// # Errors
-    /// `Usage` for a shard that there is not; `Data` when the folder cannot be written, another run has the shard, or results
-    /// are of another study; `Device`
-    /// when the device is not there or is lost for good. What was finished until then is kept.
+    /// Returns a `Usage` error for an invalid shard, a `Data` error if the folder cannot be written, another process
+    /// runs the shard or results belong to another study, and a `Device` error if the device is missing or lost.
+    /// Finished runs are kept.
     pub fn run<'a>(&'a self, shard: Shard, observe: &'a mut Observe<'a>) -> Result<Tally> {
         let shard = shard.checked()?;
         let (origin, head) = (self.origin(), Head::new(&self.digest, shard));
@@ -164,7 +165,7 @@ impl Sweep {
         let mut damaged = 0;
         for found in files(&origin)? {
             damaged += found.scan(|place| {
-                // A run that failed for its recording is tried again, unless it was done elsewhere.
+                // A run that failed because of its recording is repeated, unless another results file has its result.
                 if !place.row.is_retried() {
                     done.set(place.row.id, true);
                     failed.set(place.row.id, place.row.error.is_some());
@@ -173,7 +174,7 @@ impl Sweep {
             })?;
             if !found.head.instructions.is_empty() && found.head.instructions != head.instructions {
                 let message = format!(
-                    "{}: made with {} instructions, here are {}: the last digits may differ",
+                    "{}: computed with {} instructions, this machine has {}: the last digits may differ",
                     found.path.display(),
                     found.head.instructions,
                     head.instructions
@@ -191,8 +192,7 @@ impl Sweep {
             }
         }
         if damaged > 0 && running.tally.before < running.tally.total {
-            let message =
-                format!("{damaged} lines of results are damaged; runs that are missing for it are done again");
+            let message = format!("{damaged} lines of results are damaged; runs without an intact line are repeated");
             running.tally.warnings.push(Warning::new("results_damaged", message));
         }
         let end = running.stream(false).and_then(|()| running.stream(true)).and_then(|()| running.search());
@@ -201,7 +201,7 @@ impl Sweep {
 }
 
 impl Sweep {
-    /// The runs that a results file has a line of.
+    /// Returns the runs that have a line in any results file.
     fn runs_written(&self) -> Result<Bits> {
         let mut written = Bits::new(self.manifest.runs);
         files(&self.origin())?
@@ -212,19 +212,19 @@ impl Sweep {
 }
 
 impl Running<'_> {
-    /// Returns whether a run is still to be done here.
+    /// Returns true if a run belongs to this shard and is not finished.
     pub(super) fn is_due(&self, id: u64) -> bool {
         self.sweep.owns(self.shard, id) && !self.done.get(id)
     }
 
-    /// Returns whether anything of a motor may be due: a quick look before all of its runs are.
+    /// Returns true if any run of a motor is due, a quick test before its units are built.
     pub(super) fn may_be_due(&self, motor: usize) -> bool {
         let per_motor = self.sweep.runs.per_motor();
         let first = motor as u64 * per_motor;
         (first..first + per_motor).any(|id| self.is_due(id))
     }
 
-    /// Tells the observer; `under_way` in runs.
+    /// Reports the progress to the observer, with the work `under_way` in units of one run.
     pub(super) fn progress(&mut self, under_way: f64) -> Step {
         let Tally { total, before, finished, failed, .. } = self.tally;
         let (done, seconds) = (before + finished, self.begun.elapsed().as_secs_f64());
@@ -232,7 +232,7 @@ impl Running<'_> {
         if (self.observe)(&progress).is_break() { Err(End::Interrupted) } else { Ok(()) }
     }
 
-    /// Keeps finished runs.
+    /// Writes finished runs and counts them.
     pub(super) fn keep(&mut self, runs: Vec<Finished>) -> Step {
         let mut lines = String::new();
         for Finished { id, line, failure, level } in runs {
@@ -250,15 +250,15 @@ impl Running<'_> {
         if self.log.is_stuck() { Err(End::Stuck) } else { self.progress(0.0) }
     }
 
-    /// Ends the run: what waits is tried once more, and the error, if there is one, comes after that.
+    /// Ends the session: closes the results file, counts lost runs, and then returns the error that ended it, if any.
     fn close(self, end: Step) -> Result<Tally> {
         let Self { sweep, shard, done, mut tally, log, begun, .. } = self;
         let Closed { waiting, is_gone, fault } = log.close();
         (tally.lost, tally.fault) = (waiting, fault);
         if is_gone {
-            // Some of those of earlier times may be gone too.
-            let there = sweep.runs_written().unwrap_or_else(|_| Bits::new(0));
-            let is_lost = |id: &u64| sweep.owns(shard, *id) && done.get(*id) && !there.get(*id);
+            // Lines of earlier sessions may be lost too.
+            let written = sweep.runs_written().unwrap_or_else(|_| Bits::new(0));
+            let is_lost = |id: &u64| sweep.owns(shard, *id) && done.get(*id) && !written.get(*id);
             tally.lost = (0..sweep.manifest.runs).filter(is_lost).count() as u64;
         }
         let of_now = tally.lost.min(tally.finished);
@@ -275,9 +275,9 @@ impl Running<'_> {
 pub(super) struct Finished {
     pub id: u64,
     pub line: String,
-    /// Its motor, and why there is no result.
+    /// Name of the motor and error message of a run without a result.
     pub failure: Option<(String, String)>,
-    /// The level of trust in its result.
+    /// Level of trust in the result.
     level: Option<TrustLevel>,
 }
 

@@ -1,26 +1,27 @@
-//! The runs of a sweep by number: nothing is listed, so that memory does not grow with them.
+//! Numbering of the runs of a sweep. Runs are computed from their numbers and not listed, so that memory does not grow
+//! with them.
 
 use super::study::{FACTORS, Factors, Study};
 use crate::identify::TrustLevel;
 use crate::numeric::index;
 
-/// A run: a motor under levels of the factors.
+/// A run: a motor with a level of each factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Job {
-    /// Its number, from 0 on.
+    /// Number of the run, from 0.
     pub id: u64,
-    /// Place of its motor in the manifest.
+    /// Index of the motor in the manifest.
     pub motor: usize,
-    /// Its levels.
+    /// Levels of the factors.
     pub factors: Factors,
 }
 
-/// The place of a level of each factor but the motor and the seed, in the order in which they change.
+/// Indices of the levels of all factors except motor and seed, from the slowest to the fastest.
 pub(super) type Levels = [u64; FACTORS];
-/// Where the noise is among them.
+/// Index of the noise in [`Levels`].
 pub(super) const NOISE: usize = FACTORS - 1;
 
-/// The numbering of runs: the motor changes slowest, then method, polish, extensions, population, generations, criterion,
+/// Numbering of the runs: the motor changes slowest, then method, polish, model, population, generations, criterion,
 /// scale, noise; the seed fastest.
 #[derive(Debug, Clone)]
 pub(super) struct Runs {
@@ -33,7 +34,7 @@ impl Runs {
         Self { study, motors }
     }
 
-    /// The study.
+    /// Returns the study.
     pub(super) fn study(&self) -> &Study {
         &self.study
     }
@@ -43,7 +44,7 @@ impl Runs {
         self.study.levels().map(|(_, count)| count as u64)
     }
 
-    /// Runs of each motor.
+    /// Returns the number of runs per motor.
     pub(super) fn per_motor(&self) -> u64 {
         self.levels().iter().fold(self.study.seeds.count(), |product, levels| product.saturating_mul(*levels))
     }
@@ -53,7 +54,7 @@ impl Runs {
         self.per_motor().saturating_mul(self.motors as u64)
     }
 
-    /// A run by its number.
+    /// Returns the run with a number.
     pub(super) fn job(&self, id: u64) -> Job {
         let s = &self.study;
         let seeds = s.seeds.count();
@@ -73,7 +74,7 @@ impl Runs {
         Job { id, motor: index(rest), factors }
     }
 
-    /// The places of a combination by its number, and what is left of the number above them.
+    /// Splits a number into level indices and the remaining quotient, the index of the motor.
     fn places(&self, mut rest: u64) -> (Levels, u64) {
         let mut places = [0; FACTORS];
         for (place, levels) in places.iter_mut().zip(self.levels()).rev() {
@@ -83,19 +84,19 @@ impl Runs {
         (places, rest)
     }
 
-    /// The number of a motor's run at places of the factors and of the seed.
+    /// Returns the number of the run of a motor with the given level indices and index of the seed.
     pub(super) fn id(&self, motor: usize, places: &Levels, seed: u64) -> u64 {
         let above = self.levels().iter().zip(places).fold(motor as u64, |id, (levels, place)| id * levels + place);
         above * self.study.seeds.count() + seed
     }
 
-    /// Places of all factors but the seed, for each combination.
+    /// Returns the level indices of each combination of all factors except motor and seed.
     pub(super) fn combinations(&self) -> Vec<Levels> {
         (0..self.levels().iter().product()).map(|n| self.places(n).0).collect()
     }
 }
 
-/// A bit for each run.
+/// Set of runs, one bit per run.
 pub(super) struct Bits {
     words: Vec<u64>,
     size: u64,
@@ -133,7 +134,7 @@ impl Bits {
     }
 }
 
-/// The level of trust in the result of each run, in two bits.
+/// Levels of trust in the results of the runs, two bits each.
 pub(super) struct TrustLevels([Bits; 2]);
 
 impl TrustLevels {

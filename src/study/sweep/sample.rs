@@ -1,4 +1,4 @@
-//! An outcome for tests.
+//! Outcomes for tests.
 
 use super::line::Outcome;
 use super::trust::RunTrust;
@@ -6,7 +6,7 @@ use crate::identify::{Estimates, ParameterEstimate, TrustLevel};
 use crate::motor::{Parameter, Parameters, Scope};
 use crate::optimize::Stop;
 
-/// An outcome for tests: that of the M2 motor with a Coulomb friction and a load of the second recording.
+/// Returns the outcome of motor M2 with Coulomb friction and a load of the second recording.
 pub(super) fn sample() -> Outcome {
     let own = Parameter::ALL.map(|p| (p, Scope::Shared, Parameters::M2.get(p)));
     let more = [(Parameter::Coulomb, Scope::Shared, 1e-300), (Parameter::Load, Scope::Recording(1), -0.1)];

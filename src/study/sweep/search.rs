@@ -1,4 +1,4 @@
-//! Population searches: many runs in lock step, all agents of a generation as one batch, piece by piece.
+//! Population searches: many runs in lockstep, the candidates of a generation as one batch, in pieces of bounded size.
 
 use super::Sweep;
 use super::dataset::{Dataset, Kept, Read, Recordings};
@@ -20,33 +20,35 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Candidate-steps of a piece on the CPU: some tenths of a second, which is what a crash may cost…
+/// Candidate-steps of a piece on the CPU: some tenths of a second, which is the most that a crash can lose.
 const STEPS: u64 = 1_000_000_000;
-/// …but candidates of a generation for each thread at least, so that threads seldom wait.
+/// Fewest candidates of a generation per thread, whatever the time, so that threads are seldom idle.
 const CANDIDATES: usize = 3072;
-/// A GPU needs more candidates to be full.
+/// Fewest candidates of a generation on a GPU, which needs more to be fully used.
 const CANDIDATES_GPU: usize = 1 << 17;
-/// Samples of all its problems together, and values of its populations: what bounds memory.
+/// Samples of all problems of a piece, which bounds memory.
 const SAMPLES: u64 = 2_000_000;
+/// Parameter values of all populations of a piece, which bounds memory.
 const VALUES: usize = 1 << 23;
-/// Linear searches whose preparation and polish take as long as those of one with extensions.
+/// Work to prepare and polish a search with extensions, relative to one of the linear motor.
 const EXTENDED: usize = 32;
 
-/// The runs of a search: they differ in their polish alone.
+/// Runs that share a search and differ only in their polish.
 type Search = Vec<Job>;
 
-/// A search that can begin.
+/// A search that is prepared.
 struct Ready {
     jobs: Search,
     recordings: Recordings,
     prepared: Arc<PreparedSearch>,
 }
 
-/// The key of a prepared search: its dataset, criterion, scale, extensions, and its polish where the model depends on it.
+/// Key of a prepared search: indices and names of its dataset, criterion and scale, model, and polish if the model
+/// depends on it.
 type Key = (usize, [&'static str; 2], usize, Option<&'static str>);
 
 impl Running<'_> {
-    /// Runs of population searches, those of as many generations together.
+    /// Runs the population searches, those with the same number of generations together.
     pub(super) fn search(&mut self) -> Step {
         let mut device: Option<BatchSearchEvaluator> = None;
         let mut generations = self.sweep.study().generations.clone();
@@ -68,7 +70,8 @@ impl Running<'_> {
         Ok(())
     }
 
-    /// The searches of the next piece, each with the place of its dataset. What does not fit any more is the `rest`.
+    /// Returns the datasets of the next piece, and its searches each with the index of its dataset. Searches for which
+    /// there is no room become the `rest`.
     fn piece(
         &self,
         units: &mut Units,
@@ -102,15 +105,15 @@ impl Running<'_> {
         (datasets, searches)
     }
 
-    /// Returns the work beside a search, in searches of a linear motor. Where extensions are to be chosen first, a piece has as
-    /// many choices as there are threads.
+    /// Returns the work to prepare and polish a search, relative to one of the linear motor. If extensions are selected
+    /// first, a piece has one selection per thread.
     fn work(&self, factors: &Factors, is_new: bool) -> usize {
         let spec = self.sweep.study().spec(factors);
         let choice = if spec.with == With::Auto && is_new { RUNS.div_ceil(rayon::current_num_threads()) } else { 0 };
         choice + if spec.is_extended() { EXTENDED } else { 1 }
     }
 
-    /// The searches of a unit: runs that differ in their polish alone are one.
+    /// Groups the runs of a unit into searches: runs that differ only in their polish share one.
     fn searches(&self, unit: &Unit) -> Vec<Search> {
         let mut all: BTreeMap<_, Search> = BTreeMap::new();
         for id in &unit.ids {
@@ -122,7 +125,7 @@ impl Running<'_> {
         all.into_values().collect()
     }
 
-    /// Candidates of a generation that a piece has room for.
+    /// Returns the number of candidates of a generation that fit in a piece.
     fn room(&self, generations: usize, motor: usize) -> usize {
         let by_time = STEPS / (self.samples(motor) * generations as u64).max(1);
         let least =
@@ -130,13 +133,13 @@ impl Running<'_> {
         numeric::index(by_time).clamp(least, VALUES / Parameter::COUNT)
     }
 
-    /// About how many samples a motor's recordings have: one takes some 40 bytes of a file.
+    /// Returns the approximate number of samples of a motor's recordings, at 40 bytes of a file per sample.
     pub(super) fn samples(&self, motor: usize) -> u64 {
         let files = &self.sweep.manifest.motors[motor].files;
         (files.iter().map(|file| file.bytes).sum::<u64>() / 40).max(100)
     }
 
-    /// Runs some searches in lock step.
+    /// Runs prepared searches in lockstep.
     fn together(
         &mut self,
         generations: usize,
@@ -153,7 +156,7 @@ impl Running<'_> {
         let problems: Vec<Arc<Problem>> = ready.iter().map(|one| one.prepared.problem().clone()).collect();
         let lockstep = match device.as_mut() {
             Some(lockstep) => {
-                lockstep.turn_to(problems);
+                lockstep.set_problems(problems);
                 lockstep
             }
             None => device.insert(sweep.open_device(problems)?),
@@ -178,7 +181,7 @@ impl Running<'_> {
 }
 
 impl Sweep {
-    /// Reads and prepares what searches need; those that cannot begin are finished.
+    /// Reads the recordings and prepares the searches. Searches that cannot be prepared are returned as finished.
     fn ready(
         &self,
         datasets: &[Dataset],
@@ -225,7 +228,7 @@ impl Sweep {
         (ready, finished)
     }
 
-    /// The recordings of each dataset. Those of the last motor are kept for the next piece.
+    /// Returns the recordings of each dataset. Those of the last motor are kept for the next piece.
     fn realized(&self, datasets: &[Dataset], kept: &mut Kept) -> Vec<Read> {
         let mut motors: Vec<usize> = datasets.iter().map(|dataset| dataset.motor).collect();
         motors.dedup();
@@ -242,13 +245,13 @@ impl Sweep {
         match BatchSearchEvaluator::open(&spec, problems.clone()) {
             Err(error) if error.kind() == ErrorKind::Device && on_loss == OnLoss::ReopenOrCpu => {
                 let cpu = IdentifySpec { device: DeviceSpec::Cpu, precision: PrecisionSpec::Auto, ..spec };
-                Ok(BatchSearchEvaluator::open(&cpu, problems)?.in_place_of_one_that_failed(&error))
+                Ok(BatchSearchEvaluator::open(&cpu, problems)?.replacing_failed(&error))
             }
             opened => Ok(opened?.on_loss(on_loss)),
         }
     }
 
-    /// Returns the results of a search, one for each refinement.
+    /// Returns the results of a search, one per polish.
     fn results(&self, one: &Ready, run: &Run, device: [&'static str; 2], seconds: f64) -> Vec<Finished> {
         let Ready { jobs, recordings, prepared } = one;
         let best = run.optimizer.best().filter(|best| Scalar::cost(prepared.problem(), best.values).is_finite());
@@ -271,7 +274,7 @@ impl Sweep {
     }
 }
 
-/// The first populations. A run is that of `identify` with its seed.
+/// Draws the initial populations; a run is the same as that of `identify` with its seed.
 fn set_up(ready: &[Ready], generations: usize) -> Result<Vec<Run>> {
     let run = |one: &Ready| {
         let f = &one.jobs[0].factors;
@@ -283,6 +286,6 @@ fn set_up(ready: &[Ready], generations: usize) -> Result<Vec<Run>> {
 }
 
 fn diverged(evaluations: u64) -> Error {
-    let remedy = "Check the units of the recording and the bounds; the discretization zoh cannot diverge by itself.";
+    let remedy = "Check the units of the recording and the bounds. The discretization zoh itself is stable.";
     Error::not_identified(format!("all {evaluations} candidates diverge"), remedy)
 }

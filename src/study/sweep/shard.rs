@@ -1,45 +1,47 @@
-//! A part of the runs of a sweep, and the name of its results file.
+//! Shards: disjoint subsets of the runs of a sweep, each with a results file.
 
 use crate::setting::text;
 use crate::text::excerpt;
 use crate::{Error, Result};
 
-/// The most shards of a sweep.
+/// Largest number of shards of a sweep.
 pub(super) const SHARDS_MAX: u64 = 1_000_000;
 
-/// A shard of a sweep: the first is 1.
+/// A shard of a sweep, counted from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct Shard {
-    /// Which.
+    /// Number of the shard, from 1.
     pub index: u64,
-    /// Of how many.
+    /// Number of shards.
     pub count: u64,
 }
 
 impl Shard {
-    /// The whole sweep.
+    /// The complete sweep as a single shard.
     pub const ALL: Self = Self { index: 1, count: 1 };
 
     pub(super) fn file(self) -> String {
         format!("results-{}-of-{}.jsonl", self.index, self.count)
     }
 
-    /// One of so many, counted from 1; `None` where there is no such shard.
+    /// Creates shard `index` of `count`; `None` if `index` is not within 1 to `count` or there are too many shards.
     #[must_use]
     pub fn new(index: u64, count: u64) -> Option<Self> {
         (index >= 1 && index <= count && count <= SHARDS_MAX).then_some(Self { index, count })
     }
 
-    /// Refuses numbers that are no shard.
+    /// Returns the shard, or a `Usage` error if its numbers are invalid.
     pub(super) fn checked(self) -> Result<Self> {
         let Self { index, count } = self;
         Self::new(index, count).ok_or_else(|| {
-            let message = format!("found shard {index} of {count}, expected one from 1 on of at most {SHARDS_MAX}");
+            let message = format!(
+                "found shard {index} of {count}, expected a number from 1 to the number of shards, at most {SHARDS_MAX}"
+            );
             Error::usage(message, "Count shards from 1.")
         })
     }
 
-    /// The shard that a results file is of.
+    /// Returns the shard of a results file by the name of the file.
     pub(super) fn of_file(name: &str) -> Option<Self> {
         let (index, count) = name.strip_prefix("results-")?.strip_suffix(".jsonl")?.split_once("-of-")?;
         Some(Self { index: index.parse().ok()?, count: count.parse().ok()? })
@@ -49,7 +51,7 @@ impl Shard {
 impl std::str::FromStr for Shard {
     type Err = Error;
 
-    /// Reads `I/N`.
+    /// Parses `I/N`.
     fn from_str(text: &str) -> Result<Self> {
         let pair = text.split_once('/').map(|(a, b)| (a.trim().parse(), b.trim().parse()));
         let shard = match pair {
@@ -57,7 +59,7 @@ impl std::str::FromStr for Shard {
             _ => None,
         };
         shard.ok_or_else(|| {
-            let message = text!([Shard](": \"{}\" is no shard", excerpt(text)));
+            let message = text!([Shard](": \"{}\" is not a shard", excerpt(text)));
             Error::usage(
                 message,
                 text!("Write I/N with I from 1 to N and N at most {SHARDS_MAX}, as in " [Shard = "2/7"] "."),

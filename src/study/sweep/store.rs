@@ -1,10 +1,10 @@
-//! Results of a shard: a file that lines are only ever added to, under a lock.
+//! Results file of a shard: append-only, written under a lock.
 //!
-//! A line is a finished run. The last may be torn where a machine was switched off; what is torn is cut off before
-//! anything is added, and its run is done again.
+//! Each line is a finished run. After a crash of the machine the last line may be incomplete; it is then truncated
+//! before anything is appended, and its run is repeated.
 
 use super::head::{Head, Origin};
-use super::results::{check_regular, no_results, whole_lines};
+use super::results::{check_regular, complete_lines_end, no_results};
 use super::shard::Shard;
 use crate::file::{is_at, sync, sync_folder, unwritable};
 use crate::{Error, Result};
@@ -13,43 +13,48 @@ use std::io::{Read as _, Seek as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Lines that wait for a disk with room, in bytes, and for how long; then the run ends.
+/// Largest size of the lines that wait for space on the disk \[bytes\]; beyond it the session ends.
 const WAITING_MAX: usize = 16 << 20;
-const PATIENCE: Duration = Duration::from_secs(60);
-/// The number of tries of a lock, and the pause between them.
+/// Longest time that lines wait for space on the disk; after it the session ends.
+const WAITING_TIME_MAX: Duration = Duration::from_secs(60);
+/// Number of attempts to take a lock.
 const LOCK_TRIES: usize = 5;
+/// Pause between attempts to take a lock.
 const LOCK_WAIT: Duration = Duration::from_millis(10);
-/// Time between orders to write to the disk itself.
+/// Interval at which the file is synchronized with the disk.
 const SYNC: Duration = Duration::from_secs(1);
 
-/// The file of a shard, open for adding.
+/// Results file of a shard, open for appending.
 pub(super) struct Log {
     file: File,
     path: PathBuf,
-    /// Bytes of whole lines.
-    whole: u64,
-    /// Lines that could not be written yet, and why.
+    /// Length of the complete lines \[bytes\].
+    complete: u64,
+    /// Lines that are not written yet.
     waiting: String,
+    /// Error of the last attempt to write them.
     fault: Option<std::io::Error>,
+    /// Time of the first failed attempt to write them.
     since: Option<Instant>,
+    /// Time of the last synchronization with the disk.
     synced: Instant,
-    /// Why what was written is not to be found again.
+    /// Reason why lines that were written are lost.
     gone: Option<Error>,
 }
 
-/// A results file that is closed.
+/// Outcome of closing a results file.
 #[derive(Default)]
 pub(super) struct Closed {
-    /// Lines that could not be written.
+    /// Number of lines that could not be written.
     pub waiting: u64,
-    /// True if lines that were written may not be there.
+    /// True if lines that were written may be lost.
     pub is_gone: bool,
-    /// Why.
+    /// Reason why lines were not written or are lost.
     pub fault: Option<Error>,
 }
 
 impl Log {
-    /// Opens the file of a shard, made with its head where it is new.
+    /// Opens the file of a shard; a new file is created with its head.
     pub(super) fn open(origin: &Origin<'_>, head: &Head) -> Result<Self> {
         let shard = Shard { index: head.shard[0], count: head.shard[1] };
         let path = origin.folder.join(shard.file());
@@ -62,21 +67,22 @@ impl Log {
                 let message = "is being written by another run of this shard";
                 return Err(Error::data(message, "Wait for it, or run another shard.").in_file(&path));
             }
-            // A file system without locks: nothing keeps a second run out.
+            // On a file system without locks a second session cannot be excluded.
             Err(TryLockError::Error(error)) if error.kind() == std::io::ErrorKind::Unsupported => {}
             Err(TryLockError::Error(error)) => return Err(failed(error)),
         }
-        let (whole, synced) = (whole_lines(&file).map_err(failed)?, Instant::now());
+        let (complete, synced) = (complete_lines_end(&file).map_err(failed)?, Instant::now());
         let line = head.line();
-        if whole > 0 {
+        if complete > 0 {
             Head::read(&path, origin, shard)?;
         } else if !is_beginning(&path, &line) {
             return Err(no_results(&path));
         }
-        // An incomplete last line is cut off.
-        file.set_len(whole).map_err(failed)?;
-        let mut log = Self { file, path, whole, waiting: String::new(), fault: None, since: None, synced, gone: None };
-        if whole == 0 {
+        // An incomplete last line is truncated.
+        file.set_len(complete).map_err(failed)?;
+        let mut log =
+            Self { file, path, complete, waiting: String::new(), fault: None, since: None, synced, gone: None };
+        if complete == 0 {
             if !log.add(&line) {
                 let fault = log.fault.take().unwrap_or_else(|| std::io::ErrorKind::StorageFull.into());
                 return Err(unwritable(&log.path, &fault));
@@ -86,7 +92,7 @@ impl Log {
         Ok(log)
     }
 
-    /// Adds lines. Where the disk has no room for them they wait for the next. Returns whether none wait.
+    /// Appends lines. If the disk is full they wait for the next call. Returns true if no lines wait.
     pub(super) fn add(&mut self, lines: &str) -> bool {
         self.waiting.push_str(lines);
         if self.waiting.is_empty() {
@@ -94,17 +100,17 @@ impl Log {
         }
         match self.file.write_all(self.waiting.as_bytes()) {
             Ok(()) => {
-                self.whole += self.waiting.len() as u64;
+                self.complete += self.waiting.len() as u64;
                 self.waiting.clear();
                 (self.fault, self.since) = (None, None);
             }
             Err(error) => {
                 self.fault = Some(error);
                 self.since.get_or_insert_with(Instant::now);
-                // A part of them may have been written: whole lines of it are kept, the rest is cut off.
-                let before = self.whole;
-                let kept = whole_lines(&self.file).unwrap_or(before).max(before);
-                self.whole = kept;
+                // Some of the lines may have been written: complete lines are kept, the rest is truncated.
+                let before = self.complete;
+                let kept = complete_lines_end(&self.file).unwrap_or(before).max(before);
+                self.complete = kept;
                 let _ = self.file.set_len(kept);
                 let taken = usize::try_from(kept - before).unwrap_or(0).min(self.waiting.len());
                 self.waiting.drain(..taken);
@@ -112,22 +118,22 @@ impl Log {
             }
         }
         if self.synced.elapsed() > SYNC {
-            // What a crash of the machine loses is done again.
+            // Runs that a crash of the machine loses are repeated.
             self.check();
             self.synced = Instant::now();
         }
         true
     }
 
-    /// Returns whether going on makes no sense: too much waits, or what was written is gone.
+    /// Returns true if the session must end: too many lines wait, they have waited too long, or written lines are lost.
     pub(super) fn is_stuck(&self) -> bool {
         self.gone.is_some()
             || self.waiting.len() > WAITING_MAX
-            || self.since.is_some_and(|since| since.elapsed() > PATIENCE)
+            || self.since.is_some_and(|since| since.elapsed() > WAITING_TIME_MAX)
     }
 
-    /// Has the lines written to the disk, and looks whether the file at the path is the one that is open, with all of
-    /// them. One that was removed is made anew.
+    /// Synchronizes the file with the disk and checks that the file at the path is the open one with all its lines. A
+    /// removed file is created anew.
     fn check(&mut self) {
         let synced = sync(&self.file).map_err(|error| unwritable(&self.path, &error));
         self.gone = self.gone.take().or_else(|| synced.and_then(|()| self.kept()).err());
@@ -135,10 +141,10 @@ impl Log {
 
     fn kept(&mut self) -> Result<()> {
         let was = |what: &str, why: &str| {
-            let remedy = "Run it again: runs that are missing are done once more. Leave the folder alone meanwhile.";
+            let remedy = "Run it again: missing runs are repeated. Do not change the folder meanwhile.";
             Error::data(format!("was {what} while it was being written{why}"), remedy).in_file(&self.path)
         };
-        if self.file.metadata().is_ok_and(|facts| facts.len() < self.whole) {
+        if self.file.metadata().is_ok_and(|facts| facts.len() < self.complete) {
             return Err(was("shortened", ""));
         }
         if is_at(&self.file, &self.path) {
@@ -148,20 +154,20 @@ impl Log {
             let mut anew = OpenOptions::new().read(true).append(true).create_new(true).open(path)?;
             let _ = lock(&anew);
             (&self.file).rewind()?;
-            std::io::copy(&mut (&self.file).take(self.whole), &mut anew)?;
+            std::io::copy(&mut (&self.file).take(self.complete), &mut anew)?;
             sync(&anew)?;
             sync_folder(path.parent().unwrap_or(path))?;
             Ok::<_, std::io::Error>(anew)
         };
         match anew(&self.path) {
             Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => return Err(was("replaced", "")),
-            Err(error) => return Err(was("removed", &format!(", and cannot be made anew: {error}"))),
+            Err(error) => return Err(was("removed", &format!(", and cannot be created anew: {error}"))),
             Ok(anew) => self.file = anew,
         }
         Ok(())
     }
 
-    /// The last try.
+    /// Tries once more to write the lines that wait, and closes the file.
     pub(super) fn close(mut self) -> Closed {
         let is_written = self.add("");
         self.check();
@@ -172,7 +178,7 @@ impl Log {
     }
 }
 
-/// Takes the lock of a file. Whoever only asks whether it is taken has it for an instant, which is waited for.
+/// Takes the lock of a file. A status query holds it for an instant, hence several attempts.
 fn lock(file: &File) -> std::result::Result<(), TryLockError> {
     for _ in 0..LOCK_TRIES {
         match file.try_lock() {
@@ -183,7 +189,7 @@ fn lock(file: &File) -> std::result::Result<(), TryLockError> {
     file.try_lock()
 }
 
-/// Returns whether a file holds nothing but the beginning of its first line, which was torn.
+/// Returns true if a file consists of an incomplete first line only.
 fn is_beginning(path: &Path, line: &str) -> bool {
     let mut found = Vec::new();
     let read = File::open(path).and_then(|file| file.take(line.len() as u64 + 1).read_to_end(&mut found));
@@ -219,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn a_torn_line_is_cut_off_and_a_second_writer_kept_out() {
+    fn an_incomplete_line_is_truncated_and_a_second_writer_excluded() {
         let folder = tempfile::tempdir().unwrap();
         let mut log = open(folder.path(), "m").unwrap();
         assert!(log.add(&(line(0) + &line(1))));
@@ -228,7 +234,7 @@ mod tests {
         assert_eq!(log.close().waiting, 0);
         let path = folder.path().join("results-1-of-2.jsonl");
         let whole = std::fs::read(&path).unwrap();
-        // Cut at every byte: whole lines stay, the rest goes.
+        // Complete lines survive a cut at any byte.
         for cut in 1..whole.len() {
             std::fs::write(&path, &whole[..cut]).unwrap();
             let mut log = open(folder.path(), "m").unwrap();

@@ -1,4 +1,4 @@
-//! Runs without a population: recordings stream through all cores, each read, estimated and forgotten.
+//! Runs without a population search: recordings stream through all cores, each read, estimated and dropped.
 
 use super::Sweep;
 use super::dataset::{Dataset, Kept};
@@ -10,40 +10,41 @@ use crate::numeric::index;
 use rayon::prelude::*;
 use std::time::Instant;
 
-/// Runs on a dataset.
+/// Runs on one dataset.
 pub(super) struct Unit {
     pub dataset: Dataset,
     pub ids: Vec<u64>,
 }
 
-/// Runs of a piece; with them, its lines and its recordings are bounded.
+/// Most runs of a piece, which bounds the memory of its results and recordings.
 pub(super) const RUNS: usize = 4096;
-/// Motors of a piece for each thread, and bytes of their files: so many that threads seldom wait for the last.
+/// Units of a piece per thread, enough that threads are seldom idle at its end.
 const MOTORS: usize = 64;
+/// Bytes of the recordings of a piece.
 const BYTES: u64 = 64 << 20;
 
-/// Candidate-steps of a piece of `auto`, if all of its runs had to search: some tenths of a second.
+/// Candidate-steps of a piece of `auto` if all of its runs had to search: some tenths of a second.
 const STEPS: u64 = 1_000_000_000;
 
-/// The units of a sweep for some of its methods, one after the other, as far as they are due.
+/// Iterator over the unfinished units of a sweep for some of its methods.
 pub(super) struct Units {
-    /// Places of the factors but the seed, of the methods that are taken.
+    /// Level indices of all factors except the seed, for the selected methods.
     combinations: Vec<Levels>,
-    /// Motor, level of noise, and seed of the next unit.
+    /// Indices of the motor, the noise level and the seed of the next unit.
     next: [u64; 3],
-    /// Runs of a unit whose seeds have the same recordings.
+    /// Most runs of a unit whose seeds share the same recordings.
     most: usize,
 }
 
 impl Units {
-    /// Of the combinations that `takes` says of.
+    /// Creates an iterator over the combinations of levels that `takes` accepts.
     pub(super) fn new(running: &Running<'_>, most: usize, takes: impl Fn(&Job) -> bool) -> Self {
         let runs = &running.sweep.runs;
         let of = |places: &Levels| takes(&runs.job(runs.id(0, places, 0)));
         Self { combinations: runs.combinations().into_iter().filter(of).collect(), next: [0; 3], most }
     }
 
-    /// The next unit that has anything due.
+    /// Returns the next unit with unfinished runs.
     pub(super) fn next(&mut self, running: &Running<'_>) -> Option<Unit> {
         if self.combinations.is_empty() {
             return None;
@@ -57,7 +58,7 @@ impl Units {
                 continue;
             }
             let place = index(noise);
-            // Without noise all seeds have the same recordings.
+            // Without added noise all seeds share the same recordings.
             let is_noisy = study.noise[place].noise.is_some();
             let slice = if is_noisy { 1 } else { (self.most / self.combinations.len()).max(1) as u64 };
             let end = (seed + slice).min(study.seeds.count());
@@ -77,14 +78,15 @@ impl Units {
 }
 
 impl Running<'_> {
-    /// Runs of Steiglitz–McBride for linear motors, or others without a population, each of which may have to search.
+    /// Runs the methods without a population: Steiglitz–McBride on linear motors, or with `may_search` the others, each
+    /// of which may have to search.
     pub(super) fn stream(&mut self, may_search: bool) -> Step {
         let sweep = self.sweep;
         let searches = |job: &Job| job.factors.method == Method::Auto || sweep.study().spec(&job.factors).is_extended();
         let takes = |job: &Job| !job.factors.method.is_search() && searches(job) == may_search;
         let mut units = Units::new(self, if may_search { 1 } else { RUNS }, takes);
         let mut next = units.next(self);
-        // A motor with many drawings of noise is read once.
+        // The recordings of a motor with many noise realizations are read once.
         let mut kept: Kept = None;
         while next.is_some() {
             let items = self.items(&mut units, &mut next, may_search);
@@ -95,7 +97,7 @@ impl Running<'_> {
         Ok(())
     }
 
-    /// The units of the next piece, by motor.
+    /// Returns the units of the next piece, grouped by motor.
     fn items(&self, units: &mut Units, next: &mut Option<Unit>, may_search: bool) -> Vec<(usize, Vec<Unit>)> {
         let mut items: Vec<(usize, Vec<Unit>)> = Vec::new();
         let threads = rayon::current_num_threads();
@@ -129,7 +131,7 @@ impl Running<'_> {
 }
 
 impl Sweep {
-    /// Does some motors side by side; the recordings of the last come back.
+    /// Runs motors in parallel and returns the finished runs with the recordings of the last motor.
     fn side_by_side(&self, items: Vec<(usize, Vec<Unit>)>, kept: Kept) -> (Vec<Finished>, Kept) {
         let last = items.len() - 1;
         let motor = |(n, (motor, units)): (usize, (usize, Vec<Unit>))| {

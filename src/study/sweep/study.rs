@@ -1,4 +1,4 @@
-//! A study as its file says it: factors, whose product the runs are, and what holds for all of them.
+//! A study as described by its file: factors, whose product gives the runs, and settings of all runs.
 
 use super::keys::{Keys, OF_ALL_RUNS, OF_MODELS};
 use super::toml::{Document, Item};
@@ -10,31 +10,31 @@ use crate::record::Reading;
 use crate::settings::READING;
 use std::path::Path;
 
-/// Noise that is added to recordings.
+/// Level of the noise that is added to recordings.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct AddedNoise {
     pub name: String,
     pub noise: Option<Noise>,
 }
 
-/// The files of a motor, or a pattern whose every file is a motor.
+/// Entry of the list of recordings.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Entry {
-    /// A path or a pattern (`*`, `?`, `[…]`, `**`): each file a motor of its own.
+    /// A path or a pattern (`*`, `?`, `[…]`, `**`), each file of which is a motor.
     Files(String),
-    /// One motor in several files: a joint fit.
+    /// One motor with several files, which are fitted jointly.
     Motor {
         name: String,
         files: Vec<String>,
-        /// Files that are held out; none where those of the study are.
+        /// Held-out files; those of the study if empty.
         validate: Vec<String>,
     },
 }
 
-/// The seeds: all from one number to another, or a list.
+/// Seeds of a study.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Seeds {
-    /// From the first to the last, both included.
+    /// All integers from the first to the last, both included.
     Range(u64, u64),
     List(Vec<u64>),
 }
@@ -47,25 +47,25 @@ impl Seeds {
         }
     }
 
-    /// The seed at a place.
-    pub(super) fn at(&self, place: u64) -> u64 {
+    /// Returns the seed at an index.
+    pub(super) fn at(&self, index: u64) -> u64 {
         match self {
-            Self::Range(first, _) => first + place,
-            Self::List(list) => usize::try_from(place).ok().and_then(|place| list.get(place)).copied().unwrap_or(0),
+            Self::Range(first, _) => first + index,
+            Self::List(list) => usize::try_from(index).ok().and_then(|index| list.get(index)).copied().unwrap_or(0),
         }
     }
 }
 
-/// A level of the factor `with`: a model of the motor.
+/// A level of the factor `with`, that is a model of the motor.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Level {
-    /// `none`, `auto`, or the extensions with commas between them.
+    /// `none`, `auto`, or the extensions separated by commas.
     pub name: String,
-    /// The extensions, with the bounds, the held values and the parameters of each recording that such a model has.
+    /// Settings of all runs with the extensions, bounds, fixed values and per-recording parameters of this model.
     pub spec: IdentifySpec,
 }
 
-/// A study; a list of levels is a factor.
+/// A study. Each list is a factor whose entries are its levels.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Study {
     pub name: String,
@@ -73,30 +73,30 @@ pub(super) struct Study {
     pub methods: Vec<Method>,
     pub polish: Vec<Polish>,
     pub with: Vec<Level>,
-    /// True where the study names models; its lines then name them too.
+    /// True if the study names models; the lines of its results then name them too.
     pub names_with: bool,
     pub population: Vec<usize>,
-    /// The first population included.
+    /// Numbers of generations, the initial population included.
     pub generations: Vec<usize>,
     pub criterion: Vec<Norm>,
-    /// The scale of each channel in the criterion.
+    /// Scales of the channels in the criterion.
     pub scale: Vec<Scale>,
     pub noise: Vec<AddedNoise>,
-    /// Of searches and of added noise.
+    /// Seeds of the searches and of the added noise.
     pub seeds: Seeds,
     pub reading: Reading,
-    /// Recordings that are held out of every motor that has none of its own: paths and patterns.
+    /// Paths and patterns of held-out recordings, for motors that name none themselves.
     pub validate: Vec<String>,
-    /// The part of each recording that is fitted, from its start; the rest is held out.
+    /// Fraction of each recording that is fitted, from its start; the remainder is held out.
     pub split: Option<f64>,
-    /// The simulation model and the device.
+    /// Settings of all runs: simulation model and device.
     pub spec: IdentifySpec,
     pub on_loss: OnLoss,
 }
 
-/// Factors but the motor and the seed.
+/// Number of factors except motor and seed.
 pub(super) const FACTORS: usize = 8;
-/// The keys that a study has beside the settings that are read as everywhere else.
+/// Keys of a study other than the common settings of all front ends.
 const OWN_KEYS: [&str; 15] = [
     "name",
     "recordings",
@@ -116,10 +116,10 @@ const OWN_KEYS: [&str; 15] = [
 ];
 
 impl Study {
-    /// Reads a study; `path` names it in errors.
+    /// Parses a study; `path` is used in errors.
     ///
     /// # Errors
-    /// `Usage` with the line of what is wrong.
+    /// Returns a `Usage` error with the line of the first invalid key or value.
     pub(super) fn parse(text: &str, path: &Path) -> Result<Self> {
         let document = Document { text, path };
         let table = document.table()?;
@@ -151,15 +151,15 @@ impl Study {
         Ok(study)
     }
 
-    /// Checks that the keys fit together.
+    /// Checks the keys for contradictions.
     fn check(&self, document: Document<'_>) -> Result<()> {
         let wrong = |message: String, remedy: &str| Err(document.error(0..0, message, remedy));
         if self.methods.contains(&Method::SteiglitzMcBride)
             && self.with.iter().any(|level| !level.spec.space.fixed().is_empty())
         {
             return wrong(
-                "fix: Steiglitz–McBride estimates all five parameters and cannot hold any".to_owned(),
-                "Leave fix or the method sm out.",
+                "fix: Steiglitz–McBride estimates all five parameters and cannot fix any".to_owned(),
+                "Remove fix or the method sm.",
             );
         }
         if self.spec.device == DeviceSpec::Cpu && self.spec.precision == PrecisionSpec::F32 {
@@ -173,7 +173,8 @@ impl Study {
         Ok(())
     }
 
-    /// The factors but motor and seed with their numbers of levels, from the slowest to the fastest.
+    /// Returns the names of the factors except motor and seed with their numbers of levels, from the slowest to the
+    /// fastest.
     pub(super) fn levels(&self) -> [(&'static str, usize); FACTORS] {
         [
             ("method", self.methods.len()),
@@ -200,31 +201,31 @@ impl Study {
         }
     }
 
-    /// The model of a run, where the study names models.
+    /// Returns the name of the model of a run; `None` if the study names no models.
     pub(super) fn with_name(&self, factors: &Factors) -> Option<&str> {
         self.names_with.then(|| self.with[factors.with].name.as_str())
     }
 }
 
-/// The levels of the factors of one run, but for its motor.
+/// Levels of the factors of one run, except its motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Factors {
-    /// The method that finds the optimum.
+    /// Method that finds the optimum.
     pub method: Method,
-    /// The refinement.
+    /// Refinement after the method.
     pub polish: Polish,
-    /// Place of the extensions in the study.
+    /// Index of the model in the study.
     pub with: usize,
-    /// Agents.
+    /// Population size.
     pub population: usize,
-    /// Generations.
+    /// Number of generations.
     pub generations: usize,
-    /// The criterion of a search.
+    /// Criterion that a search minimizes.
     pub criterion: Norm,
-    /// The scale of each channel.
+    /// Scale of the channels in the criterion.
     pub scale: Scale,
-    /// Place of the added noise in the study.
+    /// Index of the added noise in the study.
     pub noise: usize,
-    /// The seed.
+    /// Seed of the search and of the added noise.
     pub seed: u64,
 }

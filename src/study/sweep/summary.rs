@@ -1,4 +1,4 @@
-//! The summary of a sweep: quantiles by factor, the worst runs, the motors with their parameters.
+//! Summary of a sweep: quantiles by factor, the worst runs, and the motors with their parameters.
 
 use super::Sweep;
 use super::line::Outcome;
@@ -14,32 +14,32 @@ use crate::text::excerpt;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 
-/// Runs whose values are kept for quantiles; of more, every Nth.
+/// Largest number of runs whose values are kept for quantiles; of more, every Nth is kept.
 const SAMPLE: u64 = 1 << 20;
-/// Worst runs of a block that are named.
+/// Number of worst runs listed per block.
 const NAMED: usize = 10;
 
-/// Quantiles of some values.
+/// Quantiles of a set of values.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Quantiles {
-    /// The smallest.
+    /// Smallest value.
     pub min: f64,
-    /// Below it is a twentieth.
+    /// 5 % quantile.
     pub q05: f64,
-    /// Below it is a quarter.
+    /// 25 % quantile.
     pub q25: f64,
-    /// Below it is half.
+    /// Median.
     pub median: f64,
-    /// Above it is a quarter.
+    /// 75 % quantile.
     pub q75: f64,
-    /// Above it is a twentieth.
+    /// 95 % quantile.
     pub q95: f64,
-    /// The largest.
+    /// Largest value.
     pub max: f64,
 }
 
 impl Quantiles {
-    /// Of values, NaN of none.
+    /// Computes the quantiles of values; NaN without values.
     #[must_use]
     pub fn of(values: &[f64]) -> Self {
         let sorted = sorted(values);
@@ -49,111 +49,111 @@ impl Quantiles {
     }
 }
 
-/// Runs under the same levels of all factors but motor and seed.
+/// Runs with the same levels of all factors except motor and seed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
-    /// The levels; the seed is that of the first run.
+    /// Levels of the factors; the seed is that of the first run.
     pub factors: Factors,
-    /// The name of the noise.
+    /// Name of the noise level.
     pub noise: String,
-    /// The name of the extensions, where the study names them.
+    /// Name of the model; `None` if the study names no models.
     pub with: Option<String>,
-    /// Finished runs.
+    /// Number of finished runs.
     pub runs: u64,
-    /// Of these, runs without a result.
+    /// Number of finished runs without a result.
     pub failed: u64,
-    /// The others by their level of trust.
+    /// Number of results by level of trust.
     pub trust: TrustCounts,
-    /// Costs, in the order of the runs.
+    /// Costs of the results, in the order of the runs.
     pub costs: Vec<f64>,
-    /// Values of each parameter that runs identified, in the order of the runs: those of R, L, K, B, J, then others.
+    /// Estimates of each parameter, in the order of the runs: R, L, K, B, J, then the other parameters.
     pub parameters: Vec<(Named, Vec<f64>)>,
-    /// Seconds of the runs, added up.
+    /// Total time of the runs \[s\].
     pub seconds: f64,
 }
 
-/// A parameter, of all recordings or of one.
+/// A parameter, either shared by all recordings or of one recording.
 pub type Named = (Parameter, Scope);
 
-/// Those that every result has.
+/// Parameters that every result has.
 pub const MOTOR: [Named; 5] = {
     let [r, l, k, b, j] = Parameter::ALL;
     [(r, Scope::Shared), (l, Scope::Shared), (k, Scope::Shared), (b, Scope::Shared), (j, Scope::Shared)]
 };
 
 impl Cell {
-    /// Values of a parameter; none where no run has it.
+    /// Returns the estimates of a parameter; none if no run has it.
     #[must_use]
     pub fn values(&self, parameter: Named) -> &[f64] {
         self.parameters.iter().find(|(of, _)| *of == parameter).map_or(&[], |(_, values)| values)
     }
 }
 
-/// A run with its outcome.
+/// A run with its motor and outcome.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedRun {
     /// The run.
     pub job: Job,
-    /// Its motor.
+    /// Name of the motor.
     pub motor: String,
-    /// Its result.
+    /// Outcome of the run.
     pub outcome: Outcome,
 }
 
-/// Cells that share criterion and scale, so that their costs compare.
+/// Cells with the same criterion and scale, whose costs are comparable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SweepBlock {
-    /// The cells, in the order of the study.
+    /// Cells in the order of the study.
     pub cells: Vec<Cell>,
-    /// The runs with the highest costs, the highest first.
+    /// Runs with the highest costs, the highest first.
     pub worst: Vec<NamedRun>,
 }
 
-/// The summary of a sweep.
+/// Summary of a sweep.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SweepSummary {
-    /// The study's name.
+    /// Name of the study.
     pub name: String,
-    /// Runs of the study.
+    /// Number of runs of the study.
     pub runs: u64,
-    /// Runs that are not finished.
+    /// Number of unfinished runs.
     pub missing: u64,
-    /// Runs without a result.
+    /// Number of finished runs without a result.
     pub failed: u64,
-    /// Their reasons.
+    /// Reasons why runs have no result.
     pub failures: Failures,
-    /// Runs with a result by their level of trust.
+    /// Number of results by level of trust.
     pub trust: TrustCounts,
-    /// Runs that the CPU did in place of the device.
+    /// Number of searches that the CPU ran in place of the planned device.
     pub taken_over: u64,
-    /// Every Nth run of a cell is in the quantiles.
+    /// Stride N of the quantiles: every Nth run of a cell is kept.
     pub stride: u64,
-    /// One for each criterion and scale.
+    /// Cells by criterion and scale.
     pub blocks: Vec<SweepBlock>,
-    /// The number of motors of the study.
+    /// Number of motors of the study.
     pub motors: usize,
-    /// The best run of each motor that has a result, one with standard errors before one without, in the order of the study.
+    /// Best run of each motor with a result, in the order of the study. Runs with standard errors are preferred.
     pub results: Vec<NamedRun>,
-    /// The parameters that results have: R, L, K, B, J, then those of extensions and of recordings.
+    /// Parameters of the results: R, L, K, B, J, then those of extensions and of single recordings.
     pub parameters: Vec<Named>,
-    /// True if the study names extensions.
+    /// True if the study names models.
     pub names_with: bool,
-    /// True if recordings were held out.
+    /// True if the study has held-out recordings.
     pub holds_out: bool,
-    /// Names of the factors with more than one level.
+    /// Names of the factors with more than one level, except criterion and scale.
     pub varied: Vec<&'static str>,
-    /// cpu or gpu, and its numbers.
+    /// Kind (`cpu` or `gpu`) and precision of the planned device.
     pub device: [String; 2],
-    /// Block and cell of each combination of levels.
+    /// Indices of the block and the cell of each combination of levels.
     pub(crate) places: BTreeMap<u64, (usize, usize)>,
 }
 
 impl SweepSummary {
-    /// Of a sweep of which nothing was taken in yet.
+    /// Creates the summary of a sweep without any runs.
     #[must_use]
     pub fn new(sweep: &Sweep) -> Self {
         let study = sweep.study();
-        // Costs under other criteria and scales are blocks of their own.
+        // Each criterion and scale has a block of its own, because its costs are not comparable with others.
         let is_varied = |(name, levels): &(&str, usize)| *levels > 1 && !["criterion", "scale"].contains(name);
         let device = &sweep.manifest.device;
         Self {
@@ -170,7 +170,7 @@ impl SweepSummary {
         }
     }
 
-    /// Takes a run in; runs come in the order of their numbers.
+    /// Adds a run. Runs must be added in the order of their numbers.
     pub(super) fn add(&mut self, sweep: &Sweep, job: &Job, outcome: Outcome, seconds: f64) {
         let motor = &sweep.manifest.motors[job.motor].motor;
         let by_another = outcome.device != sweep.pinned()[0] && outcome.device == "cpu";
@@ -215,7 +215,8 @@ impl SweepSummary {
         self.take_motor(job, &outcome, named);
     }
 
-    /// Keeps the run as its motor's if it is better than the one kept: of the study's first criterion, scale and noise.
+    /// Makes the run the best of its motor if it is better than the previous one. Only runs with the first criterion,
+    /// scale and noise of the study compete.
     fn take_motor(&mut self, job: &Job, outcome: &Outcome, named: impl Fn() -> NamedRun) {
         let is_sure = |outcome: &Outcome| outcome.estimates.as_ref().is_some_and(|estimates| estimates.polished);
         let rank = |outcome: &Outcome| (!is_sure(outcome), outcome.cost.unwrap_or(f64::INFINITY));
@@ -230,7 +231,7 @@ impl SweepSummary {
         }
     }
 
-    /// Where the runs under some levels stand; made where they are the first.
+    /// Returns the indices of the block and the cell of a run, which are created for the first run of a cell.
     fn place(&mut self, sweep: &Sweep, job: &Job) -> (usize, usize) {
         let combination = job.id % sweep.runs.per_motor() / sweep.study().seeds.count();
         if let Some(place) = self.places.get(&combination) {
@@ -260,7 +261,7 @@ impl SweepSummary {
         place
     }
 
-    /// Returns whether every run has a result.
+    /// Returns true if every run has a result.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.missing == 0 && self.failed == 0
@@ -268,39 +269,39 @@ impl SweepSummary {
 }
 
 impl NamedRun {
-    /// The estimate of a parameter; `None` where the run has none.
+    /// Returns the estimate of a parameter; `None` if the run has none.
     #[must_use]
     pub fn estimate(&self, (parameter, scope): Named) -> Option<&ParameterEstimate> {
         self.outcome.estimates.as_ref()?.list.iter().find(|e| e.parameter == parameter && e.scope == scope)
     }
 }
 
-/// Limits that parameters of a motor must keep.
+/// Acceptance limits of the parameters of a motor.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Limits(Vec<(Parameter, f64, f64)>);
 
 impl Limits {
-    /// From pairs of bounds.
+    /// Creates limits from a list of parameters with their lower and upper limits.
     ///
     /// # Errors
-    /// `Usage` where a lower limit is not below the upper one, or either is no number.
+    /// Returns a `Usage` error if a limit is NaN or a lower limit is not below the upper one.
     pub fn new(list: Vec<(Parameter, f64, f64)>) -> Result<Self> {
         match list.iter().find(|(_, low, high)| low.is_nan() || high.is_nan() || low >= high) {
             Some((parameter, low, high)) => {
-                let message = text!([Limits](": {}={low}:{high} holds nothing", excerpt(parameter.symbol())));
+                let message = text!([Limits](": {}={low}:{high} is empty", excerpt(parameter.symbol())));
                 Err(Error::usage(message, text!("Write " [Limits = "R=0.8:1.0"] ", the lower limit first.")))
             }
             None => Ok(Self(list)),
         }
     }
 
-    /// The limits of a parameter.
+    /// Returns the lower and upper limit of a parameter, if it has any.
     #[must_use]
     pub fn of(&self, parameter: Parameter) -> Option<[f64; 2]> {
         self.0.iter().find(|(of, _, _)| *of == parameter).map(|(_, low, high)| [*low, *high])
     }
 
-    /// Returns whether there are none.
+    /// Returns true if no parameter has limits.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()

@@ -1,4 +1,5 @@
-//! TOML with the places of its values, so that an error names the line, and unknown keys the nearest known one.
+//! TOML values with their positions, so that errors have the line and unknown keys are answered with the nearest known
+//! key.
 
 use crate::named::Named;
 use crate::setting::{Form, Reference, Setting, Text};
@@ -11,13 +12,13 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Spells a setting as a key of a study with its value: `fix = {K = 0.05}`. Operations are the caller's to spell.
+/// Spells a setting as a key of a study with its value, as in `fix = {K = 0.05}`; `None` for commands.
 pub(super) fn as_key(reference: &Reference) -> Option<String> {
     let Reference::Setting(setting, value) = reference else { return None };
     let name = setting.name().to_owned();
     let Some(value) = value else { return Some(name) };
     Some(match setting.form() {
-        // A list of models is a factor, a model one text.
+        // A list would be a factor with several models; one model is one text.
         _ if *setting == Setting::With => format!("{name} = \"{value}\""),
         Form::Switch | Form::Number => format!("{name} = {value}"),
         Form::Word => format!("{name} = \"{value}\""),
@@ -26,7 +27,7 @@ pub(super) fn as_key(reference: &Reference) -> Option<String> {
     })
 }
 
-/// A text of TOML, for errors that name its lines.
+/// A TOML text with its path, for errors with line numbers.
 #[derive(Clone, Copy)]
 pub(super) struct Document<'a> {
     pub text: &'a str,
@@ -34,29 +35,33 @@ pub(super) struct Document<'a> {
 }
 
 impl<'a> Document<'a> {
-    /// Its table.
+    /// Parses the text.
     pub(super) fn table(self) -> Result<DeTable<'a>> {
         let parsed = DeTable::parse(self.text).map_err(|error| {
             let span = error.span().unwrap_or_default();
             let first = error.message().lines().next().unwrap_or_default();
-            self.error(span, format!("is no TOML: {}", excerpt(first)), "Write KEY = VALUE, texts in \"quotes\".")
+            self.error(
+                span,
+                format!("is not valid TOML: {}", excerpt(first)),
+                "Write KEY = VALUE, with texts in \"quotes\".",
+            )
         })?;
         Ok(parsed.into_inner())
     }
 
-    /// An error at a place.
+    /// Creates an error at the line of a span.
     pub(super) fn error(self, span: Range<usize>, message: impl Into<Text>, hint: impl Into<Text>) -> Error {
         let before = self.text.get(..span.start).unwrap_or_default();
         let line = before.matches('\n').count() as u64 + 1;
         Error::usage(message, hint).in_file(self.path).at_line(line)
     }
 
-    /// The same error with its place, its settings spelled as keys.
+    /// Adds the line of a span to an error and spells its settings as keys.
     pub(super) fn located(self, span: Range<usize>, error: &Error) -> Error {
         self.error(span, error.message().respelled(as_key), error.hint().respelled(as_key))
     }
 
-    /// Keys that are not known are errors.
+    /// Returns an error at the first unknown key.
     pub(super) fn check_keys(self, table: &DeTable<'_>, known: &[&str], of: &str) -> Result<()> {
         let Some(key) = table.keys().find(|key| !known.contains(&&**key.get_ref())) else { return Ok(()) };
         let remedy = match nearest(key.get_ref(), known) {
@@ -67,7 +72,7 @@ impl<'a> Document<'a> {
     }
 }
 
-/// A value with its place and its key, which errors name.
+/// A value with its key and its position, for errors.
 #[derive(Clone, Copy)]
 pub(super) struct Item<'a> {
     pub document: Document<'a>,
@@ -76,12 +81,12 @@ pub(super) struct Item<'a> {
 }
 
 impl Item<'_> {
-    /// An error at its place.
+    /// Creates an error at the line of the value.
     pub(super) fn error(self, message: impl Into<Text>, hint: impl Into<Text>) -> Error {
         self.document.error(self.value.span(), message, hint)
     }
 
-    /// An error with its place, its settings spelled as keys.
+    /// Adds the line of the value to an error and spells its settings as keys.
     pub(super) fn located(self, error: &Error) -> Error {
         self.document.located(self.value.span(), error)
     }
@@ -105,14 +110,14 @@ impl Item<'_> {
         self.value.get_ref().as_bool().ok_or_else(|| self.mismatch("true or false"))
     }
 
-    /// A whole number, 0 or more.
+    /// Returns an integer of at least 0.
     pub(super) fn count(self) -> Result<u64> {
         let number = self.value.get_ref().as_integer();
         let number = number.and_then(|n| u64::from_str_radix(&n.as_str().replace('_', ""), n.radix()).ok());
         number.ok_or_else(|| self.mismatch("a whole number"))
     }
 
-    /// A whole number, 1 or more.
+    /// Returns an integer of at least 1.
     pub(super) fn positive(self) -> Result<usize> {
         match usize::try_from(self.count()?) {
             Ok(0) => Err(self.error(format!("{} is 0", self.key), "Give at least 1.")),
@@ -120,7 +125,7 @@ impl Item<'_> {
         }
     }
 
-    /// A finite number.
+    /// Returns a finite number.
     pub(super) fn number(self) -> Result<f64> {
         let text = match self.value.get_ref() {
             DeValue::Integer(number) if number.radix() == 10 => number.as_str().to_owned(),
@@ -131,18 +136,18 @@ impl Item<'_> {
         number.ok_or_else(|| self.mismatch("a finite number"))
     }
 
-    /// The values of a short list, or one value as a list of its own; none twice.
+    /// Returns the distinct values of a short list, or a single value as a list. Compares each value with all others.
     pub(super) fn list<T: PartialEq>(self, one: impl Fn(Self) -> Result<T>) -> Result<Vec<T>> {
         self.each(one, |list, value| !list.contains(value))
     }
 
-    /// Likewise of a list of any length.
+    /// Returns the distinct values of a list of any length, or a single value as a list.
     pub(super) fn distinct<T: Hash + Eq + Copy>(self, one: impl Fn(Self) -> Result<T>) -> Result<Vec<T>> {
         let mut known = HashSet::new();
         self.each(one, |_, value| known.insert(*value))
     }
 
-    /// Likewise where `is_new` finds each value new to those before it.
+    /// Returns the values of a list, for each of which `is_new` must find that the preceding ones do not include it.
     fn each<T>(self, one: impl Fn(Self) -> Result<T>, mut is_new: impl FnMut(&[T], &T) -> bool) -> Result<Vec<T>> {
         let Some(values) = self.value.get_ref().as_array() else { return Ok(vec![one(self)?]) };
         let mut list = Vec::with_capacity(values.len());
@@ -161,12 +166,12 @@ impl Item<'_> {
         Ok(list)
     }
 
-    /// Texts of a list.
+    /// Returns the texts of a list.
     pub(super) fn words(self, expected: &str) -> Result<Vec<String>> {
         self.list(|word| word.text(expected))
     }
 
-    /// The row of a table that a value names.
+    /// Returns the row of a named table that the value names.
     pub(super) fn choice<T: Named>(self) -> Result<T> {
         let text = self.text(&format!("\"{}\"", T::names().join("\", \"")))?;
         T::named(self.key, &text).map_err(|error| self.located(&error))

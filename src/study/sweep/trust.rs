@@ -1,15 +1,15 @@
-//! The level of trust in the results of a sweep: on the line of a run, and counted.
+//! Levels of trust in the results of a sweep: of each run, and counted.
 
 use crate::identify::{Trust, TrustLevel};
 use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeMap;
 
-/// The level of trust in the result of a run, as its line has it.
+/// Level of trust in the result of a run, as stored on its line.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RunTrust {
-    /// The level.
+    /// Level of trust.
     pub level: TrustLevel,
-    /// The codes of the reasons, the gravest first; empty where the level is good.
+    /// Codes of the reasons, the most severe first; empty if the level is good.
     pub reasons: Vec<String>,
 }
 
@@ -19,16 +19,16 @@ impl From<&Trust> for RunTrust {
     }
 }
 
-/// Results by their level of trust.
+/// Numbers of results by level of trust.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct LevelCounts {
-    /// Results whose standard errors can be believed.
+    /// Number of results whose standard errors are reliable.
     pub good: u64,
-    /// Results of which something is to be looked at first.
+    /// Number of results whose reasons should be checked before use.
     pub check: u64,
-    /// Results whose standard errors cannot be believed.
+    /// Number of results whose standard errors are not reliable.
     pub poor: u64,
-    /// Results without a level, which earlier versions of the program wrote.
+    /// Number of results without a level, written by earlier versions of the program.
     #[serde(skip_serializing_if = "is_zero")]
     pub unknown: u64,
 }
@@ -49,26 +49,26 @@ impl LevelCounts {
         } += 1;
     }
 
-    /// Returns the number of results that are not known to be good.
+    /// Returns the number of results whose level is not good or is unknown.
     #[must_use]
     pub fn not_good(&self) -> u64 {
         self.check.saturating_add(self.poor).saturating_add(self.unknown)
     }
 
-    /// Returns whether any result has a level.
+    /// Returns true if any result has a level.
     #[must_use]
     pub fn is_known(&self) -> bool {
         self.good > 0 || self.check > 0 || self.poor > 0
     }
 }
 
-/// Results by their level of trust, and how often each reason was given.
+/// Numbers of results by level of trust and by reason.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct TrustCounts {
-    /// Results by level.
+    /// Numbers of results by level.
     #[serde(flatten)]
     pub levels: LevelCounts,
-    /// Results by the code of each of their reasons.
+    /// Numbers of results by code of the reason.
     #[serde(serialize_with = "commonest_first")]
     pub reasons: BTreeMap<String, u64>,
 }
@@ -82,7 +82,7 @@ impl TrustCounts {
         }
     }
 
-    /// Returns the codes of the reasons with how many results have them, the commonest first.
+    /// Returns the codes of the reasons with the number of results that have them, the most frequent first.
     #[must_use]
     pub fn commonest(&self) -> Vec<(&str, u64)> {
         let mut all: Vec<(&str, u64)> = self.reasons.iter().map(|(code, runs)| (code.as_str(), *runs)).collect();

@@ -1,4 +1,4 @@
-//! Tests of fits, driven with odd motors and recordings.
+//! Calls of `analysis` with extreme motors and recordings.
 
 use crate::arguments::{FEW, NUMBERS, records, signals, step};
 use crate::calls::{Calls, ask, drive};

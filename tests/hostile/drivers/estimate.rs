@@ -1,17 +1,17 @@
-//! The estimators on recordings that are odd, and still identify the motor.
+//! Calls of `estimate` with unusual recordings that identify the motor.
 
 use crate::arguments::step;
 use crate::calls::{Calls, ask, drive};
 use motorfit::estimate::{
-    fit_problem, global_reference, initial_states, refine_on, refine_roughly, squares_on, steiglitz_mcbride,
-    steiglitz_mcbride_on, widened,
+    fit_problem, global_reference, initial_states, refine_coarse, refine_on, residual_squares, robust_uncertainty,
+    steiglitz_mcbride, steiglitz_mcbride_on,
 };
 use motorfit::evaluate::Model;
 use motorfit::experiment::with_noise;
 use motorfit::motor::{Axis, Parameter, Parameters, Scope, Space};
 use motorfit::record::{Record, Samples};
 
-/// Recordings of a step with noise: scaled, late, reversed, on another clock, without a channel.
+/// Returns recordings of a step with noise: scaled, shifted, reversed, irregularly sampled, without a channel.
 fn identifiable() -> Vec<Record> {
     let plain = with_noise(&step(150), [0.01, 0.1], 1).unwrap();
     let scaled = |signal: &Option<Vec<f64>>, by: f64| signal.as_ref().map(|s| s.iter().map(|v| by * v).collect());
@@ -57,14 +57,14 @@ pub fn identifiable_recordings(calls: &mut Calls) {
             for sigma in [[0.01, 0.1], [1e-12; 2], [1e12, 1e-12]] {
                 let with = (record, start, sigma);
                 ask!(calls, with;
-                    "estimate::squares_on" => squares_on(&problem, &start),
+                    "estimate::residual_squares" => residual_squares(&problem, &start),
                     "estimate::initial_states" => initial_states(&problem, &start, sigma),
-                    "estimate::refine_roughly" => refine_roughly(&problem, &start, &[sigma]),
+                    "estimate::refine_coarse" => refine_coarse(&problem, &start, &[sigma]),
                 );
                 let refined = calls.ask("estimate::refine_on", &with, || refine_on(&problem, &start, Some(&[sigma])));
                 let Some(refined) = refined else { continue };
                 refined_all += 1;
-                drive!(calls, with; "estimate::widened" => widened(&problem, &refined));
+                drive!(calls, with; "estimate::robust_uncertainty" => robust_uncertainty(&problem, &refined));
                 assert!(refined.values.iter().all(|v| v.is_finite()), "{with:?}");
             }
         }
@@ -74,6 +74,6 @@ pub fn identifiable_recordings(calls: &mut Calls) {
             referred += usize::from(found.is_some());
         }
     }
-    // Most reach the end: what returns early proves nothing of the estimators.
+    // Most calls reach the end of the estimators instead of an early return.
     assert!(estimated > 10 && refined_all > 150 && referred > 2, "{estimated} {refined_all} {referred}");
 }

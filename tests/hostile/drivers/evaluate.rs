@@ -1,4 +1,4 @@
-//! Problems, evaluators and devices.
+//! Calls of `evaluate` and `device`: problems, evaluators and devices.
 
 use crate::arguments::{COUNTS, FEW, NUMBERS, WIDE, records, signals, step, texts};
 use crate::calls::{Calls, ask, drive};
@@ -17,7 +17,7 @@ use motorfit::named::Named;
 use motorfit::optimize::Evaluate;
 use std::sync::Arc;
 
-/// Spaces whose problems are extended in every way.
+/// Returns spaces with every kind of extension.
 pub fn spaces() -> Vec<Space> {
     let with = |p: Parameter, (min, max): (f64, f64)| {
         let mut free = Space::table2().free().to_vec();
@@ -75,7 +75,7 @@ pub fn problems(calls: &mut Calls) {
     drive!(calls, (); "evaluate::Initial::name" => Initial::ALL.map(Initial::name));
 }
 
-/// Candidates of a width with values that none has.
+/// Returns candidates of `width` parameters with extreme values.
 fn candidates(width: usize) -> Vec<f64> {
     let mut values: Vec<f64> = NUMBERS.iter().flat_map(|v| vec![*v; width]).collect();
     values.extend(NUMBERS.iter().cycle().take(width * NUMBERS.len()));
@@ -194,7 +194,7 @@ pub fn levels(calls: &mut Calls) {
         "evaluate::Simd::at" => [Level::Portable, Level::Avx2, Level::Avx512].map(Simd::at),
         "evaluate::Simd::alone" => Simd::alone(),
         "evaluate::cpu_name" => cpu_name(),
-        // Rounds are time: more than the processor does in a second are no question of arguments.
+        // The run time is proportional to the rounds, so larger counts are left out.
         "evaluate::fma_loop" => [0, 1, 1000].map(|rounds| fma_loop(Level::best(), rounds)),
         "evaluate::fma_loop" => [Level::Portable, Level::Avx2, Level::Avx512].map(|level| fma_loop(level, 1)),
     );
@@ -229,11 +229,11 @@ pub fn devices(calls: &mut Calls) {
         "device::BatchSearchEvaluator::take_warnings" => unknown.take_warnings(),
         "device::BatchSearchEvaluator::on_loss" =>
             BatchSearchEvaluator::new(Box::new(Scalar), Vec::new()).on_loss(OnLoss::Reopen).slice(),
-        "device::BatchSearchEvaluator::in_place_of_one_that_failed" =>
-            BatchSearchEvaluator::new(Box::new(Scalar), Vec::new()).in_place_of_one_that_failed(&failure).warnings().len(),
+        "device::BatchSearchEvaluator::replacing_failed" =>
+            BatchSearchEvaluator::new(Box::new(Scalar), Vec::new()).replacing_failed(&failure).warnings().len(),
     );
     for count in [0, 1, 3] {
-        drive!(calls, count; "device::BatchSearchEvaluator::turn_to" => unknown.turn_to(vec![problem.clone(); count]));
+        drive!(calls, count; "device::BatchSearchEvaluator::set_problems" => unknown.set_problems(vec![problem.clone(); count]));
         for populations in [0, 1, 2] {
             let populations = vec![Candidates::new(&[1.0; 10], 5); populations];
             let mut costs = vec![0.0; 2];
@@ -250,7 +250,7 @@ pub fn devices(calls: &mut Calls) {
             let settings = DeviceSettings {
                 device: device.clone(),
                 precision,
-                paces: None,
+                throughput_profile: None,
                 threads: Some(usize::MAX),
                 population,
                 generations: population,
@@ -292,7 +292,7 @@ fn profiles(calls: &mut Calls) {
                 let work = Work { samples, population, generations: population, threads };
                 drive!(calls, (&pace, work);
                     "device::ThroughputProfile::faster" => (profile.faster(work, None), profile.faster(work, Some("\0"))),
-                    "device::ThroughputProfile::are_current" => profile.are_current(),
+                    "device::ThroughputProfile::is_current" => profile.is_current(),
                 );
             }
         }
@@ -322,7 +322,7 @@ pub fn gpus(calls: &mut Calls) {
         ask!(calls, selector; "evaluate::gpu::Gpu::open" => Gpu::open(&selector, None).map(drop));
     }
     let Some(mut gpu) = calls.ask("evaluate::gpu::Gpu::open", &"the best", || Gpu::open(&Selector::Best, None)) else {
-        // Without an adapter there is nothing to be asked.
+        // Without an adapter these cannot be called.
         calls.called.extend(["evaluate::gpu::Gpu::facts", "evaluate::gpu::Gpu::precision"]);
         return;
     };
@@ -340,8 +340,9 @@ pub fn gpus(calls: &mut Calls) {
 #[expect(clippy::too_many_lines, reason = "a list of calls")]
 pub fn estimates(calls: &mut Calls) {
     use motorfit::estimate::{
-        RefineOptions, SmFailure, Whiteness, describe, fit_problem, global_reference, initial_states, refine,
-        refine_on, refine_roughly, signal_deviations, squares_on, steiglitz_mcbride, steiglitz_mcbride_on, widened,
+        RefineOptions, SmFailure, Whiteness, describe_direction, fit_problem, global_reference, initial_states, refine,
+        refine_coarse, refine_on, residual_squares, robust_uncertainty, signal_deviations, steiglitz_mcbride,
+        steiglitz_mcbride_on,
     };
     for word in texts() {
         ask!(calls, word; "estimate::SmFailure::named" => <SmFailure as Named>::named("", &word));
@@ -350,7 +351,7 @@ pub fn estimates(calls: &mut Calls) {
         "estimate::SmFailure::name" => SmFailure::ALL.map(SmFailure::name),
         "estimate::SmFailure::message" => SmFailure::ALL.map(SmFailure::message),
         "estimate::signal_deviations" => signal_deviations(&[]),
-        "estimate::describe" => (describe(&[], Space::table2().free()), describe(&[f64::NAN; 9], Space::table2().free()), describe(&[1.0; 9], &[])),
+        "estimate::describe_direction" => (describe_direction(&[], Space::table2().free()), describe_direction(&[f64::NAN; 9], Space::table2().free()), describe_direction(&[1.0; 9], &[])),
     );
     for signal in &signals() {
         drive!(calls, signal; "estimate::Whiteness::of" => NUMBERS.map(|size| Whiteness::of(signal, size)));
@@ -380,24 +381,24 @@ pub fn estimates(calls: &mut Calls) {
             let with = (record, &start, sigma);
             let options = RefineOptions { model: Model::default(), sigma: Some(sigmas[..1].to_vec()) };
             ask!(calls, with;
-                "estimate::squares_on" => squares_on(&problem, &start),
+                "estimate::residual_squares" => residual_squares(&problem, &start),
                 "estimate::initial_states" => initial_states(&problem, &start, [sigma; 2]),
                 "estimate::refine_on" => refine_on(&problem, &start, Some(&sigmas)),
-                "estimate::refine_roughly" => refine_roughly(&problem, &start, &sigmas[..1]),
-                "estimate::refine_roughly" => refine_roughly(&problem, &start, &[]),
+                "estimate::refine_coarse" => refine_coarse(&problem, &start, &sigmas[..1]),
+                "estimate::refine_coarse" => refine_coarse(&problem, &start, &[]),
                 "estimate::refine" => refine(one, &space, &start, &options),
             );
             let refined = calls.ask("estimate::refine_on", &with, || refine_on(&problem, &start, Some(&sigmas[..1])));
             let Some(mut refined) = refined else { continue };
             drive!(calls, with;
                 "estimate::Refined::weighted" => (refined.weighted(&sigmas), refined.weighted(&[])),
-                "estimate::widened" => widened(&problem, &refined),
+                "estimate::robust_uncertainty" => robust_uncertainty(&problem, &refined),
             );
             refined.values.truncate(1);
-            drive!(calls, with; "estimate::widened" => widened(&problem, &refined));
+            drive!(calls, with; "estimate::robust_uncertainty" => robust_uncertainty(&problem, &refined));
             refined.initial.clear();
             refined.sigmas.clear();
-            drive!(calls, with; "estimate::widened" => widened(&problem, &refined));
+            drive!(calls, with; "estimate::robust_uncertainty" => robust_uncertainty(&problem, &refined));
         }
         if n % 7 == 0 {
             for known in [None, Some(f64::NAN), Some(0.0), Some(f64::INFINITY), Some(1.0)] {

@@ -1,18 +1,20 @@
-//! Files at odd paths, and simulated experiments.
+//! Calls with unusual paths, and simulated experiments.
 
 use crate::arguments::{FEW, NUMBERS, WIDE, records, signals, texts};
 use crate::calls::{Calls, ask, drive};
 use motorfit::criterion::Noise;
 use motorfit::experiment::{Excitation, StepExperiment, drive, noise_of, simulated, with_noise};
-use motorfit::file::{create, is_at, remove_leftovers, replace, replace_if, sync, sync_folder, unreadable, unwritable};
+use motorfit::file::{
+    create, is_at, remove_leftovers, replace, replace_if, sync, sync_folder, unreadable, unwritable, with_similar_name,
+};
 use motorfit::motor::{Discretization, Extended, Parameter, Parameters};
-use motorfit::record::{ReadOptions, Reading, read, read_csv, read_inputs, read_joined};
+use motorfit::record::{ReadOptions, Reading, read, read_inputs, read_joined, read_recording};
 use motorfit::study::sweep::Sweep;
 use std::io::Write as _;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-/// Paths in a folder that are no plain files, and such that are odd ones.
+/// Returns paths in a folder that are not regular files, or are unusual ones.
 pub fn paths(folder: &Path) -> Vec<PathBuf> {
     std::fs::create_dir_all(folder.join("folder")).unwrap();
     std::fs::write(folder.join("empty"), "").unwrap();
@@ -29,12 +31,12 @@ pub fn paths(folder: &Path) -> Vec<PathBuf> {
             all.push(pipe.clone());
             all.push(pipe.join("below"));
         }
-        // They may be there from the call before.
+        // The links may exist from an earlier call.
         let _ = std::os::unix::fs::symlink("circle", folder.join("circle"));
         let _ = std::os::unix::fs::symlink("nowhere", folder.join("dangling"));
         all.extend(["circle", "dangling"].map(|name| folder.join(name)));
     }
-    // No path that leaves the folder: files are written there.
+    // Paths that leave the folder are excluded, because files are written.
     all.extend(texts().iter().filter(|word| !word.contains('/') && !word.contains("..")).map(|word| folder.join(word)));
     all
 }
@@ -42,20 +44,20 @@ pub fn paths(folder: &Path) -> Vec<PathBuf> {
 pub fn files(calls: &mut Calls) {
     let folder = tempfile::tempdir().unwrap();
     let open = std::fs::File::create(folder.path().join("open")).unwrap();
-    // Reading first: writing replaces what is there.
+    // Reading comes first, because writing replaces the files.
     for path in paths(folder.path()) {
         drive!(calls, path;
             "file::is_at" => is_at(&open, &path),
             "file::sync_folder" => sync_folder(&path).is_ok(),
             "record::Reading::files" => Reading::files(&path),
         );
-        // A pipe has a writer, whose recording or study is waited for.
+        // Reading a pipe would wait for a writer.
         if path.ends_with("pipe") {
             continue;
         }
         ask!(calls, path;
             "record::read" => read(&path, &ReadOptions::default()),
-            "record::read_csv" => read_csv(&path, &[]),
+            "record::read_recording" => read_recording(&path, &[]),
             "record::read_inputs" => read_inputs(&path, &[]),
             "record::read_joined" => read_joined(&[path.clone(), path.clone()], &ReadOptions::default()),
             "record::Reading::records" => Reading::default().records(&path),
@@ -66,6 +68,7 @@ pub fn files(calls: &mut Calls) {
     for path in paths(folder.path()) {
         drive!(calls, path;
             "file::remove_leftovers" => remove_leftovers(&path),
+            "file::with_similar_name" => with_similar_name(motorfit::Error::data("a", "b").in_file(&path)),
             "file::unreadable" => [std::io::ErrorKind::NotFound, std::io::ErrorKind::Other].map(|kind| unreadable(&path, &kind.into())),
         );
         let failed = |error: std::io::Error| unwritable(&path, &error);
@@ -87,7 +90,7 @@ pub fn files(calls: &mut Calls) {
     );
 }
 
-/// Motors with values that none has, with and without extensions.
+/// Returns motors with extreme values, with and without extensions.
 fn motors() -> Vec<Extended> {
     let usual = Extended::from(&Parameters::M2);
     let mut all = vec![usual];

@@ -1,4 +1,4 @@
-//! The ground: texts, numbers, settings, errors, candidates, criteria.
+//! Calls of the base modules: texts, numbers, settings, errors, candidates, criteria.
 
 use crate::arguments::{COUNTS, FEW, NUMBERS, WIDE, signals, texts};
 use crate::calls::{Calls, ask, drive};
@@ -87,7 +87,7 @@ pub fn numbers(calls: &mut Calls) {
             );
         }
         for order in COUNTS {
-            // An order beyond some hundreds takes as many passes over a long signal.
+            // The run time is proportional to the order, so long signals are shortened for large orders.
             let signal = if order > 1000 { &signal[..signal.len().min(100)] } else { signal };
             let signal = if order == 1000 { &signal[..signal.len().min(2000)] } else { signal };
             for penalty in FEW {
@@ -140,7 +140,7 @@ pub fn settings_and_errors(calls: &mut Calls) {
             "Error::spelled" => error.spelled(shouted),
             "Error::from" => Error::from(motorfit::settings::Fault { setting: Setting::Rate, error: error.clone() }),
             "warning::Warning::new" => Warning::new("", word),
-            "warning::Warning::explains_failure" => Warning::new("unknown", word).explains_failure(),
+            "warning::Warning::can_cause_poor_fit" => Warning::new("unknown", word).can_cause_poor_fit(),
             "warning::Warning::spelled" => Warning::new("unknown", word).spelled(shouted),
         );
     }

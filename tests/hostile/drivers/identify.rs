@@ -1,4 +1,4 @@
-//! Identifications of odd recordings by odd specs, and results that are none.
+//! Calls of `identify` with extreme recordings, specifications and inconsistent results.
 
 use crate::arguments::{COUNTS, FEW, NUMBERS, WIDE, records, step, texts};
 use crate::calls::{Calls, ask, drive};
@@ -19,19 +19,19 @@ use motorfit::record::Record;
 use std::ops::ControlFlow;
 use std::sync::LazyLock;
 
-/// A spec whose identifications take some milliseconds.
+/// Returns a specification whose identification takes some milliseconds.
 fn quick() -> IdentifySpec {
     IdentifySpec { population: 6, generations: 3, device: DeviceSpec::Cpu, ..IdentifySpec::default() }
 }
 
-/// An identification of a step with noise.
+/// Returns the identification of a step with noise.
 pub fn fitted() -> Identification {
     static FOUND: LazyLock<Identification> =
         LazyLock::new(|| identify(&[with_noise(&step(200), [0.01, 0.1], 1).unwrap()], &quick()).unwrap());
     FOUND.clone()
 }
 
-/// The same with parts that do not fit each other, or are no numbers.
+/// Returns copies of a result with inconsistent parts or NaN.
 pub fn mangled(found: &Identification) -> Vec<Identification> {
     let mut all = vec![found.clone()];
     let mut with = |change: &dyn Fn(&mut Identification)| {
@@ -75,7 +75,7 @@ pub fn mangled(found: &Identification) -> Vec<Identification> {
     all
 }
 
-/// Specs that are odd, each in its own way.
+/// Returns unusual specifications.
 fn specs() -> Vec<IdentifySpec> {
     let usual = quick();
     let mut all = vec![
@@ -115,7 +115,7 @@ fn specs() -> Vec<IdentifySpec> {
     all
 }
 
-/// A space in which nothing is free.
+/// Returns a space without free parameters.
 pub fn all_held() -> Space {
     let held: Vec<(Parameter, f64)> = Parameter::ALL.into_iter().map(|p| (p, 1.0)).collect();
     Space::table2_to_extend(&[], &held).unwrap()

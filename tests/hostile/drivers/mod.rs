@@ -1,4 +1,4 @@
-//! The drivers of public functions, by module.
+//! Drivers that call the public functions of each module.
 
 pub mod analysis;
 pub mod estimate;

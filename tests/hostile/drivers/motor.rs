@@ -1,11 +1,11 @@
-//! The motor: parameters, spaces, step maps, simulation.
+//! Calls of `motor`: parameters, spaces, step maps, simulation.
 
 use crate::arguments::{COUNTS, FEW, NUMBERS, signals, texts};
 use crate::calls::{Calls, ask, drive};
 use motorfit::motor::{
-    Axis, Discretization, Drive, Dual, Extended, ExtendedWalk, Extension, Input, InputHistory, Method, ModelFeatures,
-    Number, Parameter, Parameters, Scope, SimulationSettings, Space, StepMap, With, inverse, matrix_logarithm, product,
-    response, simulate, step_maps, times, walk,
+    Axis, Discretization, Dual, Extended, ExtendedWalk, Extension, Input, InputHistory, Method, ModelFeatures, Number,
+    Parameter, Parameters, Scope, SimulationInput, SimulationSettings, Space, StepMap, With, inverse, matrix_logarithm,
+    product, response, simulate, step_maps, times, walk,
 };
 use motorfit::named::Named;
 
@@ -39,7 +39,7 @@ pub fn parameters(calls: &mut Calls) {
             "motor::Parameter::lowest" => p.lowest(),
             "motor::Parameter::domain" => p.domain(),
             "motor::Parameter::channel" => p.channel(),
-            "motor::Parameter::usual_bounds" => p.usual_bounds(),
+            "motor::Parameter::default_bounds" => p.default_bounds(),
             "motor::Parameter::table2" => p.table2(),
             "motor::Extension::of" => Extension::of(p),
             "motor::With::may_have" => [With::Auto, With::These(Vec::new())].map(|with| with.may_have(p)),
@@ -74,7 +74,7 @@ pub fn parameters(calls: &mut Calls) {
         drive!(calls, one;
             "motor::Extension::name" => one.name(),
             "motor::Extension::parameters" => one.parameters(),
-            "motor::Extension::is_late" => one.is_late(),
+            "motor::Extension::is_delay_like" => one.is_delay_like(),
             "motor::Extension::resembles" => Extension::ALL.map(|other| one.resembles(other)),
             "motor::Extension::acts_on_current" => one.acts_on_current(),
             "motor::Extension::needs" => one.needs(),
@@ -116,7 +116,7 @@ pub fn features_and_spaces(calls: &mut Calls) {
     }
 }
 
-/// Motors with values that none has.
+/// Returns motors with extreme values.
 fn motors() -> Vec<Extended> {
     let mut all: Vec<Extended> = NUMBERS.iter().map(|v| Extended::from(&Parameters::from_array([*v; 5]))).collect();
     all.push(Extended::from(&Parameters::M2));
@@ -194,12 +194,12 @@ pub fn simulations(calls: &mut Calls) {
         for (voltage, voltage_end, torque) in
             [(&few[..], &[][..], &[][..]), (&[], &few, &few), (&few, &few[..2], &few[..1]), (&few[..1], &few, &few)]
         {
-            let drive = Drive { step_s, step_index, voltage, voltage_end, torque };
+            let drive = SimulationInput { step_s, step_index, voltage, voltage_end, torque };
             for n in COUNTS {
                 drive!(calls, (drive, n);
-                    "motor::Drive::index" => drive.index(n),
-                    "motor::Drive::step" => drive.step(n),
-                    "motor::Drive::end" => drive.end(n),
+                    "motor::SimulationInput::index" => drive.index(n),
+                    "motor::SimulationInput::step" => drive.step(n),
+                    "motor::SimulationInput::end" => drive.end(n),
                 );
             }
             for motor in motors() {
@@ -220,9 +220,9 @@ pub fn simulations(calls: &mut Calls) {
             }
         }
     }
-    // A drive that lists its steps is walked whatever the motor is.
+    // A drive that lists its steps can be simulated for every motor.
     let voltage = [0.0, 1.0, 5.0, -3.0, 2.0, 2.0, 1e9, 0.0];
-    let drive = Drive { step_s: &[1e-3], step_index: &[], voltage: &voltage, voltage_end: &[], torque: &[] };
+    let drive = SimulationInput { step_s: &[1e-3], step_index: &[], voltage: &voltage, voltage_end: &[], torque: &[] };
     for motor in motors() {
         for (first_movement, discretization) in
             [(0, Discretization::Zoh), (1, Discretization::Foh), (usize::MAX, Discretization::Rk4)]

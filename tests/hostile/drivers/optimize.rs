@@ -1,4 +1,4 @@
-//! Searches: settings, samples, the loop.
+//! Calls of `optimize`: settings, samples, the loop.
 
 use crate::arguments::{COUNTS, FEW, WIDE, texts};
 use crate::calls::{Calls, ask, drive};
@@ -6,16 +6,16 @@ use motorfit::candidates::Candidates;
 use motorfit::identify::Method;
 use motorfit::named::Named;
 use motorfit::optimize::{
-    Budget, Evaluate, GeneticOptions, GwoOptions, JayaOptions, PsoOptions, Run, Sample, Sampling, SearchOptions,
-    SearchSettings, Stop, Tuned, minimize,
+    Budget, ConfiguredSearch, Evaluate, GeneticOptions, GwoOptions, JayaOptions, PsoOptions, Run, Sample, Sampling,
+    SearchOptions, SearchSettings, Stop, minimize,
 };
 use std::ops::ControlFlow;
 
-fn searches() -> Vec<Tuned> {
+fn searches() -> Vec<ConfiguredSearch> {
     Method::all().iter().filter_map(Method::search).collect()
 }
 
-/// Boxes of all sorts.
+/// Returns valid and invalid boxes.
 fn boxes() -> Vec<Vec<(f64, f64)>> {
     let mut boxes: Vec<Vec<(f64, f64)>> = FEW.iter().flat_map(|a| FEW.map(|b| vec![(*a, b)])).collect();
     boxes.extend([Vec::new(), vec![(0.0, 1.0); 3], vec![(-f64::MAX, f64::MAX); 2], vec![(1.0, 1.0); 65]]);
@@ -25,19 +25,19 @@ fn boxes() -> Vec<Vec<(f64, f64)>> {
 pub fn settings(calls: &mut Calls) {
     for tuned in searches() {
         for place in COUNTS {
-            calls.may_panic("optimize::Tuned::shown", || tuned.shown(place));
+            calls.may_panic("optimize::ConfiguredSearch::shown", || tuned.shown(place));
         }
         drive!(calls, tuned;
-            "optimize::Tuned::from" => Tuned::from(tuned.search),
-            "optimize::Tuned::shown" => (0..tuned.search.settings.len()).map(|n| tuned.shown(n)).collect::<String>(),
-            "optimize::Tuned::changed" => tuned.changed(),
+            "optimize::ConfiguredSearch::from" => ConfiguredSearch::from(tuned.search),
+            "optimize::ConfiguredSearch::shown" => (0..tuned.search.settings.len()).map(|n| tuned.shown(n)).collect::<String>(),
+            "optimize::ConfiguredSearch::changed" => tuned.changed(),
             "optimize::Hyperparameter::form" => tuned.search.settings.iter().map(|s| s.form()).collect::<String>(),
         );
         for word in texts() {
             for name in tuned.search.settings.iter().map(|s| s.name).chain([word.as_str()]) {
                 let mut changed = tuned;
-                ask!(calls, (name, &word); "optimize::Tuned::set" => changed.set(name, &word));
-                drive!(calls, (name, &word); "optimize::Tuned::changed" => changed.changed());
+                ask!(calls, (name, &word); "optimize::ConfiguredSearch::set" => changed.set(name, &word));
+                drive!(calls, (name, &word); "optimize::ConfiguredSearch::changed" => changed.changed());
                 begun(calls, changed, vec![(0.0, 1.0)], 3, 2);
             }
             if tuned.search.name == "gwo" {
@@ -46,10 +46,10 @@ pub fn settings(calls: &mut Calls) {
         }
     }
     for number in FEW {
-        // Settings that are written into the typed structures, where nothing checks them.
+        // Values written directly into the structures, which are not checked there.
         let typed = [
-            Tuned::from(GeneticOptions { crossover: number, mutation: number, ..GeneticOptions::default() }),
-            Tuned::from(PsoOptions { c1: number, velocity: number, ..PsoOptions::default() }),
+            ConfiguredSearch::from(GeneticOptions { crossover: number, mutation: number, ..GeneticOptions::default() }),
+            ConfiguredSearch::from(PsoOptions { c1: number, velocity: number, ..PsoOptions::default() }),
         ];
         for tuned in typed {
             begun(calls, tuned, vec![(0.0, 1.0); 2], 4, 3);
@@ -74,11 +74,13 @@ pub fn settings(calls: &mut Calls) {
     }
 }
 
-/// Runs a search by hand and by the loop, with costs that are none.
-fn begun(calls: &mut Calls, tuned: Tuned, bounds: Vec<(f64, f64)>, population: usize, generations: usize) {
+/// Runs a search by ask and tell and by the loop, with extreme costs.
+fn begun(calls: &mut Calls, tuned: ConfiguredSearch, bounds: Vec<(f64, f64)>, population: usize, generations: usize) {
     let setup = SearchSettings { bounds, population, generations, seed: u64::MAX, run: 1 };
     let with = (tuned, &setup);
-    let Some(mut search) = calls.ask("optimize::Tuned::begin", &with, || tuned.begin(setup.clone())) else { return };
+    let Some(mut search) = calls.ask("optimize::ConfiguredSearch::begin", &with, || tuned.begin(setup.clone())) else {
+        return;
+    };
     let size = search.ask().count();
     for cost in FEW {
         drive!(calls, (&with, cost);

@@ -1,12 +1,12 @@
-//! Recordings: reading, preparation, diagnosis.
+//! Calls of `record`: reading, preparation, diagnostics.
 
 use crate::arguments::{COUNTS, FEW, NUMBERS, WIDE, records, signals, step, texts};
 use crate::calls::{Calls, ask, drive};
 use motorfit::named::Named;
 use motorfit::record::{
     BadRows, ColumnRequest, FilterKind, Gaps, Lines, LowPass, Mask, Offset, Preparation, Quantity, ReadOptions,
-    Reading, Record, Samples, diagnose, driver, explains_failure, is_driven_by_current, parse_columns, parse_crop,
-    parse_masks, parse_number, parse_offset, read, read_bytes, read_csv, read_inputs, read_joined, write_csv,
+    Reading, Record, Samples, can_cause_poor_fit, diagnose, driver, is_driven_by_current, parse_columns, parse_crop,
+    parse_masks, parse_number, parse_offset, read, read_bytes, read_inputs, read_joined, read_recording, write_csv,
 };
 use std::path::{Path, PathBuf};
 
@@ -29,7 +29,7 @@ pub fn words(calls: &mut Calls) {
         );
         drive!(calls, word;
             "record::parse_number" => [true, false].map(|comma| parse_number(&word, comma)),
-            "record::explains_failure" => explains_failure(&word),
+            "record::can_cause_poor_fit" => can_cause_poor_fit(&word),
             "record::Reading::files" => Reading::files(Path::new(&word)),
         );
         for quantity in QUANTITIES {
@@ -45,7 +45,7 @@ pub fn words(calls: &mut Calls) {
         let path = PathBuf::from(&word);
         ask!(calls, word;
             "record::read" => read(&path, &ReadOptions::default()),
-            "record::read_csv" => read_csv(&path, &[]),
+            "record::read_recording" => read_recording(&path, &[]),
             "record::read_inputs" => read_inputs(&path, &[]),
             "record::read_joined" => read_joined(&[path.clone(), path.clone()], &ReadOptions::default()),
             "record::Reading::records" => Reading::default().records(&path),
@@ -58,8 +58,8 @@ pub fn words(calls: &mut Calls) {
         let headless = "voltage,current,speed\n1,2,3\n4,5,6\n7,8,9\n";
         ask!(calls, (rate, decimate);
             "record::read_bytes" => read_bytes(headless.as_bytes(), None, &options),
-            "record::Reading::records_of" =>
-                Reading { options: options.clone(), preparation: preparation.clone() }.records_of(plain.as_bytes()),
+            "record::Reading::records_from_bytes" =>
+                Reading { options: options.clone(), preparation: preparation.clone() }.records_from_bytes(plain.as_bytes()),
         );
     }
     drive!(calls, ();
@@ -102,7 +102,7 @@ pub fn made_of_signals(calls: &mut Calls) {
     }
 }
 
-/// Returns preparations of a recording.
+/// Returns valid and extreme preparations.
 fn preparations() -> Vec<Preparation> {
     let mut all = vec![
         Preparation { offset: Offset::Auto, mask: vec![Mask::Auto], ..Preparation::default() },
@@ -146,7 +146,7 @@ pub fn recordings(calls: &mut Calls) {
             "record::Record::driver" => record.driver(),
             "record::Record::duration_s" => record.duration_s(),
             "record::Record::excluded" => record.excluded(),
-            "record::Record::independent" => record.independent(),
+            "record::Record::effective_sample_ratio" => record.effective_sample_ratio(),
             "record::Record::input" => record.input(),
             "record::Record::is_empty" => record.is_empty(),
             "record::Record::is_interpolated" => record.is_interpolated(),
@@ -169,10 +169,10 @@ pub fn recordings(calls: &mut Calls) {
         for fraction in NUMBERS {
             ask!(calls, (fraction, record); "record::Record::split" => record.split(fraction));
         }
-        // Each with a tenth of the preparations: all with all takes minutes.
+        // Each recording gets a tenth of the preparations, because all combinations take minutes.
         for preparation in preparations.iter().skip(n % 10).step_by(10) {
             let made = calls.ask("record::Preparation::apply", &(preparation, record), || preparation.apply(record));
-            drive!(calls, preparation; "record::Preparation::is_nothing" => preparation.is_nothing());
+            drive!(calls, preparation; "record::Preparation::is_identity" => preparation.is_identity());
             for prepared in made.iter().flatten().take(2) {
                 let finite = prepared.samples().signals().all(|(_, signal)| signal.iter().all(|v| v.is_finite()));
                 assert!(finite && prepared.samples().time_s.windows(2).all(|t| t[0] < t[1]), "{preparation:?}");

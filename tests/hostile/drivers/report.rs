@@ -1,4 +1,4 @@
-//! Documents, tables, figures and pages of results whose parts do not fit each other.
+//! Calls of `report` with inconsistent results.
 
 use crate::arguments::{COUNTS, FEW, NUMBERS, records, signals, step, texts};
 use crate::calls::{Calls, ask, drive};
@@ -13,9 +13,10 @@ use motorfit::motor::{Discretization, Extension, Parameter, Parameters};
 use motorfit::report::plot::{Line, Map, heat_map, log_log, themed};
 use motorfit::report::sweep as of_sweep;
 use motorfit::report::{
-    EvaluateDocument, Figure, Item, Page, Part, Reproduced, Section, SignalFacts, Table, bench_document,
+    EvaluateDocument, Figure, Item, Page, Part, Reproduced, ResidualRow, Section, SignalFacts, Table, bench_document,
     characteristics_lines, command_line, compare, compare_page, devices_document, figures, folded, identify_document,
-    identify_page, inspect_document, inspect_page, json, noise_floor_text, selection_table, selection_text, verdicts,
+    identify_page, inspect_document, inspect_page, json, noise_floor_text, residual_panels, selection_table,
+    selection_text, verdicts,
 };
 use motorfit::setting::{Command, Reference, Setting};
 use motorfit::study::ThroughputSpec;
@@ -62,7 +63,7 @@ pub fn words(calls: &mut Calls) {
         let sections = vec![Section { heading: word.clone(), parts }];
         let page = Page { title: word.clone(), answer: word.clone(), sections };
         drive!(calls, word; "report::Page::html" => page.html());
-        // Columns of 65,536 letters take seconds to be lined up, and show no more than those of 300.
+        // Aligning columns of 65,536 characters takes seconds and tests no more than 300.
         if word.len() < 1000 {
             for n in COUNTS {
                 drive!(calls, (&word, n);
@@ -153,7 +154,11 @@ pub fn identified(calls: &mut Calls) {
             );
         }
         for signals in [[vec![], vec![]], [vec![f64::NAN; 9], vec![f64::MAX; 3]]] {
-            drive!(calls, record; "report::figures::responses" => figures::responses("", &record, "\0", &signals));
+            let row = ResidualRow { name: "\0", record: &record, signals: &signals };
+            drive!(calls, record;
+                "report::residual_panels" => [residual_panels("", &[]), residual_panels("", &[row; 2])],
+                "report::figures::responses" => figures::responses("", &record, "\0", &signals),
+            );
         }
         let identifiability = Identifiability::Lacks { message: "a".into(), remedy: "b".into() };
         let inspection = Inspection { record: &record, warnings: Vec::new(), identifiability };

@@ -1,4 +1,4 @@
-//! Settings as they are given, and the small languages of their values.
+//! Calls of `settings`: values and their syntax.
 
 use crate::arguments::{NUMBERS, WIDE, texts};
 use crate::calls::{Calls, ask, drive};
@@ -43,7 +43,7 @@ pub fn languages(calls: &mut Calls) {
     }
 }
 
-/// Values of all forms.
+/// Returns values of all kinds.
 fn every_value() -> Vec<Value> {
     let mut all = vec![Value::Switch(true), Value::Switch(false), Value::List(Vec::new())];
     all.extend(NUMBERS.map(Value::Number));

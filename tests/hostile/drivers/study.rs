@@ -1,4 +1,4 @@
-//! Comparisons, benchmarks and maps of the cost.
+//! Calls of `study`: comparisons, throughput measurements and slices of the cost.
 
 use crate::arguments::{COUNTS, FEW, NUMBERS, records, step, texts};
 use crate::calls::{Calls, ask, drive};
@@ -10,24 +10,24 @@ use motorfit::motor::{Parameter, Parameters};
 use motorfit::named::Named;
 use motorfit::optimize::{GeneticOptions, GwoOptions};
 use motorfit::study::compare::{
-    Block, CompareSettings, CompareSpec, Comparison, MethodEstimates, MethodResult, Outcome, Preset, Setting,
-    Steiglitz, Subject, compare, paper, reached,
+    Block, CompareSettings, CompareSpec, Comparison, ComparisonSetting, ComparisonSubject, MethodEstimates,
+    MethodResult, Outcome, Preset, Steiglitz, compare, paper, reached,
 };
 use motorfit::study::{Contender, CostMap, Measurement, Throughput, ThroughputSpec, contenders, cost_map, throughput};
 use std::ops::ControlFlow;
 
-fn setting(population: usize, generations: usize) -> Setting {
+fn setting(population: usize, generations: usize) -> ComparisonSetting {
     let methods = vec![GwoOptions::default().into(), GeneticOptions::default().into()];
-    Setting { criterion: Criterion::default(), population, generations, methods }
+    ComparisonSetting { criterion: Criterion::default(), population, generations, methods }
 }
 
 fn quick() -> CompareSpec {
     CompareSpec { settings: vec![setting(6, 4)], runs: 7, noise_records: 3, ..CompareSpec::default() }
 }
 
-/// A comparison of some milliseconds, and others with parts that do not fit each other.
+/// Returns a comparison that takes some milliseconds, and inconsistent copies of it.
 pub fn comparisons() -> Vec<Comparison> {
-    let subject = Subject { records: vec![step(100)], truth: Some(Parameters::M2) };
+    let subject = ComparisonSubject { records: vec![step(100)], truth: Some(Parameters::M2) };
     let found = compare(subject, &quick(), &mut |_| ControlFlow::Continue(())).unwrap();
     let mut all = vec![found.clone()];
     let mut with = |change: &dyn Fn(&mut Comparison)| {
@@ -99,9 +99,9 @@ pub fn compared(calls: &mut Calls) {
     drive!(calls, ();
         "study::compare::CompareSpec::paper" => CompareSpec::paper(),
         "study::compare::Preset::name" => Preset::ALL.map(Preset::name),
-        "study::compare::Setting::paper" => Scale::ALL.map(Setting::paper),
+        "study::compare::ComparisonSetting::paper" => Scale::ALL.map(ComparisonSetting::paper),
     );
-    ask!(calls, (); "study::compare::Subject::m2" => Subject::m2());
+    ask!(calls, (); "study::compare::ComparisonSubject::m2" => ComparisonSubject::m2());
 }
 
 fn of_method(calls: &mut Calls, result: &MethodResult) {
@@ -122,10 +122,13 @@ pub fn compare_specs(calls: &mut Calls) {
         CompareSpec { settings: vec![setting(0, 3)], ..usual.clone() },
         CompareSpec { settings: vec![setting(5, 0)], ..usual.clone() },
         CompareSpec { settings: vec![setting(5, 2), setting(7, 3)], runs: 1, noise_records: 0, ..usual.clone() },
-        CompareSpec { settings: vec![Setting { methods: Vec::new(), ..setting(5, 2) }], ..usual.clone() },
-        CompareSpec { settings: vec![Setting { methods: vec![Method::Auto; 2], ..setting(5, 2) }], ..usual.clone() },
+        CompareSpec { settings: vec![ComparisonSetting { methods: Vec::new(), ..setting(5, 2) }], ..usual.clone() },
         CompareSpec {
-            settings: vec![Setting { methods: vec![Method::SteiglitzMcBride], ..setting(5, 2) }],
+            settings: vec![ComparisonSetting { methods: vec![Method::Auto; 2], ..setting(5, 2) }],
+            ..usual.clone()
+        },
+        CompareSpec {
+            settings: vec![ComparisonSetting { methods: vec![Method::SteiglitzMcBride], ..setting(5, 2) }],
             ..usual.clone()
         },
     ];
@@ -133,7 +136,7 @@ pub fn compare_specs(calls: &mut Calls) {
         specs.push(CompareSpec { target: Some(value), noise_db: value, runs: 2, ..usual.clone() });
     }
     for spec in &specs {
-        let subject = Subject { records: vec![step(60)], truth: Some(Parameters::M2) };
+        let subject = ComparisonSubject { records: vec![step(60)], truth: Some(Parameters::M2) };
         ask!(calls, spec; "study::compare::compare" => compare(subject.clone(), spec, &mut |_| ControlFlow::Continue(())));
     }
     let short = CompareSpec { runs: 2, settings: vec![setting(4, 2)], ..usual };
@@ -141,7 +144,7 @@ pub fn compare_specs(calls: &mut Calls) {
         for (records, truth) in
             [(vec![], None), (vec![record.clone()], None), (vec![record.clone(), step(30)], Some(Parameters::M2))]
         {
-            let subject = Subject { records, truth };
+            let subject = ComparisonSubject { records, truth };
             ask!(calls, subject;
                 "study::compare::compare" => compare(subject.clone(), &short, &mut |_| ControlFlow::Continue(())),
                 "study::compare::compare" => compare(subject.clone(), &short, &mut |_| ControlFlow::Break(())),
@@ -165,7 +168,7 @@ pub fn compare_specs(calls: &mut Calls) {
             ask!(calls, (n, &word);
                 "study::compare::CompareSettings::settings" => settings.settings(),
                 "study::compare::CompareSettings::space" =>
-                    settings.space(&Subject { records: vec![step(30)], truth: None }, Model::default()),
+                    settings.space(&ComparisonSubject { records: vec![step(30)], truth: None }, Model::default()),
             );
         }
     }
@@ -195,7 +198,7 @@ pub fn maps(calls: &mut Calls) {
     ask!(calls, "none"; "study::cost_map" => cost_map(&[], &spec, [Parameter::R, Parameter::L], 2));
 }
 
-/// Benchmarks whose parts do not fit each other.
+/// Returns inconsistent throughput measurements.
 pub fn benchmarks() -> Vec<Throughput> {
     let mut all = Vec::new();
     for (value, number) in FEW.into_iter().flat_map(|v| COUNTS.map(|n| (v, n))) {
@@ -232,7 +235,7 @@ pub fn speeds(calls: &mut Calls) {
             "study::Measurement::spread" => first.spread(),
             "study::Throughput::baseline" => result.baseline(),
             "study::Throughput::control" => result.control(),
-            "study::Throughput::paces" => result.paces(),
+            "study::Throughput::throughput_profile" => result.throughput_profile(),
             "study::Throughput::of" => COUNTS.map(|n| result.of(n).count()),
             "study::Throughput::case" => COUNTS.map(|n| result.case(n, n, n).is_some()),
             "study::Throughput::crossover" => COUNTS.map(|n| COUNTS.map(|m| result.crossover(n, m, n))),
@@ -254,7 +257,7 @@ pub fn speeds(calls: &mut Calls) {
                 most(&spec.populations) * most(&spec.samples) > 100_000 || spec.budget_s > 1.0
             };
             let checked = calls.ask("study::ThroughputSpec::checked", &spec, || spec.clone().checked());
-            // What it takes is what was asked for.
+            // The run time is the requested budget, so only short ones are run.
             if checked.as_ref().is_none_or(|spec| !is_long(spec) && spec.budget_s < 1e-3) {
                 let who =
                     || (vec![Contender::on_cpu(String::new(), Box::new(Simd::default()), 1).unwrap()], Vec::new());

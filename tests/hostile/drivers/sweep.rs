@@ -1,4 +1,4 @@
-//! Sweeps: studies, folders and results that are none.
+//! Calls of `study::sweep` with invalid studies, folders and results.
 
 use crate::arguments::{COUNTS, FEW, NUMBERS, WIDE, signals, step, texts};
 use crate::calls::{Calls, ask, drive};
@@ -22,7 +22,7 @@ const SHARDS: [Shard; 5] = [
     Shard { index: 1, count: u64::MAX },
 ];
 
-/// A sweep in a folder, planned and run, with the text of its study.
+/// Plans and runs a sweep in a folder.
 fn swept(folder: &Path) -> Sweep {
     std::fs::write(folder.join("a.csv"), write_csv(&step(80))).unwrap();
     std::fs::write(folder.join("b.csv"), "time,voltage\n0,1\n").unwrap();
@@ -34,7 +34,7 @@ fn swept(folder: &Path) -> Sweep {
     sweep
 }
 
-/// Summaries of a small sweep, most with parts that do not fit each other.
+/// Returns summaries of a small sweep, most of them inconsistent.
 pub fn summaries() -> Vec<SweepSummary> {
     let folder = tempfile::tempdir().unwrap();
     let merged = swept(folder.path()).merge().unwrap().summary;
@@ -171,7 +171,7 @@ pub fn sweeps(calls: &mut Calls) {
     }
 }
 
-/// Studies with each word in each place.
+/// Calls the reader of studies with each text as each value.
 fn studies(calls: &mut Calls, folder: &Path) {
     let keys = [
         "recordings",

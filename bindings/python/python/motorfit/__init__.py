@@ -1,11 +1,11 @@
-"""Parameters of DC motors from recordings of voltage, current and speed.
+"""Identification of DC motor parameters from recordings of voltage, current and speed.
 
 >>> import motorfit
 >>> record = motorfit.Record.from_file("m2-step.csv")          # doctest: +SKIP
 >>> found = motorfit.identify(record)                          # doctest: +SKIP
 >>> found.parameters, found.std_errors                         # doctest: +SKIP
 
-Everything is in SI units: s, V, A, rad/s, N·m; R in ohm, L in H, K in V·s/rad, B in N·m·s/rad, J in kg·m².
+All quantities are in SI units: s, V, A, rad/s, N·m; R in ohm, L in H, K in V·s/rad, B in N·m·s/rad, J in kg·m².
 """
 
 from ._errors import DataError, DeviceError, MotorfitError, NotIdentifiedError, UsageError

@@ -1,14 +1,14 @@
-"""What goes wrong: each class is a kind of fault, as the exit codes of the command line are."""
+"""Exceptions. Each class corresponds to an exit code of the command line program."""
 
 
 class MotorfitError(Exception):
-    """A fault with its place and its remedy."""
+    """Base class of the errors of motorfit: a message and a remedy."""
 
     def __init__(self, message: str, remedy: str = "") -> None:
         super().__init__(message, remedy)
-        #: What happened, and where.
+        #: Description of the error, with its place in a file.
         self.message = message
-        #: What to do about it.
+        #: Advice on how to correct it; may be empty.
         self.remedy = remedy
 
     def __str__(self) -> str:
@@ -24,8 +24,8 @@ class DataError(MotorfitError, ValueError):
 
 
 class NotIdentifiedError(MotorfitError):
-    """The data do not determine what was asked for (exit code 4)."""
+    """The recordings do not determine the parameters (exit code 4)."""
 
 
 class DeviceError(MotorfitError, RuntimeError):
-    """The device that was asked for is not there (exit code 5)."""
+    """The requested device is not available (exit code 5)."""

@@ -1,4 +1,4 @@
-"""Types of the compiled half of the package. Arrays are C-ordered float64; SI units throughout."""
+"""Types of the compiled part of the package. Returned arrays are float64 in C order; all quantities are in SI units."""
 
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
@@ -91,7 +91,7 @@ class _RefineSettings(TypedDict, total=False):
 
 @final
 class Record:
-    """A recording of one motor, checked: time in s, voltage in V, current in A, speed in rad/s, load torque in N·m."""
+    """Validated recording of one motor: time [s], voltage [V], current [A], speed [rad/s], load torque [N·m]."""
 
     def __new__(
         cls,
@@ -133,7 +133,7 @@ class Record:
 
 @final
 class Svg:
-    """A drawing: str(drawing) is its SVG; a notebook shows it. It pickles."""
+    """Figure as SVG: str(figure) is the SVG text; notebooks display it. It can be pickled."""
 
     @property
     def caption(self) -> str: ...
@@ -144,7 +144,7 @@ class Svg:
 
 @final
 class Progress:
-    """How far a search is."""
+    """Progress of a population search."""
 
     @property
     def generation(self) -> int: ...
@@ -157,7 +157,7 @@ class Progress:
 
 @final
 class Identification:
-    """What was found. It pickles."""
+    """Result of an identification, in SI units. It can be pickled."""
 
     @property
     def parameters(self) -> dict[str, float | None]: ...
@@ -195,7 +195,7 @@ class Identification:
 
 @final
 class Evaluator:
-    """Costs of candidates on a recording, or on several together."""
+    """Evaluates the cost of candidates on a recording, or on several recordings jointly."""
 
     def __new__(
         cls,
@@ -211,11 +211,11 @@ class Evaluator:
     @property
     def device(self) -> tuple[str, str, str]: ...
     def __call__(self, candidates: Any) -> _Floats:
-        """Costs, shape (n,), of candidates of shape (n, p), or of a frame with the columns names; inf where not finite."""
+        """Returns the costs, shape (n,), of candidates of shape (n, p) or a frame with the columns names; inf if diverged."""
 
 @final
 class Optimizer:
-    """A population search in a box, driven from outside."""
+    """Population search in a box with an ask/tell interface."""
 
     def __new__(
         cls,
@@ -231,15 +231,15 @@ class Optimizer:
     @property
     def method(self) -> str: ...
     def ask(self) -> _Floats:
-        """The candidates to be evaluated next, shape (n, p); the same ones until tell."""
+        """Returns the candidates to evaluate next, shape (n, p); the same ones until tell."""
     def tell(self, costs: ArrayLike) -> None:
-        """Takes the costs of what was asked last, shape (n,)."""
+        """Takes the costs of the candidates of the last ask, shape (n,)."""
     def best(self) -> tuple[_Floats, float] | None:
-        """The best values, shape (p,), and their cost; None before the first tell."""
+        """Returns the best candidate, shape (p,), and its cost; None before the first finite cost."""
 
 @final
 class Comparison:
-    """Methods that were compared, a block for each setting. It pickles."""
+    """Result of a comparison of methods, with one block for each setting. It can be pickled."""
 
     @property
     def blocks(self) -> list[ComparisonBlock]: ...
@@ -264,7 +264,7 @@ class Comparison:
 
 @final
 class ComparisonBlock:
-    """All methods under one setting: mappings are by method. It pickles."""
+    """Runs of all methods under one setting; mappings have the names of the methods as keys. It can be pickled."""
 
     @property
     def setting(self) -> str: ...
@@ -272,16 +272,16 @@ class ComparisonBlock:
     def methods(self) -> list[str]: ...
     @property
     def ranking(self) -> list[str]:
-        """The methods, the lowest median cost first."""
+        """Names of the methods, by increasing median of the final cost."""
     @property
     def costs(self) -> dict[str, _Floats]:
-        """The final cost of each run, shape (runs,)."""
+        """Final cost of each run, shape (runs,); inf if every candidate diverged."""
     @property
     def parameters(self) -> dict[str, _Floats]:
-        """What each run found, shape (runs, 5): R in ohm, L in H, K in V·s/rad, B in N·m·s/rad, J in kg·m²."""
+        """Estimates of each run, shape (runs, 5): R in ohm, L in H, K in V·s/rad, B in N·m·s/rad, J in kg·m²."""
     @property
     def histories(self) -> dict[str, _Floats]:
-        """The lowest cost after each generation, shape (runs, generations)."""
+        """Lowest cost after each generation of each run, shape (runs, generations); nan after an early end."""
     @property
     def evaluations(self) -> dict[str, NDArray[np.uint64]]: ...
     @property
@@ -295,7 +295,7 @@ class ComparisonBlock:
 
 @final
 class SweepProgress:
-    """How far a shard of a sweep is."""
+    """Progress of a shard of a sweep."""
 
     @property
     def done(self) -> int: ...
@@ -314,7 +314,7 @@ class SweepProgress:
 
 @final
 class Sweep:
-    """A planned sweep: a folder with its manifest, results files of its shards, and the merge of them."""
+    """Planned sweep: a folder with the manifest of a study, results files of its shards, and their merge."""
 
     @staticmethod
     def plan(study: str | PathLike[str], out: str | PathLike[str]) -> Sweep: ...
@@ -340,10 +340,10 @@ class Sweep:
         progress: Callable[[SweepProgress], object] | None = None,
         recordings: str | PathLike[str] | None = None,
     ) -> dict[str, Any]:
-        """Runs what is left of shard (I, N), the first (1, N); finished runs are kept at once. Times in s."""
+        """Runs the unfinished runs of shard (I, N), I from 1 to N; each finished run is stored at once. Times in s."""
     def status(self) -> dict[str, Any]: ...
     def merge(self, *, limits: _Bounds | None = None) -> dict[str, Any]:
-        """Puts results in order, in results.jsonl, and sums them up, by level of trust too; limits in SI units."""
+        """Merges the results of all shards into results.jsonl and summarizes them; limits in SI units."""
     @staticmethod
     def _check_limits(limits: _Bounds | None) -> None: ...
     def left(self, count: int) -> list[int]: ...

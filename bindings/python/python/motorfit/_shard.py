@@ -1,4 +1,4 @@
-"""A shard on a worker of Dask: what travels there, how it is run, what comes back. Used by motorfit.dask."""
+"""Shards on Dask workers: the task that is sent, its execution on the worker, and the result that is returned."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from distributed import get_worker
 from ._errors import UsageError
 from ._motorfit import Sweep, __version__
 
-# What stands for the bytes of a recording that the client cannot read, so that the worker cannot either.
+# Sent instead of the bytes of a recording that the client cannot read, so that the run fails on the worker in the same way.
 MISSING, DENIED, FOLDER = "missing", "denied", "folder"
-# How long a run of the same shard that was given up may take to end, in s, and how often it is looked for.
+# Longest wait for an abandoned run of the same shard to end, and interval between checks [s].
 PATIENCE, LOOK = 30.0, 0.5
 
 Mark = tuple[int, int, int] | None
@@ -26,43 +26,44 @@ Mark = tuple[int, int, int] | None
 
 @dataclass(frozen=True)
 class Task:
-    """A shard with all that it needs."""
+    """A shard with its settings and, without a shared folder, its files."""
 
     shard: tuple[int, int]
     version: str
     threads: int | None
     resources: Mapping[str, float]
-    #: The folder of the sweep and that of the study, where the worker sees them; all that follows is then empty.
+    #: Folder of the sweep and folder of the study if the worker sees them; the fields below are then empty.
     folders: tuple[str, str] | None = None
     manifest: bytes = b""
     recordings: Mapping[str, bytes | str] = field(default_factory=dict)
-    #: Results files by name: what is finished.
+    #: Results files by name, with the finished runs of the shard.
     results: Mapping[str, bytes] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Done:
-    """What a shard made."""
+    """Result of a shard."""
 
     shard: tuple[int, int]
-    #: Its results file, where it was not written into the folder of the sweep.
+    #: Contents of the results file; None if it was written into the folder of the sweep.
     results: bytes | None
-    #: What `motorfit sweep run --json` prints.
+    #: Numbers of runs, as `motorfit sweep run --json` prints them.
     tally: dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Look:
-    """What a worker is."""
+    """Properties of a worker."""
 
     version: str
-    #: Shards that it does at the same time.
+    #: Number of shards that it runs at the same time.
     slots: int
+    #: Fingerprints of the files that it was asked for.
     marks: list[Mark]
 
 
 class Call:
-    """A call that is made where it is unpickled."""
+    """Function call that is executed by unpickling."""
 
     def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
         self.function, self.arguments = function, arguments
@@ -72,12 +73,12 @@ class Call:
 
 
 def parcel(function: Callable[..., Any], *arguments: Any) -> bytes:
-    """A call for ``pickle.loads`` on a worker: a scheduler, which passes bytes on, needs no motorfit for it."""
+    """Returns a call as bytes for ``pickle.loads`` on a worker, so that the scheduler does not need motorfit."""
     return pickle.dumps(Call(function, arguments))
 
 
 def mark(path: str | os.PathLike[str]) -> Mark:
-    """What tells a file from its copy on another file system; `None` where there is none."""
+    """Returns the inode, size and modification time of a file, which distinguish it from a copy; None if it does not exist."""
     try:
         found = os.stat(path)
     except OSError:
@@ -86,20 +87,20 @@ def mark(path: str | os.PathLike[str]) -> Mark:
 
 
 def look(paths: Sequence[str], resources: Mapping[str, float], dask_worker: Any = None) -> Look:
-    """Looks at the worker that it is called on."""
+    """Returns the properties of the worker that executes it."""
     worker = dask_worker if dask_worker is not None else get_worker()
     return Look(__version__, slots(worker, resources), [mark(path) for path in paths])
 
 
 def slots(worker: Any, resources: Mapping[str, float]) -> int:
-    """How many shards that need some resources a worker does at the same time."""
-    there = worker.state.total_resources
-    fit = [int(there.get(name, 0) // need) for name, need in resources.items() if need > 0]
+    """Returns how many shards with these resources a worker runs at the same time."""
+    available = worker.state.total_resources
+    fit = [int(available.get(name, 0) // need) for name, need in resources.items() if need > 0]
     return int(min([worker.state.nthreads, *fit]))
 
 
 def contents(path: str | os.PathLike[str]) -> bytes | str:
-    """The bytes of a recording, or why there are none."""
+    """Returns the bytes of a recording, or the reason why it cannot be read."""
     try:
         return pathlib.Path(path).read_bytes()
     except PermissionError:
@@ -111,7 +112,7 @@ def contents(path: str | os.PathLike[str]) -> bytes | str:
 
 
 def lay(recordings: Mapping[str, bytes | str], root: pathlib.Path) -> pathlib.Path:
-    """Lays recordings below `root`; gives the folder that their paths start at, so deep that ``..`` stays below."""
+    """Writes recordings below ``root`` and returns the folder of relative paths, deep enough that ``..`` stays inside."""
     folder = root.joinpath("recordings", *["up"] * max([climb(path) for path in recordings], default=0))
     folder.mkdir(parents=True)
     for path, content in recordings.items():
@@ -125,7 +126,7 @@ def lay(recordings: Mapping[str, bytes | str], root: pathlib.Path) -> pathlib.Pa
                 target.mkdir(exist_ok=True)
         target = target / name
         if os.path.commonpath([root, os.path.normpath(target)]) != str(root):
-            raise UsageError(f"the recording {path} would lie outside of the worker's folder", "Give a relative path.")
+            raise UsageError(f"the recording {path} would be written outside of the worker's folder", "Give a relative path.")
         if content == FOLDER:
             target.mkdir(exist_ok=True)
         else:
@@ -136,7 +137,7 @@ def lay(recordings: Mapping[str, bytes | str], root: pathlib.Path) -> pathlib.Pa
 
 
 def climb(path: str) -> int:
-    """How far above its start a path goes."""
+    """Returns the number of levels that a path goes above its start."""
     level = lowest = 0
     for part in pathlib.PurePath(path).parts:
         level += -1 if part == ".." else 1
@@ -145,7 +146,7 @@ def climb(path: str) -> int:
 
 
 def run(task: Task) -> Done:
-    """Runs a shard on the worker that this is called on."""
+    """Runs a shard on the worker that executes this."""
     worker = get_worker()
     key = worker.get_current_task()
     if task.version != __version__:
@@ -155,7 +156,7 @@ def run(task: Task) -> Done:
     threads = min(task.threads, most) if task.threads else most // max(slots(worker, task.resources), 1)
 
     def progress(_: object) -> bool:
-        """Whether the client still wants the shard."""
+        """Returns False if the client has cancelled the shard."""
         return getattr(worker.state.tasks.get(key), "state", None) != "cancelled"
 
     def work(sweep: Sweep, recordings: str | os.PathLike[str]) -> dict[str, Any]:
@@ -178,12 +179,12 @@ def run(task: Task) -> Done:
 
 
 def wait_for_lock(sweep: Sweep, shard: tuple[int, int]) -> None:
-    """Waits for a run of the same shard that was given up and is about to end."""
+    """Waits for an abandoned run of the same shard to end and release its lock."""
     until = time.monotonic() + PATIENCE
     while time.monotonic() < until and is_running(sweep.status()["shards"], shard):
         time.sleep(LOOK)
 
 
 def is_running(shards: Iterable[Mapping[str, Any]], shard: tuple[int, int]) -> bool:
-    """Whether a shard is being run."""
+    """Returns True if a process is running the shard."""
     return any(one["running"] and (one["index"], one["count"]) == shard for one in shards)

@@ -1,4 +1,4 @@
-"""A sweep on this machine in one call."""
+"""`sweep`: a study on this machine in one call."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Limits = str | Sequence[str] | Mapping[str, tuple[float, float]]
 
 
 def folder_of(study: str | os.PathLike[str], out: str | os.PathLike[str] | None) -> pathlib.Path:
-    """The folder of a sweep: as given, or the study's name with the ending .sweep beside it."""
+    """Returns the folder of a sweep: ``out``, or by default STUDY.sweep beside the study."""
     return pathlib.Path(out) if out is not None else pathlib.Path(study).with_suffix(".sweep")
 
 
@@ -25,19 +25,36 @@ def sweep(
     progress: Callable[[SweepProgress], object] | None = None,
     limits: Limits | None = None,
 ) -> dict[str, Any]:
-    """Runs a study (TOML) in a folder and merges its results: ``motorfit sweep STUDY --out DIR``.
+    """Runs a study and merges its results, as ``motorfit sweep STUDY --out DIR`` does.
 
-    ``out`` is a new folder, or one that this study was planned in; without it STUDY.sweep beside the study. What is
-    finished is kept at once: after Ctrl-C, a kill or an exception of the callback the same call goes on where it was.
+    Each finished run is stored at once: after Ctrl-C, a kill or an exception in the callback, the same call resumes the
+    sweep. The file results.jsonl is identical to that of the command line program.
 
-    ``progress`` is called with a :class:`motorfit.SweepProgress` up to ten times a second; its answer ``False`` ends
-    the sweep, and what is finished is merged. ``limits`` are those that parameters of a motor must keep, in SI units, as
-    ``{"R": (0.8, 1.0)}``. ``threads``: all by default.
+    Parameters
+    ----------
+    study : str or PathLike
+        Study file (TOML).
+    out : str or PathLike, optional
+        New folder, or the folder of the same study; by default STUDY.sweep beside the study.
+    threads : int, optional
+        Number of threads; all by default.
+    progress : callable, optional
+        Called with a :class:`motorfit.SweepProgress` up to ten times a second. If it returns ``False`` the sweep ends, and
+        the finished runs are merged.
+    limits : str, sequence or mapping, optional
+        Tolerance limits of the parameters in SI units, ``{"R": (0.8, 1.0)}``; motors outside of them are listed.
 
-    Gives what ``motorfit sweep merge --json`` prints, with the path of results.jsonl as "results"; "missing" and
-    "failed" count runs that are not finished and runs without a result, "trust" the results by their level of trust ("good",
-    "check", "poor") with the codes of the reasons; each line of results.jsonl has its own. The bytes of results.jsonl are
-    the command line's.
+    Returns
+    -------
+    dict
+        Summary as ``motorfit sweep merge --json`` prints it, and the path of results.jsonl as "results". "missing" counts
+        unfinished runs, "failed" runs without a result, "trust" the results by level of trust ("good", "check", "poor")
+        with the codes of the reasons.
+
+    Raises
+    ------
+    UsageError, DataError, DeviceError
+        If the study or an argument is wrong, a file cannot be read or written, or the device is not available.
     """
     Sweep._check_limits(limits)
     plan = Sweep.plan(study, folder_of(study, out))

@@ -5,7 +5,8 @@
 >>> with LocalCluster() as cluster, Client(cluster) as client:   # doctest: +SKIP
 ...     summary = motorfit.dask.sweep(client, "study.toml")
 
-Needs ``pip install motorfit[dask]`` here and the same motorfit on every worker. A scheduler needs Dask alone.
+Requires ``pip install motorfit[dask]`` on the client and the same version of motorfit on every worker. A scheduler needs
+only Dask.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ import numpy as np
 
 try:
     from distributed import Client, Future, KilledWorker, as_completed
-    from distributed import TimeoutError as Late
+    from distributed import TimeoutError as DaskTimeout
 except ImportError as error:
     raise ImportError(f"motorfit.dask needs distributed: pip install motorfit[dask] ({error})") from error
 
@@ -40,41 +41,42 @@ from ._sweep import Limits, folder_of
 
 __all__ = ["Progress", "sweep"]
 
-# Shards for each that can be done at the same time: so many that a lost one costs little.
+# Shards per slot of the workers: a lost shard then costs little.
 PER_SLOT = 4
-# Shards that are with the cluster at the same time, at least: recordings must not pile up at the scheduler.
+# Smallest number of shards submitted at the same time; it is bounded so that recordings do not pile up at the scheduler.
 WINDOW = 16
-# Recordings that are looked at to tell whether a worker sees the same folder.
-LOOKED_AT = 16
+# Recordings that are compared to detect whether a worker sees the same folder.
+COMPARED = 16
 SHARDS_MAX = 1_000_000
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a sweep over workers is: all that :class:`motorfit.SweepProgress` has, of all runs, and the shards."""
+    """Progress of a sweep over workers: the attributes of :class:`motorfit.SweepProgress` for all runs, and the shards."""
 
-    #: Runs that are finished, those of earlier times included.
+    #: Finished runs, including those of earlier calls.
     done: int
-    #: Runs of the sweep.
+    #: Number of runs of the sweep.
     total: int
-    #: Runs that were finished before.
+    #: Runs that earlier calls had finished.
     before: int
-    #: Runs without a result.
+    #: Finished runs without a result.
     failed: int
-    #: Seconds since the call.
+    #: Time since the start of the call [s].
     seconds: float
-    #: Shards that are finished, and all.
+    #: Finished shards.
     shards_done: int
+    #: Number of shards.
     shards: int
 
     @property
     def rate(self) -> float | None:
-        """Runs a second, those of this call; ``None`` before there is any."""
+        """Runs per second of this call; ``None`` until one is finished."""
         return (self.done - self.before) / self.seconds if self.done > self.before and self.seconds > 0 else None
 
     @property
     def remaining(self) -> float | None:
-        """Seconds that are left at this rate."""
+        """Estimated remaining time at this rate [s]; ``None`` without a rate."""
         return (self.total - self.done) / self.rate if self.rate else None
 
 
@@ -101,31 +103,57 @@ def sweep(
     progress: Callable[[Progress], object] | None = None,
     limits: Limits | None = None,
 ) -> dict[str, Any]:
-    """Runs a study (TOML) on the workers of a cluster and merges its results here: one task a shard.
+    """Runs a study on the workers of a cluster, one task per shard, and merges the results on the client.
 
-    The bytes of results.jsonl, and what is given, are those of :func:`motorfit.sweep` and of ``motorfit sweep`` on one
-    machine, as long as all machines have the same class of instructions (a warning says where they have not).
+    The file results.jsonl and the return value are those of :func:`motorfit.sweep` on one machine, if all machines have
+    the same class of instruction set; a warning is given if they do not.
 
-    A worker that is killed costs its shard another try. Each shard is kept as soon as it is finished: after Ctrl-C or an
-    exception of the callback the same call goes on where it was, on the same cluster or another one.
+    The shard of a killed worker is run again. Each shard is stored as soon as it is finished: after Ctrl-C or an
+    exception in the callback, the same call resumes the sweep, on the same cluster or another one.
 
-    Args:
-        client: A client of any cluster.
-        study: The study. Paths of its recordings start at its folder.
-        out: A new folder on this machine, or one that the study was planned in; else STUDY.sweep beside the study.
-        shards: Into how many tasks the runs go; by default four for each that the workers can do at the same time.
-        shared: Whether workers see ``out`` and the recordings under the same paths, and write there. By default that is
-            found out; where they do not, the manifest, the recordings of the shard and its finished runs travel with
-            the task, and its results come back. Recordings with absolute paths do not travel.
-        resources: What a task needs of a worker, as ``{"GPU": 1}``.
-        retries: How often a shard is tried again after an error, or after as many dead workers as the cluster allows.
-        threads: Threads of a shard, at most those of its worker; by default the worker's threads divided by the shards
-            that it does at the same time.
-        wait: Seconds to wait for a first worker that can take a shard; by default as long as it takes.
-        progress: Called with a :class:`Progress` at the beginning and after each shard, unless nothing is left to do; its
-            answer ``False`` ends the sweep, and what is finished is merged. What is written for :func:`motorfit.sweep`
-            works here too: ``done``, ``total``, ``rate`` and ``remaining`` count runs.
-        limits: Those that parameters of a motor must keep, in SI units, as ``{"R": (0.8, 1.0)}``.
+    Parameters
+    ----------
+    client : distributed.Client
+        Client of any cluster.
+    study : str or PathLike
+        Study file (TOML); the paths of its recordings are relative to its folder.
+    out : str or PathLike, optional
+        New folder on this machine, or the folder of the same study; by default STUDY.sweep beside the study.
+    shards : int, optional
+        Number of tasks; by default four for each that the workers can run at the same time.
+    shared : bool, optional
+        True if the workers see ``out`` and the recordings under the same paths; they then write there. If False, the
+        manifest, the recordings of the shard and its finished runs are sent with the task and its results are returned;
+        recordings must then have relative paths. Detected by default.
+    resources : mapping, optional
+        Resources of a worker that a task needs, ``{"GPU": 1}``.
+    retries : int, default 3
+        Number of times that a shard is run again after an error, or after as many killed workers as the cluster allows.
+    threads : int, optional
+        Threads of a shard, at most those of its worker; by default the worker's threads divided by the number of shards
+        that it runs at the same time.
+    wait : float, optional
+        Time to wait for a first worker that can run a shard [s]; unlimited by default.
+    progress : callable, optional
+        Called with a :class:`Progress` at the start and after each shard, unless no run is left. If it returns ``False``
+        the sweep ends, and the finished runs are merged. Callbacks for :func:`motorfit.sweep` can be used, because
+        ``done``, ``total``, ``rate`` and ``remaining`` count runs.
+    limits : str, sequence or mapping, optional
+        Tolerance limits of the parameters in SI units, ``{"R": (0.8, 1.0)}``; motors outside of them are listed.
+
+    Returns
+    -------
+    dict
+        Summary, as that of :func:`motorfit.sweep`.
+
+    Raises
+    ------
+    UsageError
+        If an argument or the study is wrong, or a worker has another version of motorfit or none.
+    DataError
+        If a file cannot be read or written.
+    DeviceError
+        If no worker with the resources is available within ``wait``.
     """
     _check_client(client)
     count = None if shards is None else _integer("shards", shards, 1, SHARDS_MAX)
@@ -137,7 +165,7 @@ def sweep(
         progress=progress,
     )
     if not (shared is None or isinstance(shared, (bool, np.bool_))):
-        raise UsageError(f"shared is {shared!r}", "Give True or False; without it, it is found out.")
+        raise UsageError(f"shared is {shared!r}", "Give True or False, or leave it out to detect it.")
     if not (progress is None or callable(progress)):
         raise UsageError(f"progress is {progress!r}", "Give a function of one argument.")
     Sweep._check_limits(limits)
@@ -151,8 +179,8 @@ def _check_client(client: object) -> None:
     if isinstance(client, str):
         raise UsageError(f"the client is an address, {client!r}", f"Give a client of it: Client({client!r}).")
     if not isinstance(client, Client):
-        message = f"the client is of the kind {type(client).__name__}"
-        raise UsageError(message, "Give a Client of distributed; of a cluster it is Client(cluster).")
+        message = f"the client is a {type(client).__name__}"
+        raise UsageError(message, "Give a distributed.Client; that of a cluster is Client(cluster).")
     if client.asynchronous:
         raise UsageError("the client is asynchronous", "Give a Client that was made without asynchronous=True.")
     if client.status in ("closing", "closed"):
@@ -166,18 +194,18 @@ def _is_number(value: object, kind: type) -> bool:
 def _integer(name: str, value: Any, least: int, most: int | None = None) -> int:
     if _is_number(value, numbers.Integral) and value >= least and (most is None or value <= most):
         return int(value)
-    bounds = f"of {least} or more" if most is None else f"from {least} to {most}"
+    bounds = f"of at least {least}" if most is None else f"from {least} to {most}"
     raise UsageError(f"{name} is {value!r}", f"Give an integer {bounds}.")
 
 
 def _seconds(name: str, value: Any) -> float:
     if _is_number(value, numbers.Real) and 0 <= value < math.inf:
         return float(value)
-    raise UsageError(f"{name} is {value!r}", "Give a number of seconds; without it there is no end.")
+    raise UsageError(f"{name} is {value!r}", "Give a non-negative number of seconds, or leave it out to wait without limit.")
 
 
 def _needs(resources: Any) -> dict[str, float]:
-    remedy = "Give what a task needs of a worker, as {'GPU': 1}."
+    remedy = "Give the resources that a task needs, as in {'GPU': 1}."
     if resources is None:
         return {}
     if not isinstance(resources, Mapping):
@@ -189,7 +217,7 @@ def _needs(resources: Any) -> dict[str, float]:
 
 
 class _Sweeping:
-    """A sweep on its way."""
+    """State of a running sweep."""
 
     def __init__(self, client: Client, plan: Sweep, options: _Options) -> None:
         self.client, self.plan, self.options = client, plan, options
@@ -197,26 +225,27 @@ class _Sweeping:
         self.token = uuid.uuid4().hex
         self.manifest = (plan.folder / "manifest.json").read_bytes()
         self.count, self.slots, self.is_shared = 1, 1, False
-        # Runs that each shard has left; what was finished before, and failed now and before.
+        # Unfinished runs of each shard.
         self.left: list[int] = []
+        # Runs finished before this call; failed runs, in all and before this call; finished shards.
         self.before = self.failed = self.failed_before = self.shards_done = 0
-        # Runs without a result of each shard that was submitted: those that `failed` has already.
+        # Failed runs of each submitted shard that `failed` includes.
         self.failed_of: dict[int, int] = {}
-        # Shards that wait, each with the number of its try, and futures by their keys.
+        # Shards to submit with the number of the attempt, and submitted futures by their keys.
         self.waiting: deque[tuple[int, int]] = deque()
         self.pending: dict[str, tuple[Future[Any], int, int]] = {}
         self.faults: list[Exception] = []
 
     def run(self, shards: int | None, shared: bool | None) -> None:
-        """Runs all that is left."""
+        """Runs all unfinished runs."""
         if not any(self.plan.left(1)):
             return
-        self._look_at_workers(shared)
+        self._inspect_workers(shared)
         self.count = shards if shards is not None else self._count()
         self.left = self.plan.left(self.count)
         self.before = self.plan.runs - sum(self.left)
         status = self.plan.status()
-        # What has a line and is left all the same has failed and is tried again.
+        # A run that has a results line but is left has failed and is repeated.
         self.failed = self.failed_before = max(0, status["failed"] - (status["done"] - self.before))
         self.waiting.extend((index, 1) for index, runs in enumerate(self.left, 1) if runs)
         self.shards_done = self.count - len(self.waiting)
@@ -224,7 +253,7 @@ class _Sweeping:
             self._check_paths()
         ended = as_completed(loop=self.client.loop)
         try:
-            if self._tell():
+            if self._report():
                 self._fill(ended)
                 for future in ended:
                     if not self._end(future):
@@ -235,11 +264,11 @@ class _Sweeping:
         if self.faults:
             raise self.faults[0]
 
-    def _look_at_workers(self, shared: bool | None) -> None:
-        """Waits for a worker; finds out what workers can do at the same time, and whether they see our folders."""
+    def _inspect_workers(self, shared: bool | None) -> None:
+        """Waits for a worker; determines the slots of all workers, and if they see the folders of the client."""
         seen = self.plan.folder / f".seen-{self.token}"
         recordings = self.plan.recordings((1, 1))
-        sample = [self.plan.origin / path for path in recordings[:: max(1, len(recordings) // LOOKED_AT)]]
+        sample = [self.plan.origin / path for path in recordings[:: max(1, len(recordings) // COMPARED)]]
         paths = [str(path) for path in [seen, *sample]]
         try:
             seen.touch()
@@ -265,10 +294,10 @@ class _Sweeping:
         try:
             found: Look = future.result(timeout=options.wait)
             return found
-        except Late:
+        except DaskTimeout:
             needs = f" with {options.resources}" if options.resources else ""
-            message = f"no worker{needs} took a task within {options.wait} s"
-            remedy = "Start workers that have them, as in dask worker --resources GPU=1, or give a longer wait."
+            message = f"no worker{needs} accepted a task within {options.wait} s"
+            remedy = "Start workers with these resources, as in dask worker --resources GPU=1, or give a longer wait."
             raise DeviceError(message, remedy) from None
         except ImportError as error:
             raise _missing(error) from error
@@ -277,7 +306,7 @@ class _Sweeping:
                 self.client.cancel([future])
 
     def _count(self) -> int:
-        """Into how many shards: enough for all workers, whole motors where that is possible."""
+        """Returns the number of shards: enough for all workers, and complete motors per shard if possible."""
         count = max(PER_SLOT * self.slots, WINDOW)
         whole = len(self.plan.motors) // 8
         if self.slots <= whole:
@@ -289,7 +318,7 @@ class _Sweeping:
         for path in self.plan.recordings((1, 1)):
             if os.path.isabs(path):
                 message = f"the recording {path} has an absolute path, and workers do not see the folders of the client"
-                remedy = "Name recordings from the study's folder on; or give shared=True if workers do see them."
+                remedy = "Give paths relative to the study's folder, or shared=True if workers see the same files."
                 raise UsageError(message, remedy)
 
     def _task(self, index: int) -> Task:
@@ -303,7 +332,7 @@ class _Sweeping:
         return Task(*common, manifest=self.manifest, recordings=recordings, results=results)
 
     def _fill(self, ended: as_completed) -> None:
-        """Submits as many shards as keep the workers busy."""
+        """Submits enough shards to keep the workers busy."""
         if not self.waiting:
             return
         room = max(WINDOW, 2 * self.slots, 2 * sum(self.client.nthreads().values()))
@@ -311,7 +340,7 @@ class _Sweeping:
             index, attempt = self.waiting.popleft()
             key = f"motorfit-sweep-{self.plan.digest[:16]}-{self.token}-{index}-of-{self.count}-{attempt}"
             with warnings.catch_warnings():
-                # What travels is needed once, and by one worker: to scatter it would lose it with that worker.
+                # Dask advises to scatter large arguments, but each is used once, and would be lost with its worker.
                 warnings.filterwarnings("ignore", message="(?s).*large", category=UserWarning)
                 future = self.client.submit(
                     pickle.loads,
@@ -325,7 +354,7 @@ class _Sweeping:
             ended.add(future)
 
     def _end(self, future: Future[Any]) -> bool:
-        """Takes what came of a shard; tells whether to go on."""
+        """Handles the end of a shard; returns False if the sweep is to end."""
         _, index, attempt = self.pending[str(future.key)]
         done: Done | None = None
         fault: Exception | None = None
@@ -337,21 +366,22 @@ class _Sweeping:
             fault = error
         if done is not None:
             self._take(done)
-        # Only now: what is interrupted until here is taken by `_give_up`.
+        # Removed only now, so that `_give_up` takes its result after an interruption above.
         del self.pending[str(future.key)]
-        # A worker was killed too often, or gave the shard up though we did not.
+        # Too many workers were killed, or the worker ended the shard without a request of the client.
         is_left = isinstance(fault, KilledWorker) or (done is not None and done.tally["stop"] != "done")
         if is_left and attempt <= self.options.retries:
             self.waiting.appendleft((index, attempt + 1))
         elif is_left:
-            message = f"shard {index}/{self.count} was ended with its worker again and again ({attempt} times)"
-            remedy = "See the workers' logs: most often memory is short. Give them more, or more shards."
+            message = f"shard {index}/{self.count} was lost with its worker {attempt} times"
+            remedy = "See the logs of the workers; most often memory is short. Give them more memory, or use more shards."
             self.faults.append(MotorfitError(message, remedy))
         elif fault is not None:
             self.faults.append(_missing(fault) if isinstance(fault, ImportError) else fault)
-        return self._tell()
+        return self._report()
 
     def _take(self, done: Done) -> None:
+        """Stores the results of a shard and updates the counts."""
         if done.results is not None:
             self.plan.take(done.shard, done.results)
         index, tally = done.shard[0], done.tally
@@ -360,7 +390,8 @@ class _Sweeping:
         self.failed += tally["failed"] - self.failed_of[index]
         self.failed_of[index] = tally["failed"]
 
-    def _tell(self) -> bool:
+    def _report(self) -> bool:
+        """Calls the callback; returns False if it ends the sweep."""
         if self.options.progress is None:
             return True
         state = Progress(
@@ -376,7 +407,7 @@ class _Sweeping:
         return not isinstance(answer, (bool, np.bool_)) or bool(answer)
 
     def _give_up(self) -> None:
-        """Keeps what is finished and not yet taken, and ends the rest."""
+        """Stores the results of finished shards and cancels the others."""
         for future, _, _ in self.pending.values():
             if future.status == "finished":
                 with suppress(Exception):
@@ -387,18 +418,18 @@ class _Sweeping:
 
 
 def _missing(error: ImportError) -> UsageError:
-    """What a worker without motorfit comes to."""
+    """Returns the error for a worker without motorfit."""
     return UsageError(f"a worker cannot import motorfit: {error}", f"Install motorfit {__version__} on every worker.")
 
 
 def _failed(results: Mapping[str, bytes]) -> int:
-    """How many runs of results files have no result."""
+    """Returns the number of failed runs in results files."""
     lines = (line for content in results.values() for line in content.splitlines() if b'"stop":"failed"' in line)
     return len({json.loads(line)["id"] for line in lines})
 
 
 def _check_instructions(folder: pathlib.Path) -> None:
-    """Warns where results come from machines that may round otherwise."""
+    """Warns if results come from machines with different instruction sets, whose rounding may differ."""
     found = set()
     for path in folder.glob("results-*-of-*.jsonl"):
         with open(path, "rb") as file:
@@ -406,4 +437,4 @@ def _check_instructions(folder: pathlib.Path) -> None:
                 found.add(json.loads(file.readline()).get("instructions"))
     if len(found) > 1:
         names = ", ".join(sorted(map(str, found)))
-        warnings.warn(f"the results were made with {names} instructions: their last digits may differ", stacklevel=3)
+        warnings.warn(f"the results come from different instruction sets ({names}): their last digits may differ", stacklevel=3)

@@ -1,4 +1,4 @@
-//! Faults and the life of buffers, from inside.
+//! Tests of device faults and of the reuse of buffers, with access to private fields.
 
 use super::super::variant::Fetch;
 use super::*;
@@ -9,7 +9,7 @@ use crate::record::{Record, Samples};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The best adapter; `None` where there is none and skips are allowed.
+/// Opens the best adapter; `None` if there is none and the test may be skipped.
 fn open() -> Option<Gpu> {
     let gpu = Gpu::open(&Selector::Best, None).ok();
     assert!(gpu.is_some() || std::env::var_os("MOTORFIT_NO_SKIP").is_none(), "no adapter");
@@ -62,7 +62,7 @@ fn a_device_that_computes_wrongly_is_refused() {
 fn a_dispatch_that_does_not_end_is_an_error() {
     let Some(mut gpu) = open() else { return };
     let (problem, values) = specimen(&gpu);
-    // Long work, and no patience at all: 20 million candidate-steps are allowed no second more.
+    // The time limit is zero, and the work is too short to extend it.
     let many: Vec<f64> = values.iter().copied().cycle().take(5 * 50_000).collect();
     gpu.device.patience = Duration::ZERO;
     let steps = (50_000 * problem.active() as u64) / 20_000_000;
@@ -76,14 +76,14 @@ fn a_dispatch_that_does_not_end_is_an_error() {
 fn too_little_memory_is_an_error() {
     let Some(mut gpu) = open() else { return };
     let (problem, values) = specimen(&gpu);
-    // What the driver refuses comes back as an error too, not as a panic of wgpu's default handler.
+    // An allocation that the driver refuses is an error, not a panic of wgpu's default handler.
     let size = gpu.device.device.limits().max_buffer_size + 4;
     let usage = wgpu::BufferUsages::STORAGE;
     let descriptor = wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false };
     drop(gpu.device.device.create_buffer(&descriptor));
     let refused = gpu.device.check().unwrap_err();
     assert_eq!(refused.kind(), ErrorKind::Device);
-    // A recording that no buffer holds.
+    // A recording that is larger than the largest buffer.
     gpu.device.facts.binding_bytes_max = 1024;
     gpu.sets.clear();
     let large = evaluate(&mut gpu, &problem, &values).unwrap_err();
@@ -99,7 +99,7 @@ fn buffers(gpu: &Gpu) -> Vec<wgpu::Buffer> {
 fn the_steady_state_makes_no_buffers_and_two_batches_overlap() {
     let Some(mut gpu) = open() else { return };
     let (problem, values) = specimen(&gpu);
-    // A small budget: the batch goes in four submissions, two at a time.
+    // With a small budget the batch takes four submissions, two at a time.
     gpu.budget = 10 * usual(&gpu).fields() * gpu.precision.bytes();
     let whole = evaluate(&mut gpu, &problem, &values).unwrap();
     let oracle: Vec<f64> = values.chunks(5).map(|row| Scalar::cost(&problem, row)).collect();
@@ -110,7 +110,7 @@ fn the_steady_state_makes_no_buffers_and_two_batches_overlap() {
         assert_eq!(evaluate(&mut gpu, &problem, &values).unwrap(), whole);
     }
     assert_eq!(buffers(&gpu), made);
-    // Two batches at once, finished in the other order.
+    // Two batches in flight are finished in reverse order.
     gpu.budget = 1 << 20;
     let candidates = Candidates::new(&values, 5);
     let first = [Group { problem: &problem, candidates, reference: None }];
@@ -122,7 +122,7 @@ fn the_steady_state_makes_no_buffers_and_two_batches_overlap() {
     assert_eq!(costs[..7], whole[..7]);
     gpu.finish(&first, a, &mut costs).unwrap();
     assert_eq!(costs, whole);
-    // More than there are sets is an error, and not the end.
+    // More pending batches than sets are an error, after which the evaluator still works.
     let mut pending: Vec<Pending> = (0..SETS).map(|_| gpu.begin(&second).unwrap()).collect();
     assert_eq!(gpu.begin(&second).err().unwrap().kind(), ErrorKind::Usage);
     for pending in pending.drain(..) {
@@ -138,7 +138,7 @@ fn the_device_says_how_long_it_computed() {
     let many: Vec<f64> = values.iter().copied().cycle().take(5 * 20_000).collect();
     let groups = [Group { problem: &problem, candidates: Candidates::new(&many, 5), reference: None }];
     let (mut plain, mut timed) = (vec![0.0; 20_000], vec![0.0; 20_000]);
-    // The second is not the first to need its buffers.
+    // The first evaluation allocates the buffers.
     for _ in 0..2 {
         gpu.evaluate(&Batch { groups: &groups }, &mut plain).unwrap();
     }
@@ -166,7 +166,7 @@ fn every_part_of_extended_shaders_computes_rightly_and_is_checked() {
             assert!(gpu.checked.contains(&variant));
         }
     }
-    // What the check is made of is evaluated on the device, by the shader that it is for.
+    // The problem of the check is evaluated on the device, by the shader that it checks.
     let features = ShaderFeatures { brushes: true, delayed: true, averages: [true; 2] };
     let (problem, values) = check::specimen(Variant { features: Some(features), ..usual(&gpu) }).unwrap();
     let candidates = Candidates::new(&values, problem.space().free().len());
@@ -194,7 +194,7 @@ fn what_the_device_cannot_do_goes_to_the_cpu() {
     assert!(!serves(3e-4, Parameter::DeadTime, 2.0, 1 << 20), "late on an uneven clock");
     assert!(serves(3e-4, Parameter::Coulomb, 2.0, 1 << 20));
     assert!(serves(3e-4, Parameter::SpeedAverage, 9.0, 1 << 20));
-    // Two candidates keep 16 values and 4 states of 8 bytes each.
+    // Each of two candidates stores 16 past values and 4 states of 8 bytes.
     assert!(serves(0.0, Parameter::SpeedAverage, 9.0, 320));
     assert!(!serves(0.0, Parameter::SpeedAverage, 9.0, 319), "more than the budget");
     assert!(serves(0.0, Parameter::SpeedAverage, 1e9, 2 * (64 + 4) * 8), "no more than all samples");

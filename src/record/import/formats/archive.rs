@@ -1,8 +1,8 @@
-//! The archive of a spreadsheet, checked before a spreadsheet reader unpacks it.
+//! Validation of the ZIP archive of a workbook before the spreadsheet library unpacks it.
 //!
-//! The reader trusts some of what a file says of itself: how many strings it will hold, where a cell stands. It also
-//! copies names for every cell style and every sheet. What would cost it more memory than the unpacked file has, or
-//! overflow a position, is refused here; sizes are counted while unpacking, not taken from the archive's headers.
+//! The library trusts declarations in the file, such as the number of strings and the positions of cells, and copies names
+//! for every cell style and every sheet. A file that would cost it more memory than the unpacked file has, or overflow a
+//! position, is refused here. Sizes are counted during decompression, not taken from the headers of the archive.
 
 use super::cells::CELLS_MAX;
 use crate::text::excerpt;
@@ -11,34 +11,36 @@ use quick_xml::events::{BytesStart, Event};
 use std::io::{BufReader, Cursor, Read};
 use zip::ZipArchive;
 
-/// The most files of an archive.
+/// Largest number of files of an archive.
 pub(super) const ENTRIES_MAX: usize = 10_000;
-/// The longest tag, and the most bytes between two `<`, also of a file that is no XML.
+/// Length of the longest tag, and of the longest run without `<` in any file of the archive \[bytes\].
 const RUN_MAX: usize = 16 << 20;
-/// The most bytes that copying names for styles and sheets may take.
+/// Largest memory for copies of names for styles and sheets \[bytes\].
 const COPIES_MAX: usize = 256 << 20;
 pub(super) const SAVE_AGAIN: &str = "Open it in a spreadsheet program and save it again as .xlsx, or as CSV.";
 
-/// The memory that a reader would allocate for the parts of an archive.
+/// Counts from which the memory follows that the library would allocate for an archive.
 #[derive(Default)]
 struct Tally {
-    /// Elements for which names are copied, and the longest tag that can hold such a name.
+    /// Number of elements for which the library copies names.
     copies: usize,
+    /// Length of the longest tag that can hold a copied name \[bytes\].
     longest: usize,
+    /// Number of shared strings.
     strings: usize,
 }
 
-/// Checks an archive; its files may unpack to `unpacked_max` bytes in total.
+/// Checks an archive, whose files may unpack to `unpacked_max` bytes in total.
 ///
 /// # Errors
-/// `Data` when it is no archive, damaged, encrypted or too large.
+/// Returns a `Data` error if the bytes are not a ZIP archive, or the archive is damaged, encrypted or too large.
 pub(super) fn check(bytes: &[u8], unpacked_max: u64) -> Result<()> {
     if bytes.starts_with(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1") {
         let remedy = "Save it without a password as .xlsx, or as CSV.";
         return Err(Error::data("is a workbook with a password or of the old .xls format, expected .xlsx", remedy));
     }
     if !bytes.starts_with(b"PK") {
-        return Err(Error::data("is no .xlsx workbook: found no ZIP archive", SAVE_AGAIN));
+        return Err(Error::data("is not an .xlsx workbook: found no ZIP archive", SAVE_AGAIN));
     }
     let broken = |what: String| Error::data(format!("the workbook is damaged: {what}"), SAVE_AGAIN);
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| broken(e.to_string()))?;
@@ -58,7 +60,7 @@ pub(super) fn check(bytes: &[u8], unpacked_max: u64) -> Result<()> {
             (None, ..) => {
                 let message =
                     format!("the workbook, of {} bytes, unpacks to more than {unpacked_max} bytes", bytes.len());
-                return Err(Error::data(message, "Cut the recording, or save its sheet alone as .xlsx or CSV."));
+                return Err(Error::data(message, "Cut the recording, or save only its sheet as .xlsx or CSV."));
             }
             (_, Err(what), _) => return Err(in_part(&what)),
             (_, _, Err(error)) => return Err(in_part(&error.to_string())),
@@ -72,11 +74,12 @@ pub(super) fn check(bytes: &[u8], unpacked_max: u64) -> Result<()> {
     Ok(())
 }
 
-/// Counts what is read; stops with an error where that is too much.
+/// Reader that counts bytes and returns an error beyond the limits.
 struct Counted<R> {
     inner: R,
-    /// Bytes that may still come; none after too many.
+    /// Remaining number of bytes; `None` after the limit is exceeded.
     left: Option<u64>,
+    /// Bytes since the last `<`.
     run: usize,
 }
 
@@ -95,7 +98,11 @@ impl<R: Read> Read for Counted<R> {
     }
 }
 
-/// Goes through the tags of a part with the reader's own parser and settings, until its end or the first fault.
+/// Checks the tags of a file of the archive with the parser and the settings of the library, up to its end or the first
+/// syntax error.
+///
+/// # Errors
+/// Returns a message if a declaration is impossible or a size exceeds its limit.
 fn check_xml(part: impl Read, name: &str, tally: &mut Tally) -> std::result::Result<(), String> {
     let mut xml = quick_xml::Reader::from_reader(BufReader::new(part));
     let config = xml.config_mut();
@@ -122,14 +129,15 @@ fn check_xml(part: impl Read, name: &str, tally: &mut Tally) -> std::result::Res
     }
 }
 
+/// Checks the declarations of a tag and adds it to the tally; `names` is true in files whose names are copied.
 fn check_tag(tag: &BytesStart<'_>, names: bool, tally: &mut Tally) -> std::result::Result<(), String> {
     let raw = tag.attributes_raw();
     if names {
         tally.longest = tally.longest.max(raw.len());
     }
-    let check = |wanted: &str, each: &dyn Fn(&str) -> bool| {
-        let wrong = attributes(raw).find(|(key, value)| *key == wanted && !each(value));
-        wrong.map_or(Ok(()), |(key, value)| Err(format!("says {key}=\"{}\", which cannot be", excerpt(value))))
+    let check = |name: &str, is_valid: &dyn Fn(&str) -> bool| {
+        let wrong = attributes(raw).find(|(key, value)| *key == name && !is_valid(value));
+        wrong.map_or(Ok(()), |(key, value)| Err(format!("has {key}=\"{}\", which is impossible", excerpt(value))))
     };
     match tag.local_name().as_ref() {
         "xf" | "sheet" => tally.copies += 1,
@@ -140,12 +148,12 @@ fn check_tag(tag: &BytesStart<'_>, names: bool, tally: &mut Tally) -> std::resul
         _ => (),
     }
     if tally.strings > CELLS_MAX {
-        return Err(format!("holds more than {CELLS_MAX} texts"));
+        return Err(format!("holds more than {CELLS_MAX} strings"));
     }
     Ok(())
 }
 
-/// The attributes of a tag as the spreadsheet reader splits them.
+/// Returns the attributes of a tag, split like the spreadsheet library does.
 fn attributes(raw: &str) -> impl Iterator<Item = (&str, &str)> {
     let mut rest = raw;
     std::iter::from_fn(move || {
@@ -159,13 +167,13 @@ fn attributes(raw: &str) -> impl Iterator<Item = (&str, &str)> {
     })
 }
 
-/// Returns whether a position such as `XFD1048576` or `7` is short enough for its column and row to be numbers.
+/// Returns true if a position such as `XFD1048576` or `7` is short enough that its column and row do not overflow.
 fn fits(position: &str) -> bool {
     let row = position.trim_start_matches(|c: char| c.is_ascii_alphabetic());
     position.len() - row.len() <= 3 && row.len() <= 7
 }
 
-/// Returns whether the second position of a range is not before the first one.
+/// Returns true if the last position of a range is not before the first one and both fit.
 fn ordered(range: &str) -> bool {
     let place = |position: &str| {
         let row = position.trim_start_matches(|c: char| c.is_ascii_alphabetic());
@@ -199,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn what_unpacks_to_too_much_is_refused() {
+    fn archives_that_decompress_to_too_much_are_refused() {
         let bomb = archive(4, 1 << 20);
         assert!(bomb.len() < 10_000);
         assert!(check(&bomb, 4 << 20).is_ok());

@@ -1,41 +1,42 @@
-//! Tables as their files hold them, before anything is understood of them.
+//! Tables of text cells, as read from files of other formats than CSV, and the limits of their sizes.
 
-/// A table as a file holds it: rows of cells as text.
+/// A table of a file as rows of text cells.
 ///
-/// All rows are equally long. Empty cells are empty texts.
+/// All rows have the same length. Empty cells are empty strings.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Cells {
-    /// The name of the sheet or of the test; empty where a file has just one table.
+    /// Name of the sheet or of the test; empty if the file has only one table.
     pub name: String,
-    /// Rows with their numbers as a person counts them: those of the spreadsheet, or from 1 with the heading.
+    /// Row numbers and cells; the numbers are those that the spreadsheet shows, or count from 1 with the heading.
     pub rows: Vec<(u64, Vec<String>)>,
-    /// Notes on what was left out or changed.
+    /// Notes on data that were left out or changed.
     pub notes: Vec<String>,
-    /// Numbers that stand beside the rows, with their names.
+    /// Names and values of constants beside the rows.
     pub constants: Vec<(String, f64)>,
 }
 
-/// The most cells of a table.
+/// Largest number of cells of a table.
 #[cfg(feature = "formats")]
 pub(crate) const CELLS_MAX: usize = 20_000_000;
-/// The most columns of a table.
+/// Largest number of columns of a table.
 #[cfg(feature = "formats")]
 pub(crate) const COLUMNS_MAX: usize = 1000;
-/// The most bytes that a compressed file may unpack to.
+/// Largest decompressed size of any file \[bytes\].
 #[cfg(feature = "formats")]
 pub(crate) const UNPACKED_MAX: u64 = 1 << 30;
-/// The largest ratio of a file's decompressed size to its own, beyond [`UNPACKED_FREE`]: recordings decompress to
-/// some five to ten times their size.
+/// Largest compression ratio of a file whose decompressed size exceeds [`UNPACKED_FREE`]. Recordings have a ratio of about 5
+/// to 10.
 #[cfg(feature = "formats")]
 pub(crate) const UNPACKED_RATIO: u64 = 50;
-/// The bytes that any compressed file may unpack to.
+/// Decompressed size that is accepted at any compression ratio \[bytes\].
 #[cfg(feature = "formats")]
 pub(crate) const UNPACKED_FREE: u64 = 32 << 20;
-/// The cells that a table of any compressed file may have, and bytes of a larger file for each more.
+/// Number of cells that is accepted for files of any size; a larger table must have at most one cell per byte of the
+/// compressed file.
 #[cfg(feature = "formats")]
 pub(crate) const CELLS_FREE: usize = 4_000_000;
 
-/// Returns the most bytes that a compressed file may unpack to, and the most cells of its table.
+/// Returns the largest decompressed size \[bytes\] and the largest number of cells for a compressed file.
 #[cfg(feature = "formats")]
 pub(super) fn unpacked_limits(bytes: &[u8]) -> (u64, usize) {
     let size = bytes.len();
@@ -43,7 +44,7 @@ pub(super) fn unpacked_limits(bytes: &[u8]) -> (u64, usize) {
     (unpacked, size.clamp(CELLS_FREE, CELLS_MAX))
 }
 
-/// A number as the shortest text that gives the same number again; with an exponent where that avoids many zeros.
+/// Returns the shortest text that parses to the same number, with an exponent for very small and very large numbers.
 pub(super) fn number(value: f64) -> String {
     let plain = value == 0.0 || value.is_infinite() || (1e-6..1e17).contains(&value.abs());
     match value.is_nan() {
@@ -53,13 +54,13 @@ pub(super) fn number(value: f64) -> String {
     }
 }
 
-/// At most `max` of the notes; how many more there are is the last one.
+/// Returns the first `max` notes; if there are more, a last note has their count.
 #[cfg(feature = "formats")]
 pub(super) fn shortened(mut notes: Vec<String>, max: usize) -> Vec<String> {
     if notes.len() > max {
         let more = notes.len() - max;
         notes.truncate(max);
-        notes.push(format!("{more} more of this sort"));
+        notes.push(format!("{more} more of this kind"));
     }
     notes
 }
@@ -69,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_give_themselves_again() {
+    fn numbers_parse_to_the_same_value() {
         for value in [0.1, -1e-300, 1.0 / 3.0, 5e-324, f64::MAX, 3.0, 1e-6, 123_456_789e9, 1e17] {
             assert_eq!(number(value).parse(), Ok(value));
             assert!(number(value).len() < 25);

@@ -1,4 +1,4 @@
-//! MATLAB's MAT-files of level 5, as `save` writes them with `-v6` and `-v7`.
+//! MAT-files of level 5, as MATLAB's `save` writes them with `-v6` and `-v7`.
 
 use super::cells::{COLUMNS_MAX, Cells, number, shortened, unpacked_limits};
 use super::mat_element::Elements;
@@ -8,17 +8,17 @@ use crate::{Error, Result};
 use std::collections::BTreeMap;
 
 const SAVE_V7: &str = "Save it in MATLAB with save('file.mat','-v7'), or as CSV.";
-/// The most notes of one sort.
+/// Largest number of notes of one kind.
 const NOTES_MAX: usize = 20;
 
 /// Reads the vectors of a MAT-file as the columns of a table.
 ///
-/// A vector becomes a column, a matrix of at most 64 columns several: `name(:,1)` and so on. Fields of structures are
-/// `structure.field`, of arrays of structures `structure(2).field`. The columns are those of the length that most of
-/// them have; the notes name all other variables. Sample `n`, counted from 0, has the row number `n + 2`.
+/// A vector gives one column; a matrix of at most 64 columns gives several, `name(:,1)` and so on. Fields of structures are
+/// named `structure.field`, those of arrays of structures `structure(2).field`. The table has the columns of the most frequent
+/// length; notes name all other variables. Sample `n`, counted from 0, has the row number `n + 2`.
 ///
 /// # Errors
-/// `Data` when the file is damaged, of another level or holds no vectors.
+/// Returns a `Data` error if the file is damaged, of another level, too large, or has no vectors.
 pub fn mat(bytes: &[u8]) -> Result<Cells> {
     let (unpacked_max, cells_max) = unpacked_limits(bytes);
     read(bytes, unpacked_max, cells_max)
@@ -31,7 +31,7 @@ fn read(bytes: &[u8], unpacked_max: u64, cells_max: usize) -> Result<Cells> {
     for variable in contents.variables.iter().filter(|v| v.len() >= 2) {
         *counts.entry(variable.len()).or_insert(0) += variable.columns.len();
     }
-    // Of equally frequent lengths the last one, which is the longest.
+    // `max_by_key` returns the last maximum: of equally frequent lengths the longest one.
     let Some((&length, &width)) = counts.iter().max_by_key(|(_, columns)| **columns) else {
         return Err(no_vectors(&contents));
     };
@@ -44,7 +44,10 @@ fn read(bytes: &[u8], unpacked_max: u64, cells_max: usize) -> Result<Cells> {
     Ok(table(contents, length))
 }
 
-/// The byte order, from a header of level 5.
+/// Returns true if the header of level 5 declares big-endian byte order.
+///
+/// # Errors
+/// Returns a `Data` error if the file is not a MAT-file of level 5.
 fn big_endian(bytes: &[u8]) -> Result<bool> {
     const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
     let other_level = |level: &str| Error::data(format!("is a MAT-file of {level}, expected level 5"), SAVE_V7);
@@ -57,8 +60,8 @@ fn big_endian(bytes: &[u8]) -> Result<bool> {
         Some([0, 2, b'I', b'M'] | [2, 0, b'M', b'I']) => Err(other_level("level 7.3")),
         Some([_, _, b'I', b'M'] | [_, _, b'M', b'I']) => Err(other_level("an unknown level")),
         _ => {
-            // Level 4 starts with its type in decimal digits (byte order, 0, format of numbers, sort of matrix), rows,
-            // columns, whether it is complex, and the length of the name with its final zero.
+            // The header of level 4 has a type in decimal digits (byte order, 0, number format, kind of matrix), rows,
+            // columns, a flag for complex numbers, and the length of the name with its final zero.
             let is_level_4 = |big_endian: bool| {
                 let word = |at| Elements { bytes, big_endian }.word(at);
                 let kind = word(0).filter(|n| n / 1000 < 5 && n / 100 % 10 == 0 && n / 10 % 10 < 6 && n % 10 < 3);
@@ -67,12 +70,13 @@ fn big_endian(bytes: &[u8]) -> Result<bool> {
             Err(if is_level_4(false) || is_level_4(true) {
                 other_level("level 4")
             } else {
-                Error::data("is no MAT-file: found no header of level 5", SAVE_V7)
+                Error::data("is not a MAT-file: found no header of level 5", SAVE_V7)
             })
         }
     }
 }
 
+/// Returns the error for a file without vectors, with its contents.
 fn no_vectors(contents: &Contents) -> Error {
     let scalars = contents.variables.iter().map(|v| format!("{}: {} value", v.name, v.len()));
     let found: Vec<String> = scalars.chain(contents.ignored.iter().cloned()).map(|note| excerpt(&note)).collect();
@@ -86,7 +90,7 @@ fn no_vectors(contents: &Contents) -> Error {
     Error::data(format!("no vector of at least 2 numbers; found {found}"), remedy)
 }
 
-/// The variables of one length as a table; the others as notes.
+/// Returns the variables of one length as a table. Scalars become constants; they and all other variables are named in notes.
 fn table(contents: Contents, length: usize) -> Cells {
     let (used, others): (Vec<Variable>, Vec<Variable>) =
         contents.variables.into_iter().partition(|variable| variable.len() == length);
@@ -125,7 +129,7 @@ mod tests {
     use std::io::Write as _;
 
     #[test]
-    fn what_unpacks_to_too_much_is_refused() {
+    fn files_that_decompress_to_too_much_are_refused() {
         let mut bomb = include_bytes!("../../../../tests/golden/formats/tiny.mat")[..128].to_vec();
         let mut packed = ZlibEncoder::new(Vec::new(), Compression::best());
         packed.write_all(&vec![0; 1 << 20]).unwrap();

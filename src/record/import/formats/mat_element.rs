@@ -1,7 +1,7 @@
-//! The elements of a MAT-file of level 5.
+//! Data elements of a MAT-file of level 5.
 //!
-//! Behind its header of 128 bytes, a file is elements: a tag with type and length, then the data, filled up to 8 bytes.
-//! Up to 4 bytes of data stand inside the tag.
+//! After its header of 128 bytes, a file consists of elements: a tag with type and length, then the data, padded to a multiple
+//! of 8 bytes. In a short element up to 4 bytes of data are inside the tag.
 
 use crate::numeric::{count_u64, real};
 use crate::text::excerpt;
@@ -11,15 +11,20 @@ use std::io::Read as _;
 
 const CUT_OFF: &str = "Copy the file again, or save it again: save('file.mat','-v7').";
 
-/// Types of elements.
+/// Type of a compressed element.
 pub(super) const COMPRESSED: u32 = 15;
+/// Type of an element with an array.
 pub(super) const MATRIX: u32 = 14;
 
+/// Returns the error for a damaged file.
 pub(super) fn damaged(what: impl Into<String>) -> Error {
     Error::data(format!("the file is damaged: {}", what.into()), CUT_OFF)
 }
 
-/// Unpacks a compressed element; `left` counts the bytes that may still come of `unpacked_max`.
+/// Decompresses an element; `left` is the remaining number of bytes of `unpacked_max`, from which its size is subtracted.
+///
+/// # Errors
+/// Returns a `Data` error if the data are damaged or exceed `left`.
 pub(super) fn unpacked(data: &[u8], left: &mut u64, unpacked_max: u64) -> Result<Vec<u8>> {
     let mut unpacked = Vec::new();
     let read = ZlibDecoder::new(data).take(*left + 1).read_to_end(&mut unpacked);
@@ -28,7 +33,7 @@ pub(super) fn unpacked(data: &[u8], left: &mut u64, unpacked_max: u64) -> Result
         let message = format!("the variables unpack to more than {unpacked_max} bytes");
         Error::data(message, "Save fewer variables, or cut the recording.")
     })?;
-    read.map_err(|e| damaged(format!("a compressed variable does not unpack: {e}")))?;
+    read.map_err(|e| damaged(format!("a compressed variable cannot be decompressed: {e}")))?;
     Ok(unpacked)
 }
 
@@ -40,13 +45,16 @@ pub(super) struct Elements<'a> {
 }
 
 impl<'a> Elements<'a> {
-    /// The number at a place.
+    /// Returns the 32-bit word at byte `at`.
     pub fn word(&self, at: usize) -> Option<u32> {
         let word = self.bytes.get(at..)?.first_chunk::<4>()?;
         Some(if self.big_endian { u32::from_be_bytes(*word) } else { u32::from_le_bytes(*word) })
     }
 
-    /// Type and data of the next element; none at the end.
+    /// Returns type and data of the next element; `None` at the end.
+    ///
+    /// # Errors
+    /// Returns a `Data` error if the element is incomplete.
     pub fn next(&mut self) -> Result<Option<(u32, &'a [u8])>> {
         if self.bytes.is_empty() {
             return Ok(None);
@@ -69,12 +77,15 @@ impl<'a> Elements<'a> {
         Ok(Some((kind, data)))
     }
 
-    /// The data of the next element, which must be there.
+    /// Returns type and data of the next element.
+    ///
+    /// # Errors
+    /// Returns a `Data` error if there is none or it is incomplete; `what` is the missing part of the variable `name`.
     pub fn part(&mut self, name: &str, what: &str) -> Result<(u32, &'a [u8])> {
         self.next()?.ok_or_else(|| damaged(format!("variable \"{}\" has no {what}", excerpt(name))))
     }
 
-    /// The numbers of an element, if there are just `count`.
+    /// Returns the numbers of an element as `f64`; `None` if there are not exactly `count` or the type is not numeric.
     pub fn numbers(&self, kind: u32, data: &[u8], count: usize) -> Option<Vec<f64>> {
         type Of<'a> = (&'a [u8], usize, bool);
         fn all<const N: usize>((data, count, big): Of<'_>, value: impl Fn([u8; N]) -> f64) -> Option<Vec<f64>> {
@@ -105,7 +116,7 @@ impl<'a> Elements<'a> {
     }
 }
 
-/// The text of an element, without zeros at its end.
+/// Returns the text of an element without zeros at its end.
 pub(super) fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).trim_end_matches('\0').to_owned()
 }

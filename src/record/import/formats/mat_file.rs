@@ -1,48 +1,53 @@
-//! The arrays of a MAT-file of level 5.
+//! Arrays of a MAT-file of level 5.
 //!
-//! An array is an element that holds others: flags, dimensions, name, data.
+//! An array is an element that consists of further elements: flags, dimensions, name and data.
 
 use super::mat_element::{COMPRESSED, Elements, MATRIX, damaged, text, unpacked};
 use crate::text::excerpt;
 use crate::{Error, Result};
 use std::fmt::Display;
 
-/// Structures inside each other.
+/// Largest depth of nested structures.
 pub(super) const DEPTH_MAX: usize = 4;
-/// Columns of a matrix that are columns of a table.
+/// Largest number of columns of a matrix.
 pub(super) const MATRIX_MAX: usize = 64;
 
-/// Arrays of a file, fields of structures among them.
+/// Largest number of arrays of a file, including fields of structures.
 pub(super) const ARRAYS_MAX: usize = 200_000;
-/// Bytes of the name of a variable or of a field; MATLAB's own limit is 63.
+/// Length of the longest name of a variable or field \[bytes\]; MATLAB's own limit is 63.
 const NAME_MAX: usize = 255;
 
-/// The content of a file.
+/// Contents of a file.
 #[derive(Default)]
 pub(super) struct Contents {
     pub variables: Vec<Variable>,
-    /// Notes on what was not read.
+    /// Notes on variables that were not read.
     pub ignored: Vec<String>,
-    /// True if objects were among it.
+    /// True if the file has objects.
     pub objects: bool,
     cells: usize,
     cells_max: usize,
     arrays: usize,
 }
 
-/// An array of numbers as columns of equal length; a scalar is one of length 1.
+/// A numeric array as columns of equal length; a scalar is one column of length 1.
 pub(super) struct Variable {
     pub name: String,
     pub columns: Vec<Vec<f64>>,
 }
 
 impl Variable {
+    /// Returns the length of the columns.
     pub fn len(&self) -> usize {
         self.columns.first().map_or(0, Vec::len)
     }
 }
 
-/// Reads all variables; compressed ones may unpack to `unpacked_max` bytes in total, and all hold `cells_max` numbers.
+/// Reads all variables of a file without its header. Compressed ones may decompress to `unpacked_max` bytes in total, and all
+/// together may have `cells_max` numbers.
+///
+/// # Errors
+/// Returns a `Data` error if the file is damaged or a limit is exceeded.
 pub(super) fn contents(bytes: &[u8], big_endian: bool, (unpacked_max, cells_max): (u64, usize)) -> Result<Contents> {
     let mut contents = Contents { cells_max, ..Contents::default() };
     let mut left = unpacked_max;
@@ -66,7 +71,7 @@ pub(super) fn contents(bytes: &[u8], big_endian: bool, (unpacked_max, cells_max)
 }
 
 impl Contents {
-    /// Reads an array. Inside a structure `path` is its name; `depth` counts the structures around it.
+    /// Reads an array. `path` is its name inside a structure, else empty; `depth` is the number of enclosing structures.
     fn array(&mut self, parts: &mut Elements<'_>, path: &str, depth: usize) -> Result<()> {
         self.arrays += 1;
         if self.arrays > ARRAYS_MAX {
@@ -86,7 +91,7 @@ impl Contents {
         let own = text(own);
         let name = if path.is_empty() { own.as_str() } else { path };
         if name.is_empty() {
-            // What MATLAB keeps for its objects.
+            // MATLAB stores internal data of its objects in arrays without a name.
             return Ok(());
         }
         match class {
@@ -98,7 +103,7 @@ impl Contents {
             5 => self.skip(name, "a sparse matrix"),
             3 | 16 | 17 => {
                 self.objects = true;
-                // The name of the object's class stands behind that of its system.
+                // The name of the class follows that of the object system.
                 if class == 17 {
                     let _ = parts.next()?;
                 }
@@ -110,12 +115,13 @@ impl Contents {
         }
     }
 
-    /// Leaves out what is no column.
+    /// Notes a variable that is not read.
     fn skip(&mut self, name: &str, what: impl Display) -> Result<()> {
         self.ignored.push(format!("{name}: {what}"));
         Ok(())
     }
 
+    /// Reads the fields of a structure or an array of structures.
     fn structure(&mut self, parts: &mut Elements<'_>, name: &str, dimensions: &[usize], depth: usize) -> Result<()> {
         if depth == DEPTH_MAX {
             return self.skip(name, format!("inside more than {DEPTH_MAX} structures"));
@@ -148,10 +154,11 @@ impl Contents {
         Ok(())
     }
 
+    /// Reads a numeric array as columns.
     fn numeric(&mut self, parts: &mut Elements<'_>, name: &str, dimensions: &[usize]) -> Result<()> {
         let shape = dimensions.iter().map(usize::to_string).collect::<Vec<_>>().join(" × ");
         let (kind, data) = parts.part(name, "numbers")?;
-        // Dimensions of 1 say nothing: 1 × 1 × N values are a vector.
+        // Dimensions of 1 are ignored: 1 × 1 × N values are a vector.
         let count = product(dimensions);
         let long: Vec<usize> = dimensions.iter().copied().filter(|&d| d > 1).collect();
         let columns = match long[..] {
@@ -184,6 +191,7 @@ fn product(dimensions: &[usize]) -> usize {
     dimensions.iter().try_fold(1, |n: usize, &d| n.checked_mul(d)).unwrap_or(usize::MAX)
 }
 
+/// Returns the dimensions of an array.
 fn dimensions(parts: &mut Elements<'_>, path: &str) -> Result<Vec<usize>> {
     let (_, data) = parts.part(path, "dimensions")?;
     let mut dimensions = Elements { bytes: data, ..*parts };

@@ -1,4 +1,5 @@
-//! Other formats than CSV: a file becomes rows of cells as text, which then are read like those of a CSV.
+//! Formats other than CSV: workbooks, MAT-files and JSON. A file is converted to rows of text cells, which are then read like
+//! those of a CSV file.
 
 #[cfg(feature = "formats")]
 mod archive;
@@ -27,25 +28,25 @@ pub(super) use limits::LIMITS;
 #[cfg(not(feature = "formats"))]
 pub(super) const LIMITS: [crate::limit::Limit; 0] = [];
 
-/// A format other than CSV: a row of the table.
+/// A format other than CSV, as a row of the table [`FORMATS`].
 pub struct Format {
-    /// Its name.
+    /// Name of the format.
     pub name: &'static str,
-    /// A sentence that describes it.
+    /// Description as a sentence.
     pub text: &'static str,
-    /// True if a file is of this format, by its first bytes.
+    /// Function that returns true if the first bytes of a file are those of this format.
     is: fn(&[u8]) -> bool,
-    /// The largest file that is read.
+    /// Size of the largest accepted file \[bytes\].
     pub(super) bytes_max: u64,
-    /// The tables of a file, of a workbook those of the sheet of a name.
+    /// Function that reads the tables of a file; the name selects a sheet or a list.
     pub(super) tables: fn(&[u8], Option<&str>) -> Result<Vec<Cells>>,
 }
 
-/// The formats, in the order in which they are tried. What is none of them is CSV.
+/// Formats in the order in which they are tried. A file of none of them is read as CSV.
 pub static FORMATS: [Format; 3] = [
     Format {
         name: "XLSX",
-        text: "A workbook; the first sheet with numbers, or the one that is named.",
+        text: "A workbook: the first sheet with numbers, or the named one.",
         is: |head| head.starts_with(b"PK\x03\x04") || head.starts_with(&[0xd0, 0xcf, 0x11, 0xe0]),
         bytes_max: 512 << 20,
         #[cfg(feature = "formats")]
@@ -55,7 +56,7 @@ pub static FORMATS: [Format; 3] = [
     },
     Format {
         name: "MAT",
-        text: "A MAT-file of version 4, 6 or 7: vectors, matrices and structures of signals.",
+        text: "A MAT-file of version 6 or 7: vectors, matrices and structures of signals.",
         is: |head| {
             let mat = head.starts_with(b"MATLAB 5.0 MAT-file") || matches!(head.get(126..128), Some(b"IM" | b"MI"));
             mat || head.starts_with(b"MATLAB 7.3") || head.starts_with(b"\x89HDF")
@@ -68,8 +69,8 @@ pub static FORMATS: [Format; 3] = [
     },
     Format {
         name: "JSON",
-        text: "A list of objects with numbers, one for each sample, with constants beside it; or a file of SysId or \
-               frc-characterization, each of whose tests is a recording.",
+        text: "A list of objects with numbers, one for each sample, optionally with constants beside it; or a file of SysId \
+               or frc-characterization, each test of which is a recording.",
         is: |head| {
             let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
             text.starts_with(b"{") || text.starts_with(b"[")
@@ -82,11 +83,11 @@ pub static FORMATS: [Format; 3] = [
     },
 ];
 
-/// Bytes by which the format is recognized.
+/// Number of bytes at the start of a file from which its format is detected.
 pub(super) const HEAD: usize = 4096;
 
 impl Format {
-    /// Returns the format that the first bytes of a file tell; none for CSV.
+    /// Detects the format from the first bytes of a file; `None` for CSV.
     pub(super) fn of(head: &[u8]) -> Option<&'static Self> {
         FORMATS.iter().find(|format| (format.is)(head))
     }
@@ -98,14 +99,14 @@ fn left_out(_: &[u8], _: Option<&str>) -> Result<Vec<Cells>> {
     Err(crate::Error::data(message, "Build with the feature formats, or save the recording as CSV."))
 }
 
-/// Rows of cells as lines.
+/// Rows of cells as lines of text.
 pub(super) struct CellLines<'a> {
     rows: std::slice::Iter<'a, (u64, Vec<String>)>,
     text: String,
 }
 
 impl<'a> CellLines<'a> {
-    /// The separator of their cells.
+    /// Separator of the cells.
     pub(super) const SEPARATOR: Separator = Separator::Sign(b'\t');
 
     pub(super) fn new(cells: &'a Cells) -> Self {
@@ -121,7 +122,7 @@ impl Lines for CellLines<'_> {
             if n > 0 {
                 self.text.push('\t');
             }
-            // What would end a cell or a line is none of its content.
+            // Characters that would end a cell or a line are replaced by blanks.
             self.text.extend(cell.chars().map(|c| if c.is_control() || c == '"' { ' ' } else { c }));
         }
         Ok(Some(Line { number: *number, bytes: self.text.as_bytes() }))

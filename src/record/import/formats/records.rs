@@ -1,5 +1,5 @@
-//! JSON files with a recording as a list of objects, one for each sample: `[{"t": 0, "u": 5}, …]`, alone, one object a line,
-//! or in an object beside numbers that hold for all of them: `{"mass": 0.49, "entries": [{…}, …]}`.
+//! JSON files with a recording as a list of objects, one for each sample: `[{"t": 0, "u": 5}, …]`, or one object per line, or
+//! a list as a member of an object whose other numbers are constants: `{"mass": 0.49, "entries": [{…}, …]}`.
 
 use super::cells::{Cells, number};
 use crate::setting::text;
@@ -8,27 +8,27 @@ use crate::{Error, Result};
 use serde_json::{Map, Value};
 
 const AS_CSV: &str = "Save the recording as CSV with a heading such as time_s,voltage_V,current_A,speed_rad_s.";
-/// Members whose values are not used, at most, in a note.
+/// Largest number of names that a note or a message lists.
 const NAMED_MAX: usize = 5;
 
-/// Reads the objects of a list as the rows of a table, their members as its columns, in the order in which they first appear.
+/// Reads the objects of a list as the rows of a table. Their members are its columns, in the order in which they first appear.
 ///
-/// Numbers are taken as they are; true is 1, false is 0. A member that an object lacks leaves an empty cell. The objects are
-/// counted from 1. `name` chooses among several lists. Numbers beside the list are constants.
+/// `true` is read as 1 and `false` as 0. A member that an object lacks is an empty cell. Objects are counted from 1. `name`
+/// selects one of several lists. Numbers beside the list are constants.
 ///
 /// # Errors
-/// `Data` when the file is no JSON, or holds no such list or several.
+/// Returns a `Data` error if the file is not JSON, or has no such list, or several and no valid `name`.
 pub fn records(bytes: &[u8], name: Option<&str>) -> Result<Vec<Cells>> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let values = serde_json::Deserializer::from_slice(bytes).into_iter::<Value>();
     let mut values: Vec<Value> = values.collect::<std::result::Result<_, _>>().map_err(|error| {
-        let hint = "Check that the file is complete; a list of objects with numbers is read.";
-        Error::data(format!("is no readable JSON: {error}"), hint)
+        let hint = "Check that the file is complete; expected is a list of objects with numbers.";
+        Error::data(format!("is not readable JSON: {error}"), hint)
     })?;
     match (values.pop(), values.is_empty()) {
         (Some(Value::Array(list)), true) if is_table(&list) => Ok(vec![table(&list, &Map::new())]),
         (Some(Value::Object(file)), true) => in_object(file, name),
-        // One object a line.
+        // One object per line.
         (Some(last), false) if last.is_object() && is_table(&values) => {
             values.push(last);
             Ok(vec![table(&values, &Map::new())])
@@ -37,15 +37,17 @@ pub fn records(bytes: &[u8], name: Option<&str>) -> Result<Vec<Cells>> {
     }
 }
 
+/// Returns the error for JSON without a recording.
 fn none(expected: &str) -> Error {
     Error::data(format!("is JSON, but holds no recording: expected {expected}, or the tests of SysId"), AS_CSV)
 }
 
+/// Returns true if a list consists of objects.
 fn is_table(list: &[Value]) -> bool {
     !list.is_empty() && list.iter().all(Value::is_object)
 }
 
-/// The list of an object, with the numbers beside it.
+/// Reads the list in an object, and the numbers beside it as constants.
 fn in_object(file: Map<String, Value>, name: Option<&str>) -> Result<Vec<Cells>> {
     let is_list = |value: &Value| value.as_array().is_some_and(|list| is_table(list));
     let lists: Vec<String> = file.iter().filter(|(_, value)| is_list(value)).map(|(key, _)| key.clone()).collect();
@@ -68,13 +70,14 @@ fn in_object(file: Map<String, Value>, name: Option<&str>) -> Result<Vec<Cells>>
     Ok(vec![table(list, &others.collect())])
 }
 
+/// Returns the first names of a list in quotation marks.
 fn shown(names: &[String]) -> String {
     let shown: Vec<String> = names.iter().take(NAMED_MAX).map(|name| quoted(name)).collect();
     let more = if names.len() > NAMED_MAX { ", …" } else { "" };
     shown.join(", ") + more
 }
 
-/// A number, or a switch as one.
+/// Returns a number, or a Boolean as 1 or 0.
 fn scalar(value: &Value) -> Option<f64> {
     match value {
         Value::Number(number) => number.as_f64(),
@@ -83,7 +86,7 @@ fn scalar(value: &Value) -> Option<f64> {
     }
 }
 
-/// The text of a cell; none for a list or an object.
+/// Returns the text of a cell; `None` for a list or an object.
 fn cell(value: &Value) -> Option<String> {
     match value {
         Value::Null => Some(String::new()),
@@ -93,6 +96,7 @@ fn cell(value: &Value) -> Option<String> {
     }
 }
 
+/// Returns the objects of a list as a table, with the numbers in `beside` as constants.
 fn table(list: &[Value], beside: &Map<String, Value>) -> Cells {
     let objects = || list.iter().filter_map(Value::as_object);
     let mut headings: Map<String, Value> = Map::new();
@@ -122,7 +126,7 @@ fn table(list: &[Value], beside: &Map<String, Value>) -> Cells {
     }
     if !unused.is_empty() {
         let what = counted(unused.len(), "member");
-        notes.push(format!("{what} of the objects not used, lists or objects themselves: {}", shown(&unused)));
+        notes.push(format!("{what} of the objects not used, because they are lists or objects: {}", shown(&unused)));
     }
     Cells { name: String::new(), rows, notes, constants }
 }

@@ -1,7 +1,7 @@
-//! Spreadsheets in the .xlsx format.
+//! Workbooks in the .xlsx format.
 //!
-//! Cells are read one after the other; nothing is allocated for the empty ones between them, so that a lone cell at
-//! the far end of a sheet costs nothing.
+//! Cells are streamed, and empty rows and cells after the last filled one take no memory, so that a single cell at the far
+//! end of a sheet is cheap.
 
 use super::archive::{SAVE_AGAIN, check};
 use super::cells::{COLUMNS_MAX, Cells, number, shortened, unpacked_limits};
@@ -12,33 +12,34 @@ use calamine::{DataRef, Reader as _, SheetType, SheetVisible, Xlsx};
 use std::fmt::Display;
 use std::io::Cursor;
 
-const CUT: &str = "Delete what does not belong to the recording, or cut the recording.";
+const CUT: &str = "Delete the cells that do not belong to the recording, or cut the recording.";
 
 type Workbook<'a> = Xlsx<Cursor<&'a [u8]>>;
 
-/// Reads one sheet of a workbook: the one named, else the first with at least two rows that hold numbers.
+/// Reads one sheet of a workbook: the named one, else the first with at least two rows that have numbers.
 ///
-/// Rows without any content are left out; rows keep the numbers they have in the spreadsheet. Dates and times of day
-/// become seconds, booleans 1 and 0, errors such as `#N/A` their text; a formula gives its last computed value.
+/// Empty rows are left out; the others keep their row numbers. Dates and times of day are read as seconds, Booleans as 1 and
+/// 0, errors such as `#N/A` as text, formulas as their last computed value.
 ///
 /// # Errors
-/// `Data` when the workbook is damaged, encrypted or too large, or holds no such sheet.
+/// Returns a `Data` error if the workbook is damaged, encrypted or too large, or has no such sheet.
 pub fn xlsx(bytes: &[u8], sheet: Option<&str>) -> Result<Cells> {
     let (unpacked_max, cells_max) = unpacked_limits(bytes);
     read(bytes, sheet, unpacked_max, cells_max)
 }
 
+/// Reads a sheet like [`xlsx`], with the given limits.
 fn read(bytes: &[u8], sheet: Option<&str>, unpacked_max: u64, cells_max: usize) -> Result<Cells> {
     check(bytes, unpacked_max)?;
-    let mut workbook =
-        Xlsx::new(Cursor::new(bytes)).map_err(|e| Error::data(format!("is no readable workbook: {e}"), SAVE_AGAIN))?;
+    let mut workbook = Xlsx::new(Cursor::new(bytes))
+        .map_err(|e| Error::data(format!("is not a readable workbook: {e}"), SAVE_AGAIN))?;
     let names = sheets(&workbook);
     let listed = || names.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(", ");
-    if let Some(wanted) = sheet {
-        let found = names.iter().find(|name| *name == wanted);
-        let found = found.or_else(|| names.iter().find(|name| name.to_lowercase() == wanted.trim().to_lowercase()));
+    if let Some(given) = sheet {
+        let found = names.iter().find(|name| *name == given);
+        let found = found.or_else(|| names.iter().find(|name| name.to_lowercase() == given.trim().to_lowercase()));
         let Some(name) = found else {
-            let message = format!("no sheet {}; the workbook has {}", quoted(wanted), listed());
+            let message = format!("no sheet {}; the workbook has {}", quoted(given), listed());
             return Err(Error::data(message, "Name one of these sheets."));
         };
         let table = table(&mut workbook, name, cells_max)?;
@@ -68,7 +69,7 @@ fn read(bytes: &[u8], sheet: Option<&str>, unpacked_max: u64, cells_max: usize) 
     Err(Error::data(format!("no sheet holds two rows with numbers; the workbook has {}", listed()), hint))
 }
 
-/// The sheets that hold cells, hidden ones last.
+/// Returns the names of the worksheets, hidden ones last.
 fn sheets(workbook: &Workbook<'_>) -> Vec<String> {
     let mut sheets: Vec<_> =
         workbook.sheets_metadata().iter().filter(|sheet| sheet.typ == SheetType::WorkSheet).collect();
@@ -76,17 +77,19 @@ fn sheets(workbook: &Workbook<'_>) -> Vec<String> {
     sheets.into_iter().map(|sheet| sheet.name.clone()).collect()
 }
 
-/// The cells of a sheet.
+/// Cells of a sheet.
 #[derive(Default)]
 struct Table {
     rows: Vec<(u64, Vec<String>)>,
-    /// Rows that hold a number.
+    /// Number of rows with a number.
     numeric_rows: usize,
-    /// The number of cells with dates or times, and the first of them.
+    /// Number of cells with dates or times.
     dates: usize,
+    /// Address of the first cell with a date or time.
     first_date: Option<String>,
 }
 
+/// Reads the cells of a sheet.
 fn table(workbook: &mut Workbook<'_>, name: &str, cells_max: usize) -> Result<Table> {
     let damaged =
         |what: &dyn Display| Error::data(format!("sheet {} cannot be read: {what}", quoted(name)), SAVE_AGAIN);
@@ -98,10 +101,10 @@ fn table(workbook: &mut Workbook<'_>, name: &str, cells_max: usize) -> Result<Ta
     while let Some(cell) = reader.next_cell().map_err(|e| damaged(&e))? {
         let (row, column) = cell.get_position();
         if last.is_some_and(|last| last >= (row, column)) {
-            return Err(damaged(&format!("cell {} comes twice or too late", address(row, column))));
+            return Err(damaged(&format!("cell {} is repeated or out of order", address(row, column))));
         }
         last = Some((row, column));
-        let (text, sort) = content(cell.get_value());
+        let (text, kind) = content(cell.get_value());
         if text.is_empty() {
             continue;
         }
@@ -118,11 +121,11 @@ fn table(workbook: &mut Workbook<'_>, name: &str, cells_max: usize) -> Result<Ta
         }
         texts.resize(at, String::new());
         texts.push(text);
-        if sort != Sort::Text && numeric_row != Some(row) {
+        if kind != Kind::Text && numeric_row != Some(row) {
             numeric_row = Some(row);
             table.numeric_rows += 1;
         }
-        if sort == Sort::Date {
+        if kind == Kind::Date {
             table.dates += 1;
             table.first_date.get_or_insert_with(|| address(row, column));
         }
@@ -131,7 +134,10 @@ fn table(workbook: &mut Workbook<'_>, name: &str, cells_max: usize) -> Result<Ta
 }
 
 impl Table {
-    /// Makes all rows equally long.
+    /// Pads all rows to the same length.
+    ///
+    /// # Errors
+    /// Returns a `Data` error if the table would have more than `cells_max` cells.
     fn into_cells(mut self, name: &str, cells_max: usize) -> Result<Cells> {
         let (widest, width) =
             self.rows.iter().map(|(number, texts)| (*number, texts.len())).max_by_key(|row| row.1).unwrap_or_default();
@@ -151,55 +157,56 @@ impl Table {
     }
 }
 
-/// Returns whether a sheet can be read and holds at least two rows with numbers.
+/// Returns true if a sheet can be read and has at least two rows with numbers.
 fn holds_numbers(workbook: &mut Workbook<'_>, name: &str) -> bool {
     let Ok(mut reader) = workbook.worksheet_cells_reader(name) else { return false };
     let mut first = None;
     while let Ok(Some(cell)) = reader.next_cell() {
         let row = cell.get_position().0;
-        if first != Some(row) && content(cell.get_value()).1 != Sort::Text && first.replace(row).is_some() {
+        if first != Some(row) && content(cell.get_value()).1 != Kind::Text && first.replace(row).is_some() {
             return true;
         }
     }
     false
 }
 
+/// Kind of the content of a cell.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Sort {
+enum Kind {
     Number,
     Date,
     Text,
 }
 
-/// The text of a cell, and what sort it is; a text that reads as a number counts as one.
-fn content(value: &DataRef<'_>) -> (String, Sort) {
+/// Returns the text of a cell and its kind; a text that parses as a number is of the kind [`Kind::Number`].
+fn content(value: &DataRef<'_>) -> (String, Kind) {
     let of_text = |text: &str| {
         let text = text.trim();
         let numeric = text.replacen(',', ".", 1).parse().is_ok_and(f64::is_finite);
-        (text.to_owned(), if numeric { Sort::Number } else { Sort::Text })
+        (text.to_owned(), if numeric { Kind::Number } else { Kind::Text })
     };
     match value {
-        DataRef::Int(value) => (value.to_string(), Sort::Number),
-        DataRef::Float(value) => (number(*value), Sort::Number),
-        DataRef::Bool(value) => (u8::from(*value).to_string(), Sort::Number),
+        DataRef::Int(value) => (value.to_string(), Kind::Number),
+        DataRef::Float(value) => (number(*value), Kind::Number),
+        DataRef::Bool(value) => (u8::from(*value).to_string(), Kind::Number),
         DataRef::String(text) => of_text(text),
         DataRef::SharedString(text) => of_text(text),
-        DataRef::DateTime(date) => (number(seconds(date.as_f64())), Sort::Date),
+        DataRef::DateTime(date) => (number(seconds(date.as_f64())), Kind::Date),
         DataRef::DateTimeIso(text) | DataRef::DurationIso(text) => match iso_days(text) {
-            Some(days) => (number(seconds(days)), Sort::Date),
+            Some(days) => (number(seconds(days)), Kind::Date),
             None => of_text(text),
         },
-        DataRef::Error(error) => (error.to_string(), Sort::Text),
-        DataRef::Empty => (String::new(), Sort::Text),
+        DataRef::Error(error) => (error.to_string(), Kind::Text),
+        DataRef::Empty => (String::new(), Kind::Text),
     }
 }
 
-/// Days as seconds with the 15 digits that a spreadsheet keeps: those of today are rounded to 10 µs.
+/// Converts days to seconds with the 15 significant digits of a spreadsheet; present-day dates are rounded to 10 µs.
 fn seconds(days: f64) -> f64 {
     rounded(days * 86_400.0, 15)
 }
 
-/// The days from the start of spreadsheet time to an ISO 8601 date, time of day or both.
+/// Returns the days from the epoch of spreadsheets to an ISO 8601 date, time of day or both.
 fn iso_days(text: &str) -> Option<f64> {
     let text = text.trim().trim_end_matches('Z');
     let (date, time) = match text.split_once(['T', ' ']) {
@@ -214,7 +221,7 @@ fn iso_days(text: &str) -> Option<f64> {
         if !(1..=12).contains(&month) || !(1..=31).contains(&day) {
             return None;
         }
-        // Years that start in March end with the leap day.
+        // Years are counted from March, so that the leap day is the last day of a year.
         let (year, month) = if month < 3 { (year.checked_sub(1)?, month + 9) } else { (year, month - 3) };
         let count = 365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + day;
         days = f64::from(count) - 693_900.0;
@@ -227,7 +234,7 @@ fn iso_days(text: &str) -> Option<f64> {
     Some(days)
 }
 
-/// The address of a cell, such as `B2`, from row and column counted from 0.
+/// Returns the address of a cell, such as `B2`, from row and column counted from 0.
 fn address(row: u32, column: u32) -> String {
     let mut letters = Vec::new();
     let mut rest = u64::from(column) + 1;
@@ -245,9 +252,9 @@ mod tests {
     use crate::record::import::formats::cells::{CELLS_FREE, CELLS_MAX, UNPACKED_FREE, UNPACKED_MAX};
     use std::io::Write as _;
 
-    /// A small file that unpacks to very much is refused; a large one may unpack to more.
+    /// The limit of the decompressed size grows with the size of the file.
     #[test]
-    fn what_is_unpacked_is_limited_by_the_size_of_the_file() {
+    fn the_decompressed_size_is_limited_by_the_size_of_the_file() {
         let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
         zip.start_file("xl/worksheets/sheet1.xml", zip::write::SimpleFileOptions::default()).unwrap();
         let row = "<row><c><v>1</v></c></row>".repeat(1000);

@@ -1,4 +1,4 @@
-//! MAT-files that scipy wrote, and some made by hand.
+//! MAT-files written by SciPy, and some modified by hand.
 
 use super::super::cells::Cells;
 use super::super::mat::mat;
@@ -88,13 +88,13 @@ fn other_levels_and_objects_are_named() {
     assert!(refused(b"\x89HDF\r\n\x1a\n").contains("of level 7.3"));
     assert!(mat(&header).unwrap_err().hint().to_string().contains("save('file.mat','-v7')"));
     for other in [&b""[..], b"abc", b"time_s,voltage_V\n0,1\n", &[0; 200]] {
-        assert!(refused(other).contains("is no MAT-file"));
+        assert!(refused(other).contains("is not a MAT-file"));
     }
     assert!(refused(&TINY[..128]).contains("found nothing"));
 }
 
-/// Where the bytes stand once.
-fn place(bytes: &[u8], part: &[u8]) -> usize {
+/// Returns the index of bytes that occur exactly once.
+fn index_of(bytes: &[u8], part: &[u8]) -> usize {
     let mut found = bytes.windows(part.len()).enumerate().filter(|(_, window)| *window == part);
     let at = found.next().unwrap().0;
     assert!(found.next().is_none());
@@ -105,7 +105,7 @@ fn place(bytes: &[u8], part: &[u8]) -> usize {
 fn a_file_cut_off_anywhere_is_noticed() {
     for bytes in [TINY, MIXED_V7, STRUCTS, BIG_ENDIAN, OPAQUE] {
         let whole = mat(bytes).unwrap_or_default();
-        // What stands before each variable is a file of its own, though one of fewer variables.
+        // A file that is cut off between two variables is a valid file with fewer variables.
         let mut ends = vec![128];
         while let Some(rest) = bytes.get(ends[ends.len() - 1]..).filter(|rest| !rest.is_empty()) {
             let length = <[u8; 4]>::try_from(&rest[4..8]).unwrap();
@@ -124,10 +124,10 @@ fn a_file_cut_off_anywhere_is_noticed() {
 }
 
 #[test]
-fn sizes_that_lie_are_noticed() {
-    // The dimensions of t, 1 × 2, and its two numbers of 16 bytes.
-    let dimensions = place(TINY, b"\x05\0\0\0\x08\0\0\0\x01\0\0\0\x02\0\0\0\x01\0\x01\0t") + 8;
-    let numbers = place(TINY, b"t\0\0\0\x09\0\0\0\x10\0\0\0") + 8;
+fn wrong_sizes_are_refused() {
+    // Offsets of the dimensions of t, 1 × 2, and of its two numbers, 16 bytes.
+    let dimensions = index_of(TINY, b"\x05\0\0\0\x08\0\0\0\x01\0\0\0\x02\0\0\0\x01\0\x01\0t") + 8;
+    let numbers = index_of(TINY, b"t\0\0\0\x09\0\0\0\x10\0\0\0") + 8;
     let with = |at: usize, value: u32| {
         let mut bytes = TINY.to_vec();
         bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());

@@ -1,4 +1,4 @@
-//! The readers against files that independent tools wrote (`tests/golden/formats`), and against damaged ones.
+//! Tests of the readers with files written by independent tools (`tests/golden/formats`) and with damaged files.
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 
 mod mat;

@@ -1,4 +1,4 @@
-//! Files with bytes flipped, put in, taken out and doubled: read or refused, never a panic.
+//! Property tests: files with bytes flipped, inserted, removed and repeated are read or refused, without a panic.
 
 use super::super::cells::Cells;
 use super::super::{mat::mat, sysid::sysid, xlsx::xlsx};
@@ -64,7 +64,7 @@ const TESTS: [&[u8]; 3] = [
     include_bytes!("../../../../../tests/golden/formats/frc_characterization.json"),
 ];
 
-/// A workbook with one of its parts changed, and the archive around it made anew.
+/// Returns a workbook with one file of the archive changed, in a new archive.
 fn with_changed_part(bytes: &[u8], which: prop::sample::Index, changes: &[Change]) -> Vec<u8> {
     let mut from = zip::ZipArchive::new(Cursor::new(bytes)).unwrap();
     let mut to = zip::ZipWriter::new(Cursor::new(Vec::new()));

@@ -64,7 +64,7 @@ fn the_old_format_stores_magnitudes_of_voltages() {
 }
 
 #[test]
-fn the_sort_of_file_is_recognized() {
+fn the_kind_of_file_is_recognized() {
     assert!([SIMPLE, DRIVETRAIN, OLD].into_iter().all(is_sysid));
     assert!(is_sysid(b"\xef\xbb\xbf {\"sysid\":true"));
     for other in [&b""[..], b"time_s,voltage_V\n0,1\n", b"{\"a\": 1}", b"[\"sysid\"]", b"\xff\xfe{"] {
@@ -77,7 +77,7 @@ fn refused(text: &str) -> Error {
 }
 
 #[test]
-fn what_is_wrong_is_named() {
+fn errors_name_test_and_row() {
     let simple = String::from_utf8_lossy(SIMPLE).into_owned();
     let broken = |from: &str, to: &str| {
         assert!(simple.contains(from), "{from}");
@@ -87,22 +87,24 @@ fn what_is_wrong_is_named() {
     assert_eq!(three, "test slow-backward, row 2: found 3 numbers, expected 4");
     assert!(broken("-0.3,", "-0.3, 1,").contains("row 2: found 5 numbers, expected 4"));
     let null = broken("0.0125", "null");
-    assert_eq!(null, "test fast-forward, row 2: found null in place 3, expected a finite number");
+    assert_eq!(null, "test fast-forward, row 2: found null as value 3, expected a finite number");
     assert!(broken("0.0125", "\"a\"").contains("the text \"a\""));
     assert!(broken("[10.0, 7.0, 0.0, 0.0]", "7").contains("row 1: found 7, expected a list of 4 numbers"));
-    assert!(broken("\"sysid\": true,", "").contains("found 4 numbers, expected 10, as without the key \"sysid\""));
+    assert!(
+        broken("\"sysid\": true,", "").contains("found 4 numbers, expected 10, as a file without the key \"sysid\"")
+    );
     assert!(broken("[]", "{}").contains("test fast-backward: found an object"));
     assert!(broken("Radians", "Furlongs").contains("\"Furlongs\", expected Meters, Feet"));
     assert!(broken("\"units\"", "\"unit\"").contains("found nothing as \"units\""));
     assert!(broken("6.283185307179586", "0").contains("found 0 as \"unitsPerRotation\""));
     assert!(broken("\"Simple\"", "5").contains("found 5 as \"test\""));
-    assert!(broken("6.283185307179586", "NaN").contains("is no readable JSON"));
+    assert!(broken("6.283185307179586", "NaN").contains("is not readable JSON"));
     assert!(
-        refused("{\"fast\": []}").to_string().contains("is no file of SysId: found \"fast\", expected slow-forward")
+        refused("{\"fast\": []}").to_string().contains("is not a file of SysId: found \"fast\", expected slow-forward")
     );
     assert!(refused("{}").to_string().contains("found nothing"));
     assert!(refused("[1]").to_string().contains("found a list"));
-    assert!(refused("").to_string().contains("is no readable JSON"));
+    assert!(refused("").to_string().contains("is not readable JSON"));
     assert!(refused(&"[".repeat(100_000)).to_string().contains("recursion"));
     let empty = r#"{"slow-forward": [], "test": "Arm", "units": "Degrees", "unitsPerRotation": 360, "sysid": true}"#;
     assert!(refused(empty).to_string().contains("holds no samples: test slow-forward is empty"));

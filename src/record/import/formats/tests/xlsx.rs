@@ -1,4 +1,4 @@
-//! Workbooks that openpyxl wrote, and some made by hand.
+//! Workbooks written by openpyxl, and some modified by hand.
 
 use super::super::xlsx::xlsx;
 use std::io::{Cursor, Read as _, Write as _};
@@ -60,7 +60,7 @@ fn a_filled_cell_at_the_far_end_is_named() {
     assert_eq!(message, "sheet \"Sheet\": cell XFD1048576 is filled, expected at most 1000 columns");
 }
 
-/// The workbook `FAR` with other contents of its parts; none to leave one out.
+/// Returns the workbook `FAR` with some files of the archive replaced, or removed for `None`.
 fn with(parts: &[(&str, Option<&str>)]) -> Vec<u8> {
     with_bytes(&parts.iter().map(|(name, text)| (*name, text.map(str::as_bytes))).collect::<Vec<_>>())
 }
@@ -107,37 +107,37 @@ fn dimensions_and_empty_cells_cost_nothing() {
     assert!(cells.rows.iter().all(|(_, row)| row.len() == 1000));
     let too_wide = wide.replace("ALL", "ALM");
     assert!(refused(&sheet("A1", &too_wide), None).contains("cell ALM1 is filled, expected at most 1000 columns"));
-    assert!(refused(&sheet("B2:A1", TWO_ROWS), None).contains("says ref=\"B2:A1\", which cannot be"));
+    assert!(refused(&sheet("B2:A1", TWO_ROWS), None).contains("has ref=\"B2:A1\", which is impossible"));
 }
 
 #[test]
-fn positions_that_cannot_be_are_refused() {
+fn impossible_positions_are_refused() {
     let row = |cells: &str| sheet("A1", &format!("{TWO_ROWS}<row r=\"3\">{cells}</row>"));
     let cell = |at: &str| format!("<c r=\"{at}\"><v>1</v></c>");
-    assert!(refused(&row(&(cell("A3") + &cell("A3"))), None).contains("cell A3 comes twice or too late"));
-    assert!(refused(&row(&(cell("B3") + &cell("A3"))), None).contains("cell A3 comes twice or too late"));
-    assert!(refused(&row(&cell("A1")), None).contains("cell A1 comes twice or too late"));
+    assert!(refused(&row(&(cell("A3") + &cell("A3"))), None).contains("cell A3 is repeated or out of order"));
+    assert!(refused(&row(&(cell("B3") + &cell("A3"))), None).contains("cell A3 is repeated or out of order"));
+    assert!(refused(&row(&cell("A1")), None).contains("cell A1 is repeated or out of order"));
     for at in ["AAAAAAA1", "A99999999999", "ZZZZ1", "A00000001"] {
-        assert!(refused(&row(&cell(at)), None).contains("which cannot be"), "{at}");
+        assert!(refused(&row(&cell(at)), None).contains("which is impossible"), "{at}");
     }
     for at in ["A0", "1", "A", "A-1", ""] {
         assert!(refused(&row(&cell(at)), None).contains("cannot be read"), "{at}");
     }
-    // Without positions, cells and rows follow each other.
+    // Without declared positions, cells and rows are consecutive.
     let plain = sheet("A1", "<row><c><v>1</v></c><c><v>2</v></c></row><row/><row><c><v>3</v></c></row>");
     let rows = xlsx(&plain, None).unwrap().rows;
     assert_eq!(rows, [(1, vec!["1".to_owned(), "2".to_owned()]), (3, vec!["3".to_owned(), String::new()])]);
 }
 
 #[test]
-fn parts_that_lie_or_miss_are_refused() {
+fn wrong_or_missing_files_of_the_archive_are_refused() {
     assert!(refused(&with(&[("xl/worksheets/sheet1.xml", None)]), None).contains("\"Sheet\" cannot be read"));
     assert!(refused(&with(&[("xl/worksheets/sheet1.xml", Some("<worksheet>"))]), None).contains("cannot be read"));
     assert!(refused(&with(&[("xl/workbook.xml", None)]), None).contains("no sheet holds two rows"));
     assert!(refused(&sheet("A1", ""), Some("Sheet")).contains("is empty"));
     let strings = |sst: &str| with(&[("xl/sharedStrings.xml", Some(sst))]);
-    let lying = strings("<sst uniqueCount=\"900000000000000\"><si><t>a</t></si></sst>");
-    assert!(refused(&lying, None).contains("says uniqueCount=\"900000000000000\", which cannot be"));
+    let wrong = strings("<sst uniqueCount=\"900000000000000\"><si><t>a</t></si></sst>");
+    assert!(refused(&wrong, None).contains("has uniqueCount=\"900000000000000\", which is impossible"));
     let missing = with(&[
         ("xl/sharedStrings.xml", Some("<sst uniqueCount=\"1\"><si><t>a</t></si></sst>")),
         (
@@ -146,14 +146,16 @@ fn parts_that_lie_or_miss_are_refused() {
         ),
     ]);
     assert!(refused(&missing, None).contains("cannot be read"));
-    // One long font name, copied for each of many styles.
+    // The long font name is copied for each of many styles.
     let font = format!("<fonts><font><name val=\"{}\"/></font></fonts>", "x".repeat(1 << 20));
     let styles = format!("<styleSheet>{font}<cellXfs>{}</cellXfs></styleSheet>", "<xf fontId=\"0\"/>".repeat(1000));
     let copied = with(&[("xl/styles.xml", Some(&styles))]);
     assert!(refused(&copied, None).contains("styles and sheets with names of"));
     let utf_16: Vec<u8> =
         "\u{feff}<sst uniqueCount=\"900000000000000\"/>".encode_utf16().flat_map(u16::to_le_bytes).collect();
-    assert!(refused(&with_bytes(&[("xl/sharedStrings.xml", Some(&utf_16))]), None).contains("no readable workbook"));
+    assert!(
+        refused(&with_bytes(&[("xl/sharedStrings.xml", Some(&utf_16))]), None).contains("is not a readable workbook")
+    );
     assert!(refused(b"PK\x03\x04", None).contains("the workbook is damaged"));
     assert!(refused(b"", None).contains("found no ZIP archive"));
     assert!(refused(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", None).contains("with a password or of the old .xls"));
@@ -161,7 +163,7 @@ fn parts_that_lie_or_miss_are_refused() {
 
 #[test]
 fn an_encrypted_part_is_refused() {
-    // The flag for encryption stands in the headers of the archive, before each name.
+    // Sets the flag for encryption in the headers of all files of the archive.
     let mut bytes = LOG.to_vec();
     for at in 0..bytes.len() - 8 {
         match &bytes[at..at + 4] {
