@@ -562,8 +562,11 @@ fn inspect_devices_completions_man() {
     let folder = tempfile::tempdir().unwrap();
     let man = folder.path().join("man1").to_str().unwrap().to_owned();
     ok(&["man", &man]);
-    for page in ["motorfit.1", "motorfit-identify.1", "motorfit-sweep-run.1"] {
-        assert!(std::fs::read_to_string(format!("{man}/{page}")).unwrap().contains(".TH motorfit"), "{page}");
+    let examples = ["identify log.csv", "identify log.csv \\-\\-columns", "sweep run night"];
+    for (page, example) in ["motorfit", "motorfit-identify", "motorfit-sweep-run"].into_iter().zip(examples) {
+        let page = std::fs::read_to_string(format!("{man}/{page}.1")).unwrap();
+        let (_, section) = page.split_once(".SH EXAMPLES").unwrap();
+        assert!(page.contains(".TH motorfit") && section.contains(&format!("motorfit {example}")), "{page}");
     }
     assert!(ok(&["--version"]).starts_with("motorfit 0."));
     assert!(ok(&["--help"]).contains("identify") && ok(&["identify", "--help"]).contains("--criterion"));

@@ -96,7 +96,7 @@ fn readme_and_architecture_are_short() {
 }
 
 /// Expressions for which the field has terms.
-const GONE: [&str; 13] = [
+const GONE: [&str; 28] = [
     "so-manieth",
     "stand-in motor",
     "below which difference nothing is said",
@@ -106,10 +106,25 @@ const GONE: [&str; 13] = [
     "a test that finds nothing says nothing",
     "the last lasts on",
     "does not spoil the rest",
-    "cannot tell a parameter",
     "react over a step with as much",
     "shows the ladder",
     "as may be elsewhere",
+    "cannot tell",
+    "does not tell",
+    "do not tell",
+    "nothing would tell",
+    "error in words",
+    "held, it would act",
+    "stands for those",
+    "unknown by itself",
+    "a map without numbers",
+    "course of the voltage",
+    "line between samples",
+    "lines between samples",
+    "what is left of",
+    "speaks for",
+    "whole box",
+    "repeatability ceiling",
 ];
 
 fn sources(folder: &Path, all: &mut Vec<PathBuf>) {
@@ -140,6 +155,12 @@ fn replaced_expressions_do_not_return() {
     assert!(found.is_empty(), "{found:#?}");
 }
 
+/// First words of doc comments that are riddles, or fragments that need the comment before them.
+const RIDDLES: [&str; 18] = [
+    "What", "Whether", "How", "Why", "Of", "As", "Those", "That", "This", "These", "Its", "Such", "It", "They", "So",
+    "And", "Who", "Which",
+];
+
 #[test]
 fn doc_comments_are_sentences_not_riddles() {
     let mut all = Vec::new();
@@ -154,7 +175,7 @@ fn doc_comments_are_sentences_not_riddles() {
             let begins = |mark: &str| {
                 line.strip_prefix(mark).is_some_and(|rest| {
                     !before.starts_with(mark.trim()) && {
-                        ["What ", "Whether ", "How "].iter().any(|word| rest.starts_with(word))
+                        RIDDLES.iter().any(|word| rest.split(' ').next() == Some(word))
                     }
                 })
             };

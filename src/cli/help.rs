@@ -58,9 +58,13 @@ pub(super) fn command() -> Command {
     with_examples(Cli::command(), "")
 }
 
+/// Returns the examples of the command at a path of subcommands, without the name of the program.
+pub(super) fn examples(path: &str) -> &'static [&'static str] {
+    EXAMPLES.iter().find(|(of, _)| *of == path).map(|(_, examples)| *examples).unwrap_or_default()
+}
+
 fn with_examples(command: Command, path: &str) -> Command {
-    let examples = EXAMPLES.iter().find(|(of, _)| *of == path).map(|(_, examples)| *examples).unwrap_or_default();
-    let command = match examples {
+    let command = match examples(path) {
         [] => command,
         examples => command.before_help(examples_text(examples)).help_template(TEMPLATE),
     };

@@ -35,9 +35,19 @@ fn pages(command: &clap::Command, name: &str) -> Result<Vec<(String, String)>> {
     clap_mangen::Man::new(command.clone().name(name.to_owned()))
         .render(&mut page)
         .map_err(|error| Error::data(format!("the manual cannot be generated: {error}"), "Try again."))?;
-    let mut all = vec![(name.to_owned(), String::from_utf8_lossy(&page).into_owned())];
+    let page = with_examples(&String::from_utf8_lossy(&page), &name.replacen("motorfit", "", 1).replace('-', " "));
+    let mut all = vec![(name.to_owned(), page)];
     for below in command.get_subcommands().filter(|below| below.get_name() != "help") {
         all.extend(pages(below, &format!("{name}-{}", below.get_name()))?);
     }
     Ok(all)
+}
+
+/// Returns a manual page with the examples of its command in a section before the version.
+fn with_examples(page: &str, path: &str) -> String {
+    // In roff a plain hyphen may become a typographic one, and a backslash begins an escape.
+    let line = |example: &&str| format!("motorfit {}\n", example.replace('\\', "\\e").replace('-', "\\-"));
+    let lines: String = help::examples(path.trim_start()).iter().map(line).collect();
+    let at = page.find(".SH VERSION").unwrap_or(page.len());
+    format!("{}.SH EXAMPLES\n.nf\n{lines}.fi\n{}", &page[..at], &page[at..])
 }

@@ -136,9 +136,7 @@ fn search(found: &Identification) -> Option<(TrustLevel, &'static str, &'static 
         Status::Agrees => None,
         Status::SearchStuck if check.refined_agrees && found.uncertainty.is_some() => None,
         Status::SearchStuck => Some((Poor, "search_stuck", "a better optimum is known")),
-        Status::ReferenceFailed => {
-            Some((Check, "search_inconclusive", "the global search is inconclusive"))
-        }
+        Status::ReferenceFailed => Some((Check, "search_inconclusive", "the global search is inconclusive")),
         Status::NotApplicable => Some((Check, "not_verified", "no global search confirms the optimum")),
     }
 }
