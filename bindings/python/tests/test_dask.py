@@ -126,7 +126,7 @@ FIELDS = ("done", "total", "before", "failed", "seconds", "rate", "remaining")
 
 
 @pytest.mark.parametrize("shared", [None, False])
-def test_progress_means_what_it_does_on_one_machine(client, tmp_path, shared):
+def test_progress_is_that_of_one_machine(client, tmp_path, shared):
     """A motor with an unreadable file is tried again, one that cannot be identified is not."""
     folder = tmp_path / "study"
     study = write_study(folder, 'recordings = ["line/*.csv", "lost.csv"]\nmethods = ["sm"]\nseeds = "1..20"', motors=3)
@@ -185,7 +185,7 @@ def test_a_killed_worker_costs_a_retry_and_nothing_else(long_study, long_expecte
     assert all(state.done <= state.total for state in seen)
 
 
-def test_what_is_interrupted_goes_on_elsewhere(client, program, study, expected, tmp_path):
+def test_an_interrupted_sweep_is_resumed_elsewhere(client, program, study, expected, tmp_path):
     """Interruptions by the callback's return value and by its exception; the command line program runs the rest."""
     out = tmp_path / "out"
     # With 40 shards most are not yet submitted when the first is finished.
@@ -294,7 +294,7 @@ def test_a_run_that_is_about_to_end_is_waited_for(study, tmp_path):
         other.join()
 
 
-def test_a_recording_that_cannot_be_read_fails_as_on_one_machine(client, program, tmp_path):
+def test_an_unreadable_recording_fails_as_on_one_machine(client, program, tmp_path):
     study = write_study(tmp_path / "study", 'recordings = ["line/*.csv"]\nmethods = ["sm"]\nseeds = "1..4"', motors=4)
     plan = motorfit.Sweep.plan(study, tmp_path / "here")
     motorfit.Sweep.plan(study, tmp_path / "there")
@@ -462,7 +462,7 @@ def test_a_wrong_client_is_rejected(client, study, tmp_path):
 WITHOUT = "import sys; sys.modules[{name!r}] = None; "
 
 
-def test_what_is_missing_is_said_where_dask_is_not_installed():
+def test_import_without_dask_names_the_missing_package():
     program = WITHOUT.format(name="distributed") + "import motorfit.dask"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert done.returncode == 1
