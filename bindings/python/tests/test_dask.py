@@ -339,22 +339,22 @@ def test_absolute_paths_do_not_travel(client, tmp_path):
 
 
 def test_paths_stay_below_the_workers_folder(tmp_path):
-    from motorfit._shard import MISSING, lay
+    from motorfit._shard import MISSING, write_recordings
 
-    folder = lay({"../../a.csv": b"a", "x/../../b.csv": b"b", "c/d.csv": b"d", "e.csv": MISSING}, tmp_path)
+    folder = write_recordings({"../../a.csv": b"a", "x/../../b.csv": b"b", "c/d.csv": b"d", "e.csv": MISSING}, tmp_path)
     assert (folder / "../../a.csv").read_bytes() == b"a" and (folder / "x/../../b.csv").read_bytes() == b"b"
     assert (folder / "c/d.csv").read_bytes() == b"d" and not (folder / "e.csv").exists()
     assert all(tmp_path in path.resolve().parents for path in folder.rglob("*"))
     with pytest.raises(motorfit.UsageError, match="outside"):
-        lay({"/etc/motorfit.csv": b"x"}, tmp_path / "other")
+        write_recordings({"/etc/motorfit.csv": b"x"}, tmp_path / "other")
 
 
 def test_resources_are_respected(client, study, expected, tmp_path):
     with pytest.raises(motorfit.DeviceError, match="no worker with .*GPU"):
         dask.sweep(client, study, tmp_path / "out", resources={"GPU": 1}, wait=1)
     with cluster(threads_per_worker=2, n_workers=1, resources={"GPU": 1}) as other:
-        looked = other.run(motorfit._shard.look, [], {"GPU": 1})
-        assert [one.slots for one in looked.values()] == [1]
+        found = other.run(motorfit._shard.inspect_worker, [], {"GPU": 1})
+        assert [one.slots for one in found.values()] == [1]
         check(dask.sweep(other, study, tmp_path / "out", shards=3, resources={"GPU": 1}, threads=64), expected)
 
 
@@ -405,14 +405,14 @@ def test_threads_of_one_process_are_a_cluster_too(study, expected, tmp_path):
 
 def test_an_error_on_a_worker_is_tried_again(study, expected, tmp_path, monkeypatch):
     broken = iter([True, False, True])
-    whole = motorfit._shard.lay
+    whole = motorfit._shard.write_recordings
 
-    def lay(recordings, root):
+    def failing(recordings, root):
         if next(broken, False):
             raise OSError("no room")
         return whole(recordings, root)
 
-    monkeypatch.setattr(motorfit._shard, "lay", lay)
+    monkeypatch.setattr(motorfit._shard, "write_recordings", failing)
     with threads() as client:
         check(dask.sweep(client, study, tmp_path / "out", shards=3, shared=False, retries=2), expected)
         broken = iter([True])
