@@ -40,7 +40,7 @@ fn updates(criterion: &mut Criterion) {
     group.finish();
 }
 
-fn whole_run(criterion: &mut Criterion) {
+fn complete_run(criterion: &mut Criterion) {
     let records = [m2_record()];
     let search =
         IdentifySpec { method: Method::from(GwoOptions::default()), polish: Polish::None, ..IdentifySpec::default() };
@@ -62,6 +62,6 @@ fn bench_identify(criterion: &mut Criterion, name: &str, records: &[Record], spe
 fn main() {
     let mut criterion = Criterion::default().sample_size(20).configure_from_args();
     updates(&mut criterion);
-    whole_run(&mut criterion);
+    complete_run(&mut criterion);
     criterion.final_summary();
 }

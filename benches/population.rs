@@ -64,7 +64,7 @@ fn report(device: &str, evaluator: &(dyn Fn() -> Box<dyn Evaluator> + Sync), pro
             let share = median((0..5).map(|_| share()).collect());
             let [runs, population, generations] = case;
             println!(
-                "{device}, {name}: {runs} run(s) of {population} × {generations}: {share:.0} % of the raw evaluator's rate"
+                "{device}, {name}: {runs} run(s) of {population} × {generations}: {share:.0} % of the rate of the evaluator alone"
             );
         }
     }
@@ -94,7 +94,7 @@ fn preset() {
         100.0 * raw / comparison.batch_seconds
     };
     let share = median((0..5).map(|_| rayon::scope(|_| share())).collect());
-    println!("SIMD, compare --preset paper (300 runs of 100 × 100): {share:.0} % of the raw evaluator's rate");
+    println!("SIMD, compare --preset paper (300 runs of 100 × 100): {share:.0} % of the rate of the evaluator alone");
 }
 
 fn main() {

@@ -89,7 +89,10 @@ fn searches(name: &str, device: &str, runs: u64, mut evaluator: Box<dyn Evaluato
         let after = median((0..3).map(|_| raw()).collect());
         shares.push(100.0 * f64::midpoint(before, after) * (runs * 10_000) as f64 / run);
     }
-    println!("{name}: sweep of {runs} GWO runs of 100 × 100: {:.0} % of the raw evaluator's rate", median(shares));
+    println!(
+        "{name}: sweep of {runs} GWO runs of 100 × 100: {:.0} % of the rate of the evaluator alone",
+        median(shares)
+    );
 }
 
 /// Measures a production line: parameters with standard errors from each recording.

@@ -36,7 +36,7 @@ fn main() -> motorfit::Result<()> {
     minimize(&mut runs, budget, &mut searches, &mut |_| ControlFlow::Continue(()))?;
     let worst = runs.iter().map(Run::cost).fold(0.0, f64::max);
     let best = runs[31].optimizer.best().map(|best| best.values[0]);
-    println!("32 motors: highest cost {worst:.4}; the last has R = {best:.4?} ohm for {:.4}", motors[31].r);
+    println!("32 motors: highest cost {worst:.4}; the last has R = {best:.4?} ohm, true value {:.4}", motors[31].r);
     assert!(worst < 0.05);
     Ok(())
 }

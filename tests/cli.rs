@@ -958,7 +958,7 @@ fn simulate_rejects_wrong_arguments() {
 }
 
 #[test]
-fn each_recording_has_its_line_and_a_shared_note_stands_once() {
+fn each_recording_has_a_line_and_shared_notes_are_printed_once() {
     let folder = Folder::new();
     let noted = ["1", "2", "3"].map(|seed| {
         let path = folder.path(&format!("r{seed}.csv"));

@@ -106,9 +106,9 @@ fn record(current: Vec<f64>, speed: Vec<f64>) -> Record {
     Record::new(Samples { time_s, current: Some(current), speed: Some(speed), ..Samples::default() }).unwrap()
 }
 
-fn spec(held: &[(Parameter, f64)], with: &[Extension]) -> IdentifySpec {
+fn spec(fixed: &[(Parameter, f64)], with: &[Extension]) -> IdentifySpec {
     IdentifySpec {
-        space: Space::table2_with(&[], held).unwrap(),
+        space: Space::table2_with(&[], fixed).unwrap(),
         with: With::These(with.to_vec()),
         model: Model { discretization: Discretization::Foh, ..Model::default() },
         ..IdentifySpec::default()
@@ -132,7 +132,7 @@ fn spread(rows: &[Vec<f64>]) -> Vec<[f64; 2]> {
 
 #[test]
 fn estimates_spread_as_their_standard_errors() {
-    let wanted = [(Parameter::B, M2.b), (Parameter::J, M2.j), (Parameter::Load, 0.01)];
+    let expected = [(Parameter::B, M2.b), (Parameter::J, M2.j), (Parameter::Load, 0.01)];
     let rows: Vec<Vec<f64>> = (0..RUNS)
         .map(|seed| {
             let current = lines(1500, seed);
@@ -143,7 +143,7 @@ fn estimates_spread_as_their_standard_errors() {
                 found.estimates().iter().all(|e| e.value.is_some() == (e.parameter as usize > 1)),
                 "R and L are open"
             );
-            wanted
+            expected
                 .iter()
                 .map(|(parameter, truth)| {
                     let (value, error) = estimate(&found, *parameter);
@@ -152,7 +152,7 @@ fn estimates_spread_as_their_standard_errors() {
                 .collect()
         })
         .collect();
-    for ((parameter, _), [mean, rms]) in wanted.iter().zip(spread(&rows)) {
+    for ((parameter, _), [mean, rms]) in expected.iter().zip(spread(&rows)) {
         println!("{}: mean z {mean:.2}, rms {rms:.2}", parameter.symbol());
         // Over 40 seeds the standard errors of mean and rms are 0.16 and 0.11.
         assert!(mean.abs() < 0.6 && (0.65..1.4).contains(&rms), "{}: {mean} {rms}", parameter.symbol());
@@ -166,26 +166,30 @@ fn ratios_are_identifiable_without_a_scale() {
     let recording = [record(current, speed)];
     let open = identify(&recording, &spec(&[], &[Extension::Load])).unwrap();
     assert!(open.estimates().iter().all(|e| e.value.is_none() && !e.fixed), "{:?}", open.estimates());
-    let told = Characteristics::of(&open).unwrap();
-    assert_eq!(told.input, Input::Current);
+    let estimated = Characteristics::of(&open).unwrap();
+    assert_eq!(estimated.input, Input::Current);
     let truth = [M2.b / M2.k, M2.j / M2.k, 0.01 / M2.k, M2.k / M2.b, M2.j / M2.b];
     let values = |c: &Characteristics| [c.kv, c.ka, c.kg.unwrap(), c.gain, c.time_constant];
-    for (found, truth) in values(&told).into_iter().zip(truth) {
+    for (found, truth) in values(&estimated).into_iter().zip(truth) {
         let error = found.std_error.unwrap();
         assert!((found.value - truth).abs() < 4.0 * error && error < 0.01 * truth, "{found:?} {truth}");
     }
     // The ratios and their standard errors do not depend on the parameter that is fixed, and determine the others.
-    for (held, value) in [(Parameter::K, 0.01), (Parameter::K, 3.0), (Parameter::J, M2.j), (Parameter::B, M2.b)] {
-        let scaled = identify(&recording, &spec(&[(held, value)], &[Extension::Load])).unwrap();
-        for (a, b) in values(&told).into_iter().zip(values(&Characteristics::of(&scaled).unwrap())) {
-            assert!((a.value / b.value - 1.0).abs() < 1e-5, "{}: {a:?} {b:?}", held.symbol());
-            assert!((a.std_error.unwrap() / b.std_error.unwrap() - 1.0).abs() < 1e-3, "{}: {a:?} {b:?}", held.symbol());
+    for (known, value) in [(Parameter::K, 0.01), (Parameter::K, 3.0), (Parameter::J, M2.j), (Parameter::B, M2.b)] {
+        let scaled = identify(&recording, &spec(&[(known, value)], &[Extension::Load])).unwrap();
+        for (a, b) in values(&estimated).into_iter().zip(values(&Characteristics::of(&scaled).unwrap())) {
+            assert!((a.value / b.value - 1.0).abs() < 1e-5, "{}: {a:?} {b:?}", known.symbol());
+            assert!(
+                (a.std_error.unwrap() / b.std_error.unwrap() - 1.0).abs() < 1e-3,
+                "{}: {a:?} {b:?}",
+                known.symbol()
+            );
         }
         let (load, _) = estimate(&scaled, Parameter::Load);
         let k = scaled.parameters.k;
         assert!(
-            (load / k / told.kg.unwrap().value - 1.0).abs() < 1e-5
-                && (scaled.parameters.get(held) - value).abs() == 0.0
+            (load / k / estimated.kg.unwrap().value - 1.0).abs() < 1e-5
+                && (scaled.parameters.get(known) - value).abs() == 0.0
         );
     }
 }
@@ -233,17 +237,17 @@ fn a_measured_current_has_a_first_order_hold() {
         let spec = spec(&[(Parameter::K, M2.k)], &[]);
         let spec = IdentifySpec { model: Model { discretization, ..spec.model }, ..spec };
         let found = identify(&recording, &spec).unwrap();
-        let told = found.warnings.iter().any(|w| w.code == "between_samples");
-        ([found.parameters.b / M2.b - 1.0, found.parameters.j / M2.j - 1.0], told)
+        let warned = found.warnings.iter().any(|w| w.code == "between_samples");
+        ([found.parameters.b / M2.b - 1.0, found.parameters.j / M2.j - 1.0], warned)
     };
-    let (lines, told) = off(Discretization::Foh);
-    assert!(!told);
-    let (held, told) = off(Discretization::Zoh);
-    assert!(told, "the recording speaks for lines, and that is said");
-    println!("off by {:.1e}, {:.1e} as lines, {:.1e}, {:.1e} held", lines[0], lines[1], held[0], held[1]);
+    let (foh, warned) = off(Discretization::Foh);
+    assert!(!warned);
+    let (zoh, warned) = off(Discretization::Zoh);
+    assert!(warned, "the first-order hold fits better, and the warning names it");
+    println!("errors {:.1e}, {:.1e} by foh, {:.1e}, {:.1e} by zoh", foh[0], foh[1], zoh[0], zoh[1]);
     // After a voltage step the current is curved between samples, by (h R/L)²/12 = 1e-3 of its change.
-    for (lines, held) in lines.iter().zip(held) {
-        assert!(lines.abs() < 1e-3 && held.abs() > 2.5e-3 && held.abs() < 0.02, "{lines} {held}");
+    for (foh, zoh) in foh.iter().zip(zoh) {
+        assert!(foh.abs() < 1e-3 && zoh.abs() > 2.5e-3 && zoh.abs() < 0.02, "{foh} {zoh}");
     }
 }
 
@@ -284,7 +288,7 @@ fn unidentifiable_friction_leaves_the_inertia() {
     // A third of a time constant, with noise as large as the effect of friction.
     let current: Vec<f64> = (0..60).map(|n| f64::from(n / 10 % 2)).collect();
     let speed = speed_of(&current, 0.0);
-    let mut untold = 0;
+    let mut unidentified = 0;
     for seed in 0..10 {
         let found = identify(&[record(current.clone(), noisy(&speed, 1.5, seed))], &spec(&[], &[])).unwrap();
         let named = Characteristics::named_of(&found);
@@ -292,12 +296,12 @@ fn unidentifiable_friction_leaves_the_inertia() {
         let ka = value("kA").unwrap();
         assert!((ka.value - M2.j / M2.k).abs() < 4.0 * ka.std_error.unwrap() + 0.1 * ka.value, "{ka:?}");
         let open = ["kV", "gain", "time_constant"].map(|name| value(name).is_none());
-        let told = !found.warnings.iter().any(|w| w.code == "not_identifiable");
-        assert!(open == [!told; 3], "{open:?} {told}");
-        untold += usize::from(!told);
+        let identified = !found.warnings.iter().any(|w| w.code == "not_identifiable");
+        assert!(open == [!identified; 3], "{open:?} {identified}");
+        unidentified += usize::from(!identified);
     }
-    println!("friction is untold in {untold} of 10");
-    assert!(untold >= 2);
+    println!("friction is unidentifiable in {unidentified} of 10");
+    assert!(unidentified >= 2);
 }
 
 /// Writes a recording with the voltage and one without it, and returns the paths, the one without it first.

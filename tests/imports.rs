@@ -379,7 +379,7 @@ fn gaps_and_repeats_follow_the_options() {
 }
 
 #[test]
-fn rows_that_cannot_be_read_are_refused_or_left_out() {
+fn unreadable_rows_are_rejected_or_left_out() {
     let skip = |columns: &str| ReadOptions { bad_rows: BadRows::Skip, ..options(columns) };
     let row = |n: i32| format!("{:.2},{},{}\n", f64::from(n) * 0.01, n % 7, n);
     let rows = |bad: &dyn Fn(i32) -> Option<&'static str>| -> String {

@@ -145,7 +145,7 @@ fn masked_samples_do_not_count() {
     let constant = vec![1.0; 1000];
     let none =
         Residuals { values: &values, regressors: &Regressors::new(&constant), counting: &counting, sensitivities: &[] };
-    assert_eq!(residual_input_test(&none), None, "a voltage that does not change tells nothing");
+    assert_eq!(residual_input_test(&none), None, "a constant voltage gives no verdict");
 }
 
 #[test]
@@ -307,7 +307,7 @@ fn differing_friction_is_reported_above_a_threshold() {
         (0..seeds).filter(|seed| warns(&four(friction, *seed), "friction_differs")).count()
     };
     assert_eq!(count([1.0; 4], 60), 0, "false alarms");
-    assert!(count([1.0, 1.3, 1.0, 1.0], 20) >= 19, "a third more friction in one");
+    assert!(count([1.0, 1.3, 1.0, 1.0], 20) >= 19, "30 % more friction in one");
     // 5 % is detectable, as the standard error is 2 %, but below the practical threshold.
     assert_eq!(count([1.0, 1.05, 1.0, 1.0], 20), 0, "five percent");
     let found = four([1.0, 0.7, 1.0, 1.4], 1);

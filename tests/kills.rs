@@ -65,7 +65,7 @@ fn killed(args: &[String], after: Duration) -> bool {
 }
 
 /// Returns true if the files of a report are those that its index lists.
-fn is_whole(dir: &str) -> bool {
+fn is_complete(dir: &str) -> bool {
     let Ok(index) = std::fs::read(format!("{dir}/{INDEX}")) else { return false };
     let index: Value = serde_json::from_slice(&index).unwrap();
     index["files"].as_object().unwrap().iter().all(|(name, entry)| {
@@ -118,13 +118,13 @@ fn kills_of_every_command_that_writes_lose_nothing() {
         let what = format!("kill {kill}, {}", writer.name);
         if let Some(report) = &writer.report {
             let is_committed = Path::new(&format!("{report}/.motorfit-new")).exists();
-            assert!(is_committed || is_whole(report), "{what}: neither the old report nor the new one");
+            assert!(is_committed || is_complete(report), "{what}: neither the old report nor the new one");
         }
         let begun = Instant::now();
         ok(&writer.args.iter().map(String::as_str).collect::<Vec<_>>());
         *time = (*time + begun.elapsed()) / 2;
         if let Some(report) = &writer.report {
-            assert!(is_whole(report), "{what}");
+            assert!(is_complete(report), "{what}");
             assert!(leftovers(report).is_empty(), "{what}: {:?}", leftovers(report));
         }
         if writer.name == "plan" {

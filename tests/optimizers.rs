@@ -62,7 +62,7 @@ fn search(method: &Method, problem: &Arc<Problem>, runs: u64, seed: u64) -> Vec<
     runs.iter()
         .map(|run| {
             assert_eq!((run.history.len(), run.evaluations), (100, 10_000));
-            assert!(run.history.windows(2).all(|w| w[1] <= w[0]), "the best so far never gets worse");
+            assert!(run.history.windows(2).all(|w| w[1] <= w[0]), "the best cost never increases");
             let best = run.optimizer.best().unwrap();
             Found { cost: best.cost, values: best.values.to_vec() }
         })
@@ -107,7 +107,7 @@ fn jaya_with_shared_random_numbers() {
     // Quantiles of the prototypes are 5e-4 to 1.5e-3: random numbers per candidate, a hyperparameter, converge slower.
     assert!((5e-4..1.5e-3).contains(&median(&own)), "{}", median(&own));
     let ungreedy = Method::from(JayaOptions { sharing: Sharing::Generation, greedy: false });
-    assert!(median(&sorted(&search(&ungreedy, &problem, 30, 1))) > 10.0 * median(&costs), "greed is what finds");
+    assert!(median(&sorted(&search(&ungreedy, &problem, 30, 1))) > 10.0 * median(&costs), "only greedy Jaya converges");
 }
 
 #[test]

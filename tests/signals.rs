@@ -56,7 +56,7 @@ fn listens(child: &Child) {
         }
         std::thread::sleep(Duration::from_millis(1));
     }
-    panic!("it does not listen");
+    panic!("the signal handlers were not installed in time");
 }
 
 fn send(child: &Child, signals: &[&str]) {

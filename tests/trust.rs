@@ -166,7 +166,7 @@ fn auto_distinguishes_a_late_voltage_from_a_latency() {
 }
 
 /// Returns true if a fit has a warning that the voltage acts before it was logged.
-fn is_said_late(found: &Identification) -> bool {
+fn has_late_warning(found: &Identification) -> bool {
     found.warnings.iter().any(|w| ["late_voltage", "between_samples"].contains(&w.code))
 }
 
@@ -191,7 +191,7 @@ fn a_late_voltage_is_reported_if_it_matters() {
             let errors = &there.uncertainty.as_ref()?.std_error;
             let shift = |n: usize| ((moved.values[n] - there.values[n]) / errors[n].unwrap_or(f64::INFINITY)).abs();
             let counts = (0..errors.len().min(moved.values.len())).map(shift).fold(0.0, f64::max) > 3.0;
-            Some((counts, is_said_late(&moved), is_said_late(&there)))
+            Some((counts, has_late_warning(&moved), has_late_warning(&there)))
         };
         let all: Vec<(bool, bool, bool)> = (0..20 * EXCITATIONS).into_par_iter().filter_map(one).collect();
         let count = |of: &dyn Fn(&(bool, bool, bool)) -> bool| all.iter().filter(|one| of(one)).count();
@@ -223,7 +223,7 @@ fn a_voltage_on_time_is_not_reported() {
         } else {
             record(&mut numbers, &truth, excitation, 600, made.2)
         };
-        Some(is_said_late(&identify(&[record], &with(model)).ok()?))
+        Some(has_late_warning(&identify(&[record], &with(model)).ok()?))
     };
     let all: Vec<bool> = (0..200 * EXCITATIONS).into_par_iter().filter_map(one).collect();
     let said = all.iter().filter(|said| **said).count();
@@ -284,7 +284,7 @@ fn chirp(numbers: &mut joint::Numbers, truth: &Truth, is_held: bool) -> Record {
 }
 
 #[test]
-fn undersampled_segments_of_chirps_are_excluded_unless_held() {
+fn undersampled_segments_are_excluded_without_a_zero_order_hold() {
     let auto = IdentifySpec { with: With::Auto, ..IdentifySpec::default() };
     for seed in 0..motors(6) {
         let mut numbers = numbers(4000 + seed);

@@ -75,7 +75,7 @@ fn brushes_reduce_the_voltage_by_their_drop() {
 }
 
 #[test]
-fn whole_steps_of_dead_time_shift_the_input() {
+fn integer_delays_shift_the_input() {
     let volts = |n: u32| if n < 40 { 0.0 } else { 6.0 + f64::from(n / 37 % 5) };
     for steps in [0, 1, 7, 120] {
         let late = driven(&with(&[(Parameter::DeadTime, f64::from(steps) * 1e-3)]), &excitation(900, 1e-3, volts));

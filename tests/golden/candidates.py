@@ -1,5 +1,5 @@
-# Writes candidates-*.parquet: the same 25 candidates as a table of doubles, in other types and compressions, and with
-# faults. Python 3.11, pyarrow 26.0.1: python tests/golden/candidates.py tests/golden
+# Writes candidates-*.parquet: 25 candidates in double precision, in other types and compressions, and with invalid
+# values. Python 3.11, pyarrow 26.0.1: python tests/golden/candidates.py tests/golden
 import sys
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -7,7 +7,7 @@ import pyarrow.parquet as pq
 folder = sys.argv[1]
 rows = 25
 centre = {"R": 0.9, "L": 0.0078, "K": 0.0735, "B": 0.00068, "J": 0.000136}
-# n/1024 is exact, so that a float holds the double's value wherever the product is rounded once.
+# n/1024 is exact, so that a float equals the double wherever the product is rounded once.
 column = {p: [v * (1 + ((7 * n + 3 * k) % 11 - 5) / 1024) for n in range(rows)] for k, (p, v) in enumerate(centre.items())}
 column["note"] = [f"row {n}" for n in range(rows)]
 

@@ -2,7 +2,7 @@
 
 A = [[-R/L, -K/L], [K/J, -B/J]], voltage input (1/L, 0), torque input (0, -1/J).
 zoh: exp of [[A, B], [0, 0]] h.  foh: exp of [[A, b, 0], [0, 0, 1], [0, 0, 0]] h, whose last column is h G1.
-rk4: the four stages of the classical method with held input.  euler: x + h (A x + B u).
+rk4: the four stages of the classical method with a zero-order hold.  euler: x + h (A x + B u).
 """
 import itertools
 
@@ -14,7 +14,7 @@ MOTORS = [list(corner) for corner in itertools.product(*TABLE2)]
 MOTORS += [
     ["0.921042", "0.007759", "0.073472", "0.000678", "0.000136"],  # M2
     ["3.2", "1e-4", "0.004", "1e-8", "1e-7"],  # a tiny coreless motor
-    ["0.5", "0.004", "0.8", "0.01", "0.05"],  # a large slow one
+    ["0.5", "0.004", "0.8", "0.01", "0.05"],  # a large slow motor
     # Repeated eigenvalues: (R/L - B/J)^2 = 4 K^2/(L J), here R = 1, L = 0.01, B/J = 0, and nearly so.
     ["1", "0.01", "0.05", "1e-30", "1e-4"],
     ["1", "0.01", "0.050000001", "1e-30", "1e-4"],
@@ -23,7 +23,7 @@ STEPS = ["1e-5", "1e-4", "1e-3", "1e-2", "1e-1"]
 
 
 def parts(values):
-    # The doubles that the program will read, not the decimals: both sides then start from the same numbers.
+    # Parameters are rounded to doubles, so that both sides start from the same numbers.
     r, l, k, b, j = (mp.mpf(float(v)) for v in values)
     return mp.matrix([[-r / l, -k / l], [k / j, -b / j]]), mp.matrix([[1 / l, 0], [0, -1 / j]])
 

@@ -49,7 +49,7 @@ fn is_test(attributes: &[Attribute]) -> bool {
     })
 }
 
-fn says_when_it_panics(attributes: &[Attribute]) -> bool {
+fn documents_panics(attributes: &[Attribute]) -> bool {
     let is_heading = |attribute: &Attribute| {
         attribute.meta.require_name_value().is_ok_and(|doc| {
             let text = match &doc.value {
@@ -87,13 +87,13 @@ fn load(file: &Path, folder: &Path, module: Module, scopes: &mut BTreeMap<Module
 fn gather(item: &Item, scope: &mut Scope) {
     match item {
         Item::Fn(f) if is_public(&f.vis) && !is_test(&f.attrs) => {
-            scope.functions.insert(f.sig.ident.to_string(), says_when_it_panics(&f.attrs));
+            scope.functions.insert(f.sig.ident.to_string(), documents_panics(&f.attrs));
         }
         Item::Struct(s) => of_type(&s.vis, &s.ident, scope),
         Item::Enum(e) => of_type(&e.vis, &e.ident, scope),
         Item::Trait(t) if is_public(&t.vis) => {
             let methods = t.items.iter().filter_map(|item| match item {
-                TraitItem::Fn(f) => Some((f.sig.ident.to_string(), says_when_it_panics(&f.attrs))),
+                TraitItem::Fn(f) => Some((f.sig.ident.to_string(), documents_panics(&f.attrs))),
                 _ => None,
             });
             scope.types.entry(t.ident.to_string()).or_default().extend(methods);
@@ -122,7 +122,7 @@ fn of_impl(block: &ItemImpl, scope: &mut Scope) {
     for item in &block.items {
         let ImplItem::Fn(f) = item else { continue };
         if wanted && (of_trait.is_some() || is_public(&f.vis)) && !is_test(&f.attrs) {
-            scope.methods.push((name.clone(), f.sig.ident.to_string(), says_when_it_panics(&f.attrs)));
+            scope.methods.push((name.clone(), f.sig.ident.to_string(), documents_panics(&f.attrs)));
         }
     }
 }

@@ -7,7 +7,7 @@ use motorfit::identify::REASONS;
 use std::collections::BTreeSet;
 
 /// Rewrites the samples of a recording: time, voltage, current and speed of each row.
-fn spoiled(folder: &Folder, from: &str, to: &str, change: fn(&mut [f64; 4])) {
+fn corrupt(folder: &Folder, from: &str, to: &str, change: fn(&mut [f64; 4])) {
     let text = std::fs::read_to_string(folder.path(from)).unwrap();
     let (heading, rows) = text.split_once('\n').unwrap();
     let row = |line: &str| {
@@ -29,14 +29,14 @@ fn recordings() -> Folder {
     let input = folder.file("input.csv", format!("time_s,voltage_V\n{rows}"));
     program::simulated(&folder.path("friction.csv"), "m2,Tc=0.03", &input, ["0.6", "2"]);
     std::fs::remove_file(input).unwrap();
-    spoiled(&folder, "good.csv", "sign.csv", |row| row[2] = -row[2]);
-    spoiled(&folder, "good.csv", "order.csv", |row| row.swap(2, 3));
-    spoiled(&folder, "good.csv", "unit.csv", |row| row[2] *= 1000.0);
+    corrupt(&folder, "good.csv", "sign.csv", |row| row[2] = -row[2]);
+    corrupt(&folder, "good.csv", "order.csv", |row| row.swap(2, 3));
+    corrupt(&folder, "good.csv", "unit.csv", |row| row[2] *= 1000.0);
     folder
 }
 
 /// Asserts that every line of a study equals `identify` with the same bounds; returns the levels and codes of the results.
-fn held(folder: &Folder, study: &str, flags: &[&str]) -> BTreeSet<String> {
+fn check_lines(folder: &Folder, study: &str, flags: &[&str]) -> BTreeSet<String> {
     let (path, dir) = (folder.file("study.toml", study), folder.path("out"));
     let (code, _, err) = sweep(&[&path, "--out", &dir]);
     assert!([0, 4].contains(&code), "{err}");
@@ -75,7 +75,7 @@ fn has(seen: &BTreeSet<String>, expected: &[&str]) {
 #[test]
 fn levels_are_those_of_identify() {
     let folder = recordings();
-    let seen = held(
+    let seen = check_lines(
         &folder,
         &format!("recordings = [\"*.csv\"]\nwith = [\"none\", \"coulomb\"]\n{STUDY}"),
         &["--device", "cpu"],
@@ -87,7 +87,7 @@ fn levels_are_those_of_identify() {
 fn levels_within_a_box_without_the_motor_are_those_of_identify() {
     let folder = recordings();
     let study = format!("recordings = [\"good.csv\", \"friction.csv\"]\nbounds = {{R = [2.0, 5.0]}}\n{STUDY}");
-    let seen = held(&folder, &study, &["--bounds", "R=2:5", "--device", "cpu"]);
+    let seen = check_lines(&folder, &study, &["--bounds", "R=2:5", "--device", "cpu"]);
     has(&seen, &["poor", "at_bound"]);
 }
 
@@ -95,7 +95,7 @@ fn levels_within_a_box_without_the_motor_are_those_of_identify() {
 fn levels_of_joint_fits_are_those_of_identify() {
     let folder = recordings();
     let joint = "recordings = [{motor = \"joint\", files = [\"good.csv\", \"other.csv\"]}]";
-    let seen = held(&folder, &format!("{joint}\n{STUDY}"), &["--device", "cpu"]);
+    let seen = check_lines(&folder, &format!("{joint}\n{STUDY}"), &["--device", "cpu"]);
     has(&seen, &["poor", "recordings_differ"]);
 }
 

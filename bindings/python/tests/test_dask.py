@@ -126,7 +126,7 @@ FIELDS = ("done", "total", "before", "failed", "seconds", "rate", "remaining")
 
 
 @pytest.mark.parametrize("shared", [None, False])
-def test_progress_means_what_it_does_on_one_machine(client, tmp_path, shared):
+def test_progress_is_that_of_one_machine(client, tmp_path, shared):
     """A motor with an unreadable file is tried again, one that cannot be identified is not."""
     folder = tmp_path / "study"
     study = write_study(folder, 'recordings = ["line/*.csv", "lost.csv"]\nmethods = ["sm"]\nseeds = "1..20"', motors=3)
@@ -185,7 +185,7 @@ def test_a_killed_worker_costs_a_retry_and_nothing_else(long_study, long_expecte
     assert all(state.done <= state.total for state in seen)
 
 
-def test_what_is_interrupted_goes_on_elsewhere(client, program, study, expected, tmp_path):
+def test_an_interrupted_sweep_is_resumed_elsewhere(client, program, study, expected, tmp_path):
     """Interruptions by the callback's return value and by its exception; the command line program runs the rest."""
     out = tmp_path / "out"
     # With 40 shards most are not yet submitted when the first is finished.
@@ -294,7 +294,7 @@ def test_a_run_that_is_about_to_end_is_waited_for(study, tmp_path):
         other.join()
 
 
-def test_a_recording_that_cannot_be_read_fails_as_on_one_machine(client, program, tmp_path):
+def test_an_unreadable_recording_fails_as_on_one_machine(client, program, tmp_path):
     study = write_study(tmp_path / "study", 'recordings = ["line/*.csv"]\nmethods = ["sm"]\nseeds = "1..4"', motors=4)
     plan = motorfit.Sweep.plan(study, tmp_path / "here")
     motorfit.Sweep.plan(study, tmp_path / "there")
@@ -339,22 +339,22 @@ def test_absolute_paths_do_not_travel(client, tmp_path):
 
 
 def test_paths_stay_below_the_workers_folder(tmp_path):
-    from motorfit._shard import MISSING, lay
+    from motorfit._shard import MISSING, write_recordings
 
-    folder = lay({"../../a.csv": b"a", "x/../../b.csv": b"b", "c/d.csv": b"d", "e.csv": MISSING}, tmp_path)
+    folder = write_recordings({"../../a.csv": b"a", "x/../../b.csv": b"b", "c/d.csv": b"d", "e.csv": MISSING}, tmp_path)
     assert (folder / "../../a.csv").read_bytes() == b"a" and (folder / "x/../../b.csv").read_bytes() == b"b"
     assert (folder / "c/d.csv").read_bytes() == b"d" and not (folder / "e.csv").exists()
     assert all(tmp_path in path.resolve().parents for path in folder.rglob("*"))
     with pytest.raises(motorfit.UsageError, match="outside"):
-        lay({"/etc/motorfit.csv": b"x"}, tmp_path / "other")
+        write_recordings({"/etc/motorfit.csv": b"x"}, tmp_path / "other")
 
 
 def test_resources_are_respected(client, study, expected, tmp_path):
     with pytest.raises(motorfit.DeviceError, match="no worker with .*GPU"):
         dask.sweep(client, study, tmp_path / "out", resources={"GPU": 1}, wait=1)
     with cluster(threads_per_worker=2, n_workers=1, resources={"GPU": 1}) as other:
-        looked = other.run(motorfit._shard.look, [], {"GPU": 1})
-        assert [one.slots for one in looked.values()] == [1]
+        found = other.run(motorfit._shard.inspect_worker, [], {"GPU": 1})
+        assert [one.slots for one in found.values()] == [1]
         check(dask.sweep(other, study, tmp_path / "out", shards=3, resources={"GPU": 1}, threads=64), expected)
 
 
@@ -405,14 +405,14 @@ def test_threads_of_one_process_are_a_cluster_too(study, expected, tmp_path):
 
 def test_an_error_on_a_worker_is_tried_again(study, expected, tmp_path, monkeypatch):
     broken = iter([True, False, True])
-    whole = motorfit._shard.lay
+    whole = motorfit._shard.write_recordings
 
-    def lay(recordings, root):
+    def failing(recordings, root):
         if next(broken, False):
             raise OSError("no room")
         return whole(recordings, root)
 
-    monkeypatch.setattr(motorfit._shard, "lay", lay)
+    monkeypatch.setattr(motorfit._shard, "write_recordings", failing)
     with threads() as client:
         check(dask.sweep(client, study, tmp_path / "out", shards=3, shared=False, retries=2), expected)
         broken = iter([True])
@@ -462,7 +462,7 @@ def test_a_wrong_client_is_rejected(client, study, tmp_path):
 WITHOUT = "import sys; sys.modules[{name!r}] = None; "
 
 
-def test_what_is_missing_is_said_where_dask_is_not_installed():
+def test_import_without_dask_names_the_missing_package():
     program = WITHOUT.format(name="distributed") + "import motorfit.dask"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert done.returncode == 1

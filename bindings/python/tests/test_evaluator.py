@@ -151,7 +151,7 @@ def test_costs_that_are_not_numbers_are_inf(evaluator):
         (None, TypeError),
     ],
 )
-def test_what_is_no_table_is_an_error(evaluator, given, error):
+def test_other_objects_than_tables_are_errors(evaluator, given, error):
     with pytest.raises(error):
         evaluator(given)
 
@@ -213,7 +213,7 @@ def test_columns_of_frames_go_by_their_names(evaluator):
         evaluator(frame.drop(columns="J"))
 
 
-def test_names_say_whose_they_are(record):
+def test_names_have_the_index_of_the_recording(record):
     other = step(seed=2)
     several = motorfit.Evaluator([record, other], per_recording="R")
     assert several.names == ["R[0]", "R[1]", "L", "K", "B", "J"]
@@ -229,7 +229,7 @@ def test_an_evaluator_pickles(record):
     np.testing.assert_array_equal(again(candidates(5)[:, [0, 1, 3, 4]]), made(candidates(5)[:, [0, 1, 3, 4]]))
 
 
-def test_a_call_within_a_call_is_said_or_done(evaluator):
+def test_nested_calls_work_or_raise(evaluator):
     expected = evaluator(candidates(3))
 
     class Given:

@@ -254,7 +254,7 @@ def test_pairs_come_in_any_form(record, pair):
     assert bounds[0] == (0.5, 2.0)
 
 
-def test_values_that_are_none_are_named(record):
+def test_wrong_values_are_named(record):
     with pytest.raises(TypeError, match="fix: R is None"):
         motorfit.identify(record, fix={"R": None})
     with pytest.raises(TypeError, match="population: 'float' object"):

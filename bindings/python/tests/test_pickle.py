@@ -82,7 +82,7 @@ def test_every_answer_is_compared():
     assert {"costs", "histories", "plot_waterfall"} <= set(answers(RESULTS["compared"].blocks[0]))
 
 
-def test_what_was_sent_cannot_be_changed():
+def test_unpickled_values_cannot_be_changed():
     again = pickle.loads(pickle.dumps(RESULTS["step"]))
     again.parameters["R"] = 0.0
     again.covariance[:] = 0.0
@@ -91,20 +91,20 @@ def test_what_was_sent_cannot_be_changed():
 
 
 @pytest.mark.parametrize("kind", RESULTS)
-def test_what_cannot_change_is_its_own_copy(kind):
+def test_immutable_objects_are_their_own_copy(kind):
     for thing in (RESULTS[kind], pickle.loads(pickle.dumps(RESULTS[kind])), step()):
         assert copy.copy(thing) is thing and copy.deepcopy([thing])[0] is thing
 
 
 @pytest.mark.parametrize("recording", [1, -2, 2**62, -(2**63)])
-def test_a_recording_that_is_not_there_is_said(recording):
+def test_a_wrong_index_is_an_error(recording):
     for made in (RESULTS["step"], pickle.loads(pickle.dumps(RESULTS["step"]))):
         with pytest.raises(IndexError, match="there are 1 recordings"):
             made.plot_response(recording)
 
 
 @pytest.mark.parametrize("made, name", [(RESULTS["step"], "cost"), (RESULTS["compared"], "blocks"), (RESULTS["compared"].blocks[0], "costs")])
-def test_another_version_is_said(made, name):
+def test_a_pickle_of_another_version_is_an_error(made, name):
     restore, (state,) = made.__reduce__()
     del state[name]
     with pytest.raises(ValueError, match=f"another version of motorfit .* lacks {name}"):

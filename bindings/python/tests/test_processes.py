@@ -68,7 +68,7 @@ def inherited(table):
 
 
 @pytest.mark.parametrize("how", ["fork", "spawn"])
-def test_whole_results_come_back(record, how):
+def test_results_are_returned_completely(record, how):
     found = in_process(how, motorfit.identify, record)
     assert found.parameters == fit(record)
     assert str(found.plot_response()) == str(motorfit.identify(record).plot_response())

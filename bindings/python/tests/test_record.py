@@ -104,12 +104,12 @@ def test_a_recording_without_a_voltage_has_the_current_as_input(record):
         ({"voltage": np.zeros(3, complex), "current": [0.0, 1.0, 2.0]}, TypeError),
     ],
 )
-def test_what_is_no_recording_is_refused(signals, error):
+def test_invalid_signals_are_errors(signals, error):
     with pytest.raises(error):
         motorfit.Record([0.0, 0.1, 0.2], **signals)
 
 
-def test_errors_say_where_and_what_to_do(tmp_path):
+def test_errors_have_place_and_remedy(tmp_path):
     path = tmp_path / "bad.csv"
     path.write_text("time_s,voltage_V,current_A,speed_rad_s\n0,0,0,0\n0.1,1,x,0\n")
     with pytest.raises(motorfit.DataError) as caught:
@@ -189,7 +189,7 @@ def test_other_objects_than_frames_are_rejected(record):
         motorfit.Record.from_columns(wrong)
 
 
-def test_signals_cannot_be_written_to(record):
+def test_signals_are_read_only(record):
     for signal in ("time", "voltage", "current", "speed"):
         with pytest.raises(ValueError, match="read-only"):
             getattr(record, signal)[0] = 1.0

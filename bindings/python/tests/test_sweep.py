@@ -136,7 +136,7 @@ def test_foreign_or_damaged_results_are_rejected(study, tmp_path):
         plan.run(threads=0)
 
 
-def test_an_interrupted_sweep_goes_on(study, expected, tmp_path):
+def test_an_interrupted_sweep_is_resumed(study, expected, tmp_path):
     out = tmp_path / "out"
     partly = motorfit.sweep(study, out, progress=lambda p: False)
     assert 0 < partly["missing"] < 96
@@ -151,7 +151,7 @@ def test_an_interrupted_sweep_goes_on(study, expected, tmp_path):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
-def test_ctrl_c_keeps_what_is_finished(tmp_path):
+def test_ctrl_c_keeps_finished_runs(tmp_path):
     study = write_study(tmp_path / "study", 'recordings = "line/*.csv"\nmethods = "gwo"\nseeds = "1..100000"', 1)
     out = tmp_path / "out"
     program = (

@@ -45,7 +45,7 @@ savemat(
 
 
 class Big:
-    """A big-endian file by hand, as scipy writes none."""
+    """Writer of MAT elements in big-endian byte order, which scipy does not support."""
 
     def element(self, kind, data):
         if 0 < len(data) <= 4:
@@ -70,7 +70,7 @@ open("big_endian.mat", "wb").write(header + body)
 
 
 class Little(Big):
-    """The same in the other byte order."""
+    """Writer of MAT elements in little-endian byte order."""
 
     def element(self, kind, data):
         if 0 < len(data) <= 4:
@@ -78,7 +78,7 @@ class Little(Big):
         return struct.pack("<II", kind, len(data)) + data + b"\0" * (-len(data) % 8)
 
 
-# A timeseries as MATLAB saves it: an opaque array of class 17, and what belongs to it in an array without a name.
+# A timeseries as saved by MATLAB: an opaque array of class 17, and its contents in an array without a name.
 little = Little()
 parts = little.element(6, struct.pack("<II", 17, 0))
 for text in (b"ts", b"MCOS", b"timeseries"):

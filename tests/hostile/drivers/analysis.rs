@@ -18,7 +18,7 @@ pub fn motors(calls: &mut Calls) {
     }
     let uncertainty = fitted().uncertainty;
     for (value, space) in
-        FEW.into_iter().flat_map(|v| [(v, Space::table2()), (v, crate::drivers::identify::all_held())])
+        FEW.into_iter().flat_map(|v| [(v, Space::table2()), (v, crate::drivers::identify::all_fixed())])
     {
         for (input, values) in [Input::Voltage, Input::Current].into_iter().flat_map(|i| [0, 1, 5, 9].map(|n| (i, n))) {
             let values = vec![value; values];

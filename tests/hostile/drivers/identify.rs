@@ -95,7 +95,7 @@ fn specs() -> Vec<IdentifySpec> {
         IdentifySpec { per_recording: vec![Parameter::R, Parameter::R], ..usual.clone() },
         IdentifySpec { per_recording: Parameter::ALL.to_vec(), ..usual.clone() },
         IdentifySpec { with: With::These(Vec::new()), ..usual.clone() },
-        IdentifySpec { space: all_held(), ..usual.clone() },
+        IdentifySpec { space: all_fixed(), ..usual.clone() },
         IdentifySpec {
             population: usize::MAX,
             generations: usize::MAX,
@@ -116,7 +116,7 @@ fn specs() -> Vec<IdentifySpec> {
 }
 
 /// Returns a space without free parameters.
-pub fn all_held() -> Space {
+pub fn all_fixed() -> Space {
     let held: Vec<(Parameter, f64)> = Parameter::ALL.into_iter().map(|p| (p, 1.0)).collect();
     Space::table2_to_extend(&[], &held).unwrap()
 }

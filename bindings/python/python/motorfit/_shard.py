@@ -19,9 +19,9 @@ from ._motorfit import Sweep, __version__
 # Sent instead of the bytes of a recording that the client cannot read, so that the run fails on the worker in the same way.
 MISSING, DENIED, FOLDER = "missing", "denied", "folder"
 # Longest wait for an abandoned run of the same shard to end, and interval between checks [s].
-PATIENCE, LOOK = 30.0, 0.5
+PATIENCE, CHECK_INTERVAL = 30.0, 0.5
 
-Mark = tuple[int, int, int] | None
+Fingerprint = tuple[int, int, int] | None
 
 
 @dataclass(frozen=True)
@@ -52,14 +52,14 @@ class Done:
 
 
 @dataclass(frozen=True)
-class Look:
+class WorkerInfo:
     """Properties of a worker."""
 
     version: str
     #: Number of shards that it runs at the same time.
     slots: int
     #: Fingerprints of the files that it was asked for.
-    marks: list[Mark]
+    fingerprints: list[Fingerprint]
 
 
 class Call:
@@ -72,12 +72,12 @@ class Call:
         return self.function, self.arguments
 
 
-def parcel(function: Callable[..., Any], *arguments: Any) -> bytes:
+def pack_call(function: Callable[..., Any], *arguments: Any) -> bytes:
     """Returns a call as bytes for ``pickle.loads`` on a worker, so that the scheduler does not need motorfit."""
     return pickle.dumps(Call(function, arguments))
 
 
-def mark(path: str | os.PathLike[str]) -> Mark:
+def fingerprint(path: str | os.PathLike[str]) -> Fingerprint:
     """Returns the inode, size and modification time of a file, which distinguish it from a copy; None if it does not exist."""
     try:
         found = os.stat(path)
@@ -86,10 +86,10 @@ def mark(path: str | os.PathLike[str]) -> Mark:
     return found.st_ino, found.st_size, found.st_mtime_ns
 
 
-def look(paths: Sequence[str], resources: Mapping[str, float], dask_worker: Any = None) -> Look:
+def inspect_worker(paths: Sequence[str], resources: Mapping[str, float], dask_worker: Any = None) -> WorkerInfo:
     """Returns the properties of the worker that executes it."""
     worker = dask_worker if dask_worker is not None else get_worker()
-    return Look(__version__, slots(worker, resources), [mark(path) for path in paths])
+    return WorkerInfo(__version__, slots(worker, resources), [fingerprint(path) for path in paths])
 
 
 def slots(worker: Any, resources: Mapping[str, float]) -> int:
@@ -99,7 +99,7 @@ def slots(worker: Any, resources: Mapping[str, float]) -> int:
     return int(min([worker.state.nthreads, *fit]))
 
 
-def contents(path: str | os.PathLike[str]) -> bytes | str:
+def read_recording(path: str | os.PathLike[str]) -> bytes | str:
     """Returns the bytes of a recording, or the reason why it cannot be read."""
     try:
         return pathlib.Path(path).read_bytes()
@@ -111,9 +111,9 @@ def contents(path: str | os.PathLike[str]) -> bytes | str:
         return MISSING
 
 
-def lay(recordings: Mapping[str, bytes | str], root: pathlib.Path) -> pathlib.Path:
+def write_recordings(recordings: Mapping[str, bytes | str], root: pathlib.Path) -> pathlib.Path:
     """Writes recordings below ``root`` and returns the folder of relative paths, deep enough that ``..`` stays inside."""
-    folder = root.joinpath("recordings", *["up"] * max([climb(path) for path in recordings], default=0))
+    folder = root.joinpath("recordings", *["up"] * max([levels_up(path) for path in recordings], default=0))
     folder.mkdir(parents=True)
     for path, content in recordings.items():
         if content == MISSING:
@@ -136,7 +136,7 @@ def lay(recordings: Mapping[str, bytes | str], root: pathlib.Path) -> pathlib.Pa
     return folder
 
 
-def climb(path: str) -> int:
+def levels_up(path: str) -> int:
     """Returns the number of levels that a path goes above its start."""
     level = lowest = 0
     for part in pathlib.PurePath(path).parts:
@@ -173,7 +173,7 @@ def run(task: Task) -> Done:
         planned.mkdir()
         for name, content in {"manifest.json": task.manifest, **task.results}.items():
             (planned / name).write_bytes(content)
-        tally = work(Sweep.open(planned), lay(task.recordings, root))
+        tally = work(Sweep.open(planned), write_recordings(task.recordings, root))
         index, count = task.shard
         return Done(task.shard, (planned / f"results-{index}-of-{count}.jsonl").read_bytes(), tally)
 
@@ -182,7 +182,7 @@ def wait_for_lock(sweep: Sweep, shard: tuple[int, int]) -> None:
     """Waits for an abandoned run of the same shard to end and release its lock."""
     until = time.monotonic() + PATIENCE
     while time.monotonic() < until and is_running(sweep.status()["shards"], shard):
-        time.sleep(LOOK)
+        time.sleep(CHECK_INTERVAL)
 
 
 def is_running(shards: Iterable[Mapping[str, Any]], shard: tuple[int, int]) -> bool:

@@ -36,7 +36,7 @@ except ImportError as error:
 
 from ._errors import DeviceError, MotorfitError, UsageError
 from ._motorfit import Sweep, __version__
-from ._shard import Done, Look, Task, contents, look, mark, parcel, run
+from ._shard import Done, Task, WorkerInfo, fingerprint, inspect_worker, pack_call, read_recording, run
 from ._sweep import Limits, folder_of
 
 __all__ = ["Progress", "sweep"]
@@ -272,27 +272,27 @@ class _Sweeping:
         paths = [str(path) for path in [seen, *sample]]
         try:
             seen.touch()
-            first = self._first_look(paths)
-            rest = self.client.run(look, paths, self.options.resources, on_error="ignore")
-            marks = [mark(path) for path in paths]
+            first = self._first_worker(paths)
+            rest = self.client.run(inspect_worker, paths, self.options.resources, on_error="ignore")
+            fingerprints = [fingerprint(path) for path in paths]
         finally:
             seen.unlink(missing_ok=True)
-        looks = [first, *(one for one in (rest or {}).values() if isinstance(one, Look) and one.slots > 0)]
-        for one in looks:
+        infos = [first, *(one for one in (rest or {}).values() if isinstance(one, WorkerInfo) and one.slots > 0)]
+        for one in infos:
             if one.version != __version__:
                 message = f"a worker has motorfit {one.version}, the client {__version__}"
                 raise UsageError(message, "Install the same version everywhere.")
-        self.slots = max(1, sum(one.slots for one in looks[1:]))
-        self.is_shared = shared if shared is not None else all(one.marks == marks for one in looks)
+        self.slots = max(1, sum(one.slots for one in infos[1:]))
+        self.is_shared = shared if shared is not None else all(one.fingerprints == fingerprints for one in infos)
 
-    def _first_look(self, paths: list[str]) -> Look:
+    def _first_worker(self, paths: list[str]) -> WorkerInfo:
         options = self.options
         key = f"motorfit-look-{self.token}"
-        call = parcel(look, paths, options.resources)
+        call = pack_call(inspect_worker, paths, options.resources)
         needed = options.resources or None
         future = self.client.submit(pickle.loads, call, key=key, pure=False, resources=needed, retries=2)
         try:
-            found: Look = future.result(timeout=options.wait)
+            found: WorkerInfo = future.result(timeout=options.wait)
             return found
         except DaskTimeout:
             needs = f" with {options.resources}" if options.resources else ""
@@ -328,7 +328,7 @@ class _Sweeping:
         self.failed_of.setdefault(index, _failed(results) if self.failed_before else 0)
         if self.is_shared:
             return Task(*common, folders=(str(self.plan.folder), str(self.plan.origin)))
-        recordings = {path: contents(self.plan.origin / path) for path in self.plan.recordings(shard)}
+        recordings = {path: read_recording(self.plan.origin / path) for path in self.plan.recordings(shard)}
         return Task(*common, manifest=self.manifest, recordings=recordings, results=results)
 
     def _fill(self, ended: as_completed) -> None:
@@ -344,7 +344,7 @@ class _Sweeping:
                 warnings.filterwarnings("ignore", message="(?s).*large", category=UserWarning)
                 future = self.client.submit(
                     pickle.loads,
-                    parcel(run, self._task(index)),
+                    pack_call(run, self._task(index)),
                     key=key,
                     pure=False,
                     retries=self.options.retries,
