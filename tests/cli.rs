@@ -329,10 +329,10 @@ fn evaluate_gives_costs_of_any_candidates() {
         (&["--sample", "cube:3"], 2, "is no sample"),
         (&["--sample", "uniform:0"], 2, "is no sample"),
         (&["--sample", "uniform:3", "--top", "0"], 2, "--top is 0"),
-        (&["--sample", "grid:1e6"], 2, "too many"),
+        (&["--sample", "grid:1e6"], 2, "too large"),
         (&["--slice", "R"], 2, "two parameters"),
         (&["--slice", "R,R"], 2, "two different"),
-        (&["--slice", "R,L", "--fix", "R=0.9"], 2, "R is held"),
+        (&["--slice", "R,L", "--fix", "R=0.9"], 2, "R is fixed"),
         (&["--slice", "R,L", "--sample", "lhs:9"], 2, "grid:N"),
         (&[], 2, "--candidates"),
         (&["--candidates", "nowhere.csv"], 3, "cannot be read"),
@@ -889,7 +889,7 @@ fn wrong_usage() {
     identify(&["--fix", &format!("{M2},TL=0.01"), "--with", "load"], "nothing to estimate");
     identify(&["--per-recording", "TL"], "--per-recording: TL is not in the model");
     identify(&["--per-recording", "TL,t0", "--with", "load"], "--per-recording: t0 is not in the model");
-    identify(&["--per-recording", "R", "--fix", "R=0.92"], "--per-recording: R is held");
+    identify(&["--per-recording", "R", "--fix", "R=0.92"], "--per-recording: R is fixed");
     identify(&["--population", "0"], "population is 0");
     identify(&["--generations", "0"], "generations is 0");
     identify(&["--population", "99999999999999999999"], "--population");
@@ -989,7 +989,7 @@ fn a_missing_channel_is_one_sentence() {
         .collect();
     std::fs::write(&path, without).unwrap();
     let said = text(&run(&["inspect", &path]).stdout);
-    assert!(said.contains("for example. Told are") && !said.contains(".."), "{said}");
+    assert!(said.contains("for example. Identifiable: ") && !said.contains(".."), "{said}");
     // The error names the file with two samples.
     let two = folder.file("two.csv", "time_s,voltage_V,current_A,speed_rad_s\n0,0,0,0\n0.1,6,1,2\n");
     fails(&["identify", &two], 4, "two.csv: 2 measured values");

@@ -176,7 +176,7 @@ fn a_full_disk_keeps_the_old_report() {
     let output = Command::new("sh").args(["-c", &script]).output().unwrap();
     let err = text(&output.stderr);
     assert!(
-        output.status.code() == Some(3) && err.contains("cannot be written") && err.contains("as they were"),
+        output.status.code() == Some(3) && err.contains("cannot be written") && err.contains("are unchanged"),
         "{err}"
     );
     assert!(contents(&dir) == before);

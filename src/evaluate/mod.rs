@@ -12,6 +12,7 @@ mod evaluator;
 mod extended;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+mod initial;
 mod input;
 mod kernel;
 mod problem;
@@ -23,8 +24,9 @@ mod step;
 
 pub use cpu::{Level, cpu_name, fma_loop};
 pub use evaluator::{Batch, Evaluator, Group, Pending};
+pub use initial::Initial;
 pub use problem::{Model, Problem};
 pub use scalar::Scalar;
 pub use segment::Run;
-pub use signals::{Initial, Signals};
+pub use signals::Signals;
 pub use simd::Simd;

@@ -1,9 +1,10 @@
 //! The problem that candidates are evaluated on: recordings, model, search space and criterion, checked and prepared once.
 
+use super::initial::Initial;
 #[cfg(feature = "gpu")]
 use super::segment::Run;
 use super::segment::Segment;
-use super::signals::{Initial, Signals};
+use super::signals::Signals;
 use crate::Result;
 use crate::criterion::Criterion;
 use crate::motor::{

@@ -1,29 +1,14 @@
 //! A recording prepared for evaluation: everything that does not depend on the candidate is computed once.
 
+use super::initial::{Initial, initial_state};
 use super::segment::{Run, Segment};
 use crate::criterion::Criterion;
 use crate::motor::{Discretization, InputHistory, SimulationInput, SplitSteps};
-use crate::named::named;
 use crate::numeric::{count, noise_sigma, peak, rms, standard_deviation};
 use crate::record::Record;
 use crate::setting::text;
 use crate::{Error, ErrorKind, Result};
 use std::sync::OnceLock;
-
-named! {
-    /// The state `[i, ω]` at which the simulation starts.
-    #[non_exhaustive]
-    pub enum Initial (default Auto) {
-        /// Zero if the recording starts at rest, else free.
-        Auto = "auto",
-        /// Zero: the motor starts at rest.
-        Zero = "zero",
-        /// The first measured sample; zero for a channel that was not measured.
-        Measured = "measured",
-        /// Estimated by the refinement; as measured in a population search.
-        Free = "free",
-    }
-}
 
 /// Ratio of residuals to the standard deviation of a channel's noise up to which residuals count as noise.
 const NOISY: f64 = 2.0;
@@ -380,23 +365,4 @@ fn filled(record: &Record, counting: &[[bool; 2]]) -> [Option<Vec<f64>>; 2] {
         };
         Some((0..signal.len()).map(between).collect())
     })
-}
-
-/// Returns the state at the first sample, and true if the refinement estimates it.
-fn initial_state(measured: [Option<&[f64]>; 2], initial: Initial) -> ([f64; 2], bool) {
-    let first = measured.map(|m| m.map_or(0.0, |m| m[0]));
-    let at_rest = || {
-        measured.into_iter().flatten().all(|signal| {
-            // At rest means below one percent of the peak, or below five standard deviations of the noise.
-            let first = signal[0].abs();
-            first <= 0.01 * peak(signal) || first <= 5.0 * noise_sigma(signal)
-        })
-    };
-    match initial {
-        Initial::Zero => ([0.0; 2], false),
-        Initial::Measured => (first, false),
-        Initial::Free => (first, true),
-        Initial::Auto if at_rest() => ([0.0; 2], false),
-        Initial::Auto => (first, true),
-    }
 }

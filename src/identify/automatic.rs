@@ -44,12 +44,12 @@ pub(super) fn choose<'a>(
     spec: &'a IdentifySpec,
 ) -> Result<Chosen<'a>> {
     if let Some(masked) = masked {
-        let chosen = between_samples(on(masked, spec)?, spec)?;
+        let chosen = with_intersample(on(masked, spec)?, spec)?;
         if !fits_all(&chosen, records) {
             return Ok(chosen);
         }
     }
-    between_samples(on(records, spec)?, spec)
+    with_intersample(on(records, spec)?, spec)
 }
 
 /// Runs stages 1 to 3 on the given recordings with the intersample behaviour of the spec.
@@ -65,7 +65,7 @@ fn on<'a>(records: &'a [Record], spec: &'a IdentifySpec) -> Result<Chosen<'a>> {
 /// tie the first one stays, since a first-order hold acts like a fixed delay by half a period, which an estimated dead time
 /// includes. `spec` is the requested spec, because the spec of a normalized model fixes parameters that the request leaves
 /// free.
-fn between_samples<'a>(first: Chosen<'a>, spec: &IdentifySpec) -> Result<Chosen<'a>> {
+fn with_intersample<'a>(first: Chosen<'a>, spec: &IdentifySpec) -> Result<Chosen<'a>> {
     let Some(best) = &first.selection.best else { return Ok(first) };
     let is_open = spec.auto_discretization && !is_driven_by_current(first.prepared.records);
     let other = match spec.model.discretization {

@@ -89,7 +89,7 @@ pub struct Source {
 
 impl Source {
     /// Adds the number of a segment (`n` from 0) to the name of the part if there are several segments.
-    fn stretch(mut self, n: usize, count: usize) -> Self {
+    fn with_segment(mut self, n: usize, count: usize) -> Self {
         if count > 1 {
             let part = self.part.into_iter().chain([format!("segment {}", n + 1)]);
             self.part = Some(part.collect::<Vec<_>>().join(", "));

@@ -66,7 +66,7 @@ fn invalid_boxes_give_no_sample() {
     assert_eq!(values, [1.0, 0.0, 1.0, 0.0]);
     for sampling in [Sampling::Uniform, Sampling::LatinHypercube, Sampling::Grid] {
         for number in [u64::MAX, u64::MAX - 1, (1 << 53) + 1] {
-            refused(Sample::new(sampling, number, vec![(0.0, 1.0)], 1), "none, or too many");
+            refused(Sample::new(sampling, number, vec![(0.0, 1.0)], 1), "empty or too large");
         }
     }
 }

@@ -204,7 +204,7 @@ fn segments(mut signals: Signals) -> Result<Vec<Record>> {
     let count = long.len();
     let record = |(n, range): (usize, Range<usize>)| {
         let (samples, source) = signals.part(range).samples()?;
-        let source = source.stretch(n, count);
+        let source = source.with_segment(n, count);
         let part = source.part.clone();
         Record::from_file(samples, source, false).map_err(|error| in_part(error, part.as_deref()))
     };

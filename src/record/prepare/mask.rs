@@ -120,7 +120,7 @@ fn cut(record: &Record, cuts: &[Range<usize>], notes: &[String]) -> Result<Vec<R
     let piece = |(n, range)| {
         let mut piece = record.cut_to(range, "cut")?;
         piece.source.notes.extend_from_slice(notes);
-        Ok(Record { source: piece.source.stretch(n, count), ..piece })
+        Ok(Record { source: piece.source.with_segment(n, count), ..piece })
     };
     pieces.into_iter().enumerate().map(piece).collect()
 }
