@@ -903,7 +903,7 @@ fn wrong_usage() {
     identify(&["--set", "mutation=0.1"], "not a setting of this method");
     identify(&["--method", "ga", "--set", "mutation=2"], "mutation");
     identify(&["--noise", "loud"], "--noise");
-    identify(&["--columns", "power=x"], "no quantity");
+    identify(&["--columns", "power=x"], "not a quantity");
     identify(&["--device", "tpu"], "no device");
     identify(&["--noise", "40dB"], "without --scale noise");
     identify(&["--time-origin", "1"], "without --criterion itse or itae");
@@ -914,7 +914,7 @@ fn wrong_usage() {
     identify(&["--method", "\u{9b}31m"], "\\u{9b}");
     identify(&["--method", "\u{1b}[31m"], "invalid value");
     identify(&["--with", "coulom"], "did you mean coulomb?");
-    identify(&["--with", "auto,load"], "others are named beside it");
+    identify(&["--with", "auto,load"], "other names are given too");
     identify(&["--with", "coulomb", "--bounds", "Tc=-1:1"], "not zero or positive");
     identify(&["--fix", "td=-0.1"], "less than minus one sampling period");
     identify(&["--per-recording", "Q"], "not a parameter");
@@ -992,7 +992,7 @@ fn a_missing_channel_is_one_sentence() {
     assert!(said.contains("for example. Identifiable: ") && !said.contains(".."), "{said}");
     // The error names the file with two samples.
     let two = folder.file("two.csv", "time_s,voltage_V,current_A,speed_rad_s\n0,0,0,0\n0.1,6,1,2\n");
-    fails(&["identify", &two], 4, "two.csv: 2 measured values");
+    fails(&["identify", &two], 4, "two.csv: only 2 measured values");
 }
 
 #[test]
