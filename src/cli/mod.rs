@@ -31,7 +31,7 @@ mod prelude {
     pub(super) use motorfit::device::with_threads;
     pub(super) use motorfit::report::json;
     pub(super) use motorfit::setting::Setting;
-    pub(super) use motorfit::settings::{self, values};
+    pub(super) use motorfit::settings::{self, parse};
     pub(super) use motorfit::text::{Shortest, engineering, excerpt, printable, significant};
     pub(super) use motorfit::{Error, Result};
     pub(super) use std::fmt::Write as _;

@@ -13,9 +13,9 @@ use motorfit::report::SignalFacts;
 use std::ops::ControlFlow;
 
 pub(super) fn run(args: &SimulateArgs, style: &Style) -> Result<Outcome> {
-    let motor = values::motor(&args.parameters)?;
+    let motor = parse::motor(&args.parameters)?;
     let band = inspect::band(args.band.settling_band)?;
-    let noise = args.noise.as_deref().map(values::noise).transpose()?;
+    let noise = args.noise.as_deref().map(parse::noise).transpose()?;
     if let Some(step) = &args.input.strip_prefix("step:") {
         let (volts, at) = step_of(args, step)?;
         let step = StepExperiment::new(motor, volts, at, [args.duration, args.period])?;
@@ -105,7 +105,7 @@ fn step_of(args: &SimulateArgs, step: &str) -> Result<(f64, f64)> {
         let message = format!("--input: \"{}\" is not step:VOLTS@SECONDS", excerpt(&args.input));
         return Err(Error::usage(message, "Write --input step:10.5@1."));
     };
-    let (volts, at) = (values::number(volts, Setting::Input)?, values::number(at, Setting::Input)?);
+    let (volts, at) = (parse::number(volts, Setting::Input)?, parse::number(at, Setting::Input)?);
     if at > args.duration {
         let message = format!("the step at {at} s is after the end at {} s", args.duration);
         return Err(Error::usage(message, "Lengthen --duration or step earlier."));

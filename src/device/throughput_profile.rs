@@ -62,7 +62,8 @@ pub struct AdapterThroughput {
     /// Time to open and check the adapter \[s\].
     pub opening_s: f64,
     /// Evaluation times.
-    pub pace: ThroughputCurve,
+    #[serde(rename = "pace")]
+    pub curve: ThroughputCurve,
 }
 
 /// Throughput measured on a machine.
@@ -75,7 +76,8 @@ pub struct ThroughputProfile {
     /// Number of CPU threads in the measurement.
     pub threads: usize,
     /// Evaluation times of the CPU with this number of threads.
-    pub pace: ThroughputCurve,
+    #[serde(rename = "pace")]
+    pub curve: ThroughputCurve,
     /// The measured adapters.
     pub adapters: Vec<AdapterThroughput>,
 }
@@ -112,7 +114,7 @@ impl ThroughputProfile {
     pub fn faster(&self, work: Work, precision: Option<&str>) -> Option<&AdapterThroughput> {
         let Work { samples, population, generations, threads } = work;
         let (rounds, cores) = (count_u64(generations), count(threads.max(1)) / count(self.threads.max(1)));
-        let cpu = rounds * self.pace.seconds(samples, population)? / cores;
+        let cpu = rounds * self.curve.seconds(samples, population)? / cores;
         let fits = |adapter: &&AdapterThroughput| {
             let same = |a: &AdapterThroughput| {
                 a.name == adapter.name && a.driver == adapter.driver && a.backend == adapter.backend
@@ -122,7 +124,7 @@ impl ThroughputProfile {
             adapter.kind != "software" && adapter.precision == wanted
         };
         let time = |adapter: &AdapterThroughput| {
-            Some(adapter.opening_s + rounds * adapter.pace.seconds(samples, population)?).filter(|time| *time < cpu)
+            Some(adapter.opening_s + rounds * adapter.curve.seconds(samples, population)?).filter(|time| *time < cpu)
         };
         let timed = self.adapters.iter().filter(fits).filter_map(|adapter| Some((adapter, time(adapter)?)));
         timed.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(adapter, _)| adapter)
@@ -139,15 +141,15 @@ mod tests {
 
     #[test]
     fn times_are_between_and_beyond_the_measured_ones() {
-        let pace = ThroughputCurve {
+        let curve = ThroughputCurve {
             points: vec![(300, 1, 1e-4), (300, 100, 1e-3), (3000, 1, 1e-4), (3000, 100, 1e-2), (9, 9, f64::NAN)],
         };
-        assert!(close(pace.seconds(300, 1), 1e-4) && close(pace.seconds(300, 100), 1e-3));
-        assert!(close(pace.seconds(300, 10), (1e-4_f64 * 1e-3).sqrt()), "between populations");
-        assert!(close(pace.seconds(300, 1000), 1e-2), "above: in proportion");
-        assert!(close(pace.seconds(10, 0), 1e-4), "below: the least");
-        assert!(close(pace.seconds(30_000, 1000), 1.0), "both");
-        assert!(close(pace.seconds(949, 100), 1e-3 * 10_f64.powf((949.0 / 300.0_f64).log10())), "between lengths");
+        assert!(close(curve.seconds(300, 1), 1e-4) && close(curve.seconds(300, 100), 1e-3));
+        assert!(close(curve.seconds(300, 10), (1e-4_f64 * 1e-3).sqrt()), "between populations");
+        assert!(close(curve.seconds(300, 1000), 1e-2), "above: in proportion");
+        assert!(close(curve.seconds(10, 0), 1e-4), "below: the least");
+        assert!(close(curve.seconds(30_000, 1000), 1.0), "both");
+        assert!(close(curve.seconds(949, 100), 1e-3 * 10_f64.powf((949.0 / 300.0_f64).log10())), "between lengths");
         assert_eq!(ThroughputCurve::default().seconds(1, 1), None);
     }
 
@@ -168,13 +170,13 @@ mod tests {
             driver: "1.0".to_owned(),
             precision: precision.to_owned(),
             opening_s: 0.5,
-            pace: points(rate, 1e-3),
+            curve: points(rate, 1e-3),
         };
         ThroughputProfile {
             motorfit: env!("CARGO_PKG_VERSION").to_owned(),
             cpu: ThroughputProfile::this_cpu(),
             threads: 2,
-            pace: points(1e9, 1e-5),
+            curve: points(1e9, 1e-5),
             adapters: vec![
                 adapter("software", "f64", 1e12),
                 adapter("discrete", "f32", 2e11),

@@ -4,9 +4,9 @@
 //! A front end parses each argument into a [`Value`] by the [`Kind`] of its row and collects the values in [`Given`].
 
 mod given;
+pub mod parse;
 mod read;
 mod table;
-pub mod values;
 
 pub use given::{Fault, Given, Value};
 pub use read::{device, identify, method, problem, reading};

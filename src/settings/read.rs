@@ -1,6 +1,6 @@
 //! Conversion of settings to an [`IdentifySpec`] and to the options for reading and preparing files.
 
-use super::values;
+use super::parse;
 use super::{Fault, Given};
 use crate::criterion::Criterion;
 use crate::device::check_threads;
@@ -67,15 +67,15 @@ pub fn problem(given: &Given) -> Read<IdentifySpec> {
     let with = given.items(Setting::With, With::parse)?;
     // With extensions all parameters of the linear motor may be fixed.
     let space = if with == With::default() { Space::table2_with } else { Space::table2_to_extend };
-    let limits = given.items(Setting::Bounds, values::bounds)?;
-    let fixed = given.items(Setting::Fix, |items| values::parameters(items, Setting::Fix))?;
+    let limits = given.items(Setting::Bounds, parse::bounds)?;
+    let fixed = given.items(Setting::Fix, |items| parse::parameters(items, Setting::Fix))?;
     let of_space = if given.has(Setting::Bounds) { Setting::Bounds } else { Setting::Fix };
     Ok(IdentifySpec {
         criterion: Criterion {
             norm: given.choice(Setting::Criterion)?.unwrap_or_default(),
             scale: given.choice(Setting::Scale)?.unwrap_or_default(),
             time_origin_s,
-            noise: given.read(Setting::Noise, values::noise)?.unwrap_or_default(),
+            noise: given.read(Setting::Noise, parse::noise)?.unwrap_or_default(),
         },
         model: Model {
             discretization: given.choice(Setting::Discretization)?.unwrap_or_default(),
@@ -83,9 +83,9 @@ pub fn problem(given: &Given) -> Read<IdentifySpec> {
         },
         auto_discretization: !given.has(Setting::Discretization),
         space: space(&limits, &fixed).map_err(|error| Fault { setting: of_space, error })?,
-        auto_bounds: given.items(Setting::Bounds, values::auto_bounds)?,
+        auto_bounds: given.items(Setting::Bounds, parse::auto_bounds)?,
         with,
-        per_recording: given.items(Setting::PerRecording, |items| values::named(items, Setting::PerRecording))?,
+        per_recording: given.items(Setting::PerRecording, |items| parse::named(items, Setting::PerRecording))?,
         ..device(given)?
     })
 }
@@ -130,7 +130,7 @@ pub fn identify(given: &Given) -> Read<IdentifySpec> {
 pub fn method(name: &str, settings: &[String]) -> Result<Method> {
     let mut method = Method::named(Setting::Method.name(), name)?;
     for item in settings {
-        let (key, value) = values::pair(item, Setting::Set, "mutation=0.1")?;
+        let (key, value) = parse::pair(item, Setting::Set, "mutation=0.1")?;
         method.set(key.strip_prefix(&format!("{name}.")).unwrap_or(key), value)?;
     }
     Ok(method)

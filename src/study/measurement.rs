@@ -190,7 +190,7 @@ impl Throughput {
     /// Returns the throughput profile from which `auto` chooses a device; `None` if the CPU was not measured.
     #[must_use]
     pub fn throughput_profile(&self) -> Option<ThroughputProfile> {
-        let pace = |n: usize| {
+        let curve = |n: usize| {
             let point = |m: &Measurement| Some((m.samples as u64, m.population as u64, m.seconds?));
             ThroughputCurve { points: self.of(n).filter_map(point).collect() }
         };
@@ -203,7 +203,7 @@ impl Throughput {
                 driver,
                 precision: contender.precision.to_owned(),
                 opening_s: contender.opening_s,
-                pace: pace(n),
+                curve: curve(n),
             })
         };
         let baseline = self.baseline()?;
@@ -211,7 +211,7 @@ impl Throughput {
             motorfit: env!("CARGO_PKG_VERSION").to_owned(),
             cpu: ThroughputProfile::this_cpu(),
             threads: self.contenders[baseline].threads,
-            pace: pace(baseline),
+            curve: curve(baseline),
             adapters: self.contenders.iter().enumerate().filter_map(adapter).collect(),
         })
     }

@@ -12,7 +12,7 @@ use motorfit::motor::{Discretization, Parameters};
 use motorfit::named::Named as _;
 use motorfit::report::{devices_document, json};
 use motorfit::setting::Setting;
-use motorfit::settings::values;
+use motorfit::settings::parse;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -56,14 +56,14 @@ pub fn simulate(
     noise: Option<&Bound<'_, PyAny>>,
     seed: u64,
 ) -> PyResult<Record> {
-    let motor = values::motor(&spec::items(parameters, "parameters")?.join(",")).raise(py)?;
+    let motor = parse::motor(&spec::items(parameters, "parameters")?.join(",")).raise(py)?;
     let excitation = Excitation {
         time_s: signal(time, "time")?,
         voltage: signal(voltage, "voltage")?,
         torque: load_torque.map(|torque| signal(torque, "load_torque")).transpose()?,
     };
     let noise = noise.map(|noise| spec::items(noise, "noise")).transpose()?.map(|items| items.join(","));
-    let noise = noise.as_deref().map(values::noise).transpose().raise(py)?;
+    let noise = noise.as_deref().map(parse::noise).transpose().raise(py)?;
     let record = on_all(py, || {
         let clean = simulated(motor, &excitation, Discretization::Zoh)?;
         noise.map_or(Ok(clean.clone()), |noise| with_noise(&clean, noise_of(&clean, noise), seed))
@@ -144,7 +144,7 @@ pub fn refine<'py>(
     let keys = Keywords::new(py, settings, &["bounds", "fix", "discretization", "initial"])?;
     let records = several(records)?;
     let spec = spec::problem(&keys, spec::input_of(&records))?;
-    let given = values::parameters(&spec::items(start, "start")?, Setting::Start).raise(py)?;
+    let given = parse::parameters(&spec::items(start, "start")?, Setting::Start).raise(py)?;
     let value = |axis: &motorfit::motor::Axis| given.iter().find(|(p, _)| *p == axis.parameter).map(|(_, v)| *v);
     let missing = spec.space.free().iter().find(|axis| value(axis).is_none()).map(|axis| axis.parameter.symbol());
     if let Some(symbol) = missing {

@@ -9,7 +9,7 @@ use motorfit::device::with_threads;
 use motorfit::report::json;
 use motorfit::report::sweep::{status_document, sweep_document, tally_document};
 use motorfit::setting::Setting;
-use motorfit::settings::values;
+use motorfit::settings::parse;
 use motorfit::study::sweep::{Limits, Shard, Sweep as Planned, SweepProgress as State, Tally};
 use motorfit::{Error, Result};
 use pyo3::prelude::*;
@@ -307,7 +307,7 @@ fn shard_of((index, count): (u64, u64)) -> Result<Shard> {
 
 fn limits_of(limits: Option<&Bound<'_, PyAny>>, py: Python<'_>) -> PyResult<Limits> {
     let items = limits.map(|limits| spec::items(limits, "limits")).transpose()?.unwrap_or_default();
-    values::ranges(&items, Setting::Limits).and_then(Limits::new).raise(py)
+    parse::ranges(&items, Setting::Limits).and_then(Limits::new).raise(py)
 }
 
 /// Parses a JSON document to Python objects.

@@ -8,7 +8,7 @@ use motorfit::motor::Axis;
 use motorfit::numeric::{index, whole_u64};
 use motorfit::optimize::{Sample, Sampling};
 use motorfit::setting::Setting;
-use motorfit::settings::values;
+use motorfit::settings::parse;
 use motorfit::text::excerpt;
 use motorfit::{Error, Result};
 use std::fs::File;
@@ -72,7 +72,7 @@ pub(super) fn sampling(text: &str) -> Result<(Sampling, u64)> {
         _ => return Err(bad()),
     };
     // The number is parsed as a float, so that 1e8 is accepted.
-    let number = values::number(number, Setting::Sample)?;
+    let number = parse::number(number, Setting::Sample)?;
     if !(1.0..=9e15).contains(&number) || number.fract() != 0.0 {
         return Err(bad());
     }

@@ -166,7 +166,7 @@ impl<'a> Show<'a> {
         if let Some(path) = parquet {
             check_parquet(path)?;
         }
-        let limits = Limits::new(values::ranges(&shown.limits, Setting::Limits)?)?;
+        let limits = Limits::new(parse::ranges(&shown.limits, Setting::Limits)?)?;
         Ok(Self { limits, out: report.map(Out::take).transpose()?, parquet, json })
     }
 }

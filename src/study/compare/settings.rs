@@ -8,7 +8,7 @@ use crate::identify::{BatchCosts, IdentifySpec, Method};
 use crate::motor::Space;
 use crate::optimize::SEARCHES;
 use crate::setting::{Setting as Named, text};
-use crate::settings::values;
+use crate::settings::parse;
 use crate::text::{alternatives, excerpt, listed};
 use crate::{Error, Result};
 
@@ -79,7 +79,7 @@ impl CompareSettings {
         }
         let mut variants = vec![named];
         for item in &self.set {
-            let (name, values) = values::pair(item, Named::Set, "ga.mutation=0.1/0.2")?;
+            let (name, values) = parse::pair(item, Named::Set, "ga.mutation=0.1/0.2")?;
             let (method, key) = name.split_once('.').ok_or_else(|| {
                 let message = text!([Set](" \"{}\" names no method", excerpt(item)));
                 Error::usage(message, "Write METHOD.KEY=VALUE, as in ga.mutation=0.1.")
@@ -109,9 +109,9 @@ impl CompareSettings {
     pub fn space(&self, subject: &ComparisonSubject, model: Model) -> Result<Space> {
         let usual = [if subject.truth.is_some() { "table2" } else { "auto" }.to_owned()];
         let bounds = if self.bounds.is_empty() { &usual[..] } else { &self.bounds };
-        let fixed = values::parameters(&self.fix, Named::Fix)?;
-        let space = Space::table2_with(&values::bounds(bounds)?, &fixed)?;
-        let (auto_bounds, device) = (values::auto_bounds(bounds)?, DeviceSpec::Cpu);
+        let fixed = parse::parameters(&self.fix, Named::Fix)?;
+        let space = Space::table2_with(&parse::bounds(bounds)?, &fixed)?;
+        let (auto_bounds, device) = (parse::auto_bounds(bounds)?, DeviceSpec::Cpu);
         let identify = IdentifySpec { space, auto_bounds, device, model, ..IdentifySpec::default() };
         Ok(BatchCosts::new(&subject.records, &identify)?.problem().space().clone())
     }

@@ -9,7 +9,7 @@ use crate::named::named;
 use crate::optimize::SEARCHES;
 use crate::record::Reading;
 use crate::setting::Setting;
-use crate::settings::{self, Fault, Given, Kind, READING, Value, row, values};
+use crate::settings::{self, Fault, Given, Kind, READING, Value, parse, row};
 use crate::{Error, Result};
 use std::ops::Range;
 use std::path::Path;
@@ -101,7 +101,7 @@ impl<'a> Keys<'a> {
         let mut methods = self.needed("methods", remedy)?.list(Item::choice::<Method>)?;
         for item in self.words("set", "[\"ga.mutation=0.1\"]")? {
             let wrong = |error: &Error| self.document.located(self.span("set"), error);
-            let (name, value) = values::pair(&item, Setting::Set, "ga.mutation=0.1").map_err(|e| wrong(&e))?;
+            let (name, value) = parse::pair(&item, Setting::Set, "ga.mutation=0.1").map_err(|e| wrong(&e))?;
             let (method, key) = name.split_once('.').unwrap_or(("", name));
             let Some(found) = methods.iter_mut().find(|m| m.name() == method) else {
                 let message = format!("set: \"{}\" is not among the methods", crate::text::excerpt(method));
@@ -120,7 +120,7 @@ impl<'a> Keys<'a> {
     pub(super) fn noise(&self) -> Result<Vec<AddedNoise>> {
         let one = |item: Item<'_>| {
             let name = item.text("\"40dB\"")?;
-            let noise = (name != "none").then(|| values::noise(&name).map_err(|error| item.located(&error)));
+            let noise = (name != "none").then(|| parse::noise(&name).map_err(|error| item.located(&error)));
             Ok(AddedNoise { noise: noise.transpose()?, name })
         };
         self.list("noise", one, AddedNoise { name: "none".to_owned(), noise: None })
@@ -190,11 +190,10 @@ impl<'a> Keys<'a> {
         };
         let models = self.list("with", one, With::default())?;
         let (given, at) = (self.given(&OF_MODELS)?, |fault: Fault| self.at(&fault));
-        let bounds = given.items(Setting::Bounds, values::bounds).map_err(at)?;
-        let auto_bounds = given.items(Setting::Bounds, values::auto_bounds).map_err(at)?;
-        let fixed = given.items(Setting::Fix, |items| values::parameters(items, Setting::Fix)).map_err(at)?;
-        let own =
-            given.items(Setting::PerRecording, |items| values::named(items, Setting::PerRecording)).map_err(at)?;
+        let bounds = given.items(Setting::Bounds, parse::bounds).map_err(at)?;
+        let auto_bounds = given.items(Setting::Bounds, parse::auto_bounds).map_err(at)?;
+        let fixed = given.items(Setting::Fix, |items| parse::parameters(items, Setting::Fix)).map_err(at)?;
+        let own = given.items(Setting::PerRecording, |items| parse::named(items, Setting::PerRecording)).map_err(at)?;
         let is_given = |p: Parameter| bounds.iter().any(|(of, ..)| *of == p) || fixed.iter().any(|(of, _)| *of == p);
         let has = |with: &With, p: Parameter| with.may_have(p) || (!self.names_with() && is_given(p));
         let asked = bounds.iter().map(|(p, ..)| ("bounds", *p)).chain(fixed.iter().map(|(p, _)| ("fix", *p)));

@@ -269,9 +269,9 @@ fn profiles(calls: &mut Calls) {
     curves.extend(
         NUMBERS.map(|v| ThroughputCurve { points: vec![(0, 0, v), (u64::MAX, u64::MAX, v), (1, 2, v), (0, 0, v)] }),
     );
-    for pace in curves {
+    for curve in curves {
         for (samples, population) in WIDE.into_iter().flat_map(|a| WIDE.map(|b| (a, b))) {
-            drive!(calls, (&pace, samples, population); "device::ThroughputCurve::seconds" => pace.seconds(samples, population));
+            drive!(calls, (&curve, samples, population); "device::ThroughputCurve::seconds" => curve.seconds(samples, population));
             let adapter = motorfit::device::AdapterThroughput {
                 name: String::new(),
                 kind: String::new(),
@@ -279,18 +279,18 @@ fn profiles(calls: &mut Calls) {
                 driver: String::new(),
                 precision: "f32".to_owned(),
                 opening_s: f64::NAN,
-                pace: pace.clone(),
+                curve: curve.clone(),
             };
             let profile = ThroughputProfile {
                 motorfit: String::new(),
                 cpu: String::new(),
                 threads: usize::MAX,
-                pace: pace.clone(),
+                curve: curve.clone(),
                 adapters: vec![adapter; 2],
             };
             for threads in [0, 1, usize::MAX] {
                 let work = Work { samples, population, generations: population, threads };
-                drive!(calls, (&pace, work);
+                drive!(calls, (&curve, work);
                     "device::ThroughputProfile::faster" => (profile.faster(work, None), profile.faster(work, Some("\0"))),
                     "device::ThroughputProfile::is_current" => profile.is_current(),
                 );

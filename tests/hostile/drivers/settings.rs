@@ -5,7 +5,7 @@ use crate::calls::{Calls, ask, drive};
 use motorfit::Error;
 use motorfit::identify::Polish;
 use motorfit::setting::Setting;
-use motorfit::settings::values::{auto_bounds, bounds, motor, named, noise, number, pair, parameters, ranges};
+use motorfit::settings::parse::{auto_bounds, bounds, motor, named, noise, number, pair, parameters, ranges};
 use motorfit::settings::{DEVICE, Given, PROBLEM, READING, SEARCH, Value, device, identify, method, problem, reading};
 
 pub fn languages(calls: &mut Calls) {
@@ -13,28 +13,28 @@ pub fn languages(calls: &mut Calls) {
         let lists =
             [vec![], vec![word.clone()], vec![word.clone(), word.clone()], vec![format!("R={word}"), word.clone()]];
         ask!(calls, word;
-            "settings::values::motor" => motor(&word),
-            "settings::values::motor" => motor(&format!("m2,{word}")),
-            "settings::values::noise" => noise(&word),
-            "settings::values::noise" => noise(&format!("i={word},w={word}")),
+            "settings::parse::motor" => motor(&word),
+            "settings::parse::motor" => motor(&format!("m2,{word}")),
+            "settings::parse::noise" => noise(&word),
+            "settings::parse::noise" => noise(&format!("i={word},w={word}")),
         );
         for setting in [Setting::Bounds, Setting::Fix, Setting::Shard] {
             ask!(calls, (setting, &word);
-                "settings::values::pair" => pair(&word, setting, &word),
-                "settings::values::number" => number(&word, setting),
+                "settings::parse::pair" => pair(&word, setting, &word),
+                "settings::parse::number" => number(&word, setting),
             );
             for items in &lists {
                 ask!(calls, (setting, items);
-                    "settings::values::parameters" => parameters(items, setting),
-                    "settings::values::ranges" => ranges(items, setting),
-                    "settings::values::named" => named(items, setting),
+                    "settings::parse::parameters" => parameters(items, setting),
+                    "settings::parse::ranges" => ranges(items, setting),
+                    "settings::parse::named" => named(items, setting),
                 );
             }
         }
         for items in &lists {
             ask!(calls, items;
-                "settings::values::bounds" => bounds(items),
-                "settings::values::auto_bounds" => auto_bounds(items),
+                "settings::parse::bounds" => bounds(items),
+                "settings::parse::auto_bounds" => auto_bounds(items),
             );
             for name in ["auto", "sm", "ga", &word] {
                 ask!(calls, (name, items); "settings::method" => method(name, items));
