@@ -74,7 +74,8 @@ impl Problem {
         Self { signals: self.signals.iter().map(make).collect(), ..self.clone() }
     }
 
-    /// Returns the problem with one of its recordings only. Parameters of single recordings keep their numbers.
+    /// Returns the problem with one of its recordings only. Parameters of single recordings keep the indices of their
+    /// recordings.
     ///
     /// # Panics
     /// Panics if `recording` is out of range.

@@ -29,7 +29,7 @@ pub struct StepExperiment {
     at_s: f64,
     period_s: f64,
     samples: usize,
-    /// Step between samples as a recording with these times has it \[s\].
+    /// Sampling period that a recording with these times has \[s\].
     step_s: f64,
 }
 

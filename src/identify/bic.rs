@@ -81,7 +81,8 @@ impl Residuals {
         Self(all)
     }
 
-    /// Returns the effective sample ratio over all channels and the number of values; `share` is the ratio at a correlation.
+    /// Returns the effective sample ratio over all channels and the number of values; `share` maps a lag-1 correlation to the
+    /// ratio.
     fn effective_ratio(&self, share: impl Fn(f64) -> f64) -> (f64, f64) {
         let all: f64 = self.0.iter().map(|[count, ..]| count).sum();
         let independent: f64 = self.0.iter().map(|[count, _, correlation]| count * share(*correlation)).sum();

@@ -116,7 +116,7 @@ impl Axis {
     }
 }
 
-/// Largest index of a recording that a parameter may belong to; the next value stands for an index beyond `u32`.
+/// Largest index of a recording that a parameter may belong to; the next value marks an index beyond `u32`.
 pub const RECORDING_MAX: u32 = u32::MAX - 1;
 
 /// Largest number of recordings for which a parameter may have separate values; a space has an axis for each.
@@ -196,7 +196,7 @@ impl Space {
         Self::new(free, fixed)
     }
 
-    /// Like [`Space::table2_with`], for a motor to which extensions are added later: no parameter need be free.
+    /// Returns the space of [`Space::table2_with`] for a motor to which extensions are added later; no parameter need be free.
     ///
     /// # Errors
     /// Returns the errors of [`Space::table2_with`], except that all parameters may be fixed.

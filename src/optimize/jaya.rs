@@ -1,4 +1,4 @@
-//! Jaya (R. V. Rao, Int. J. Ind. Eng. Comput. 7 (2016); Eq. 12 with its missing primes restored).
+//! Jaya (R. V. Rao, Int. J. Ind. Eng. Comput. 7 (2016); Eq. 12, with the primes added that the paper omits).
 //!
 //! `x'_j = x_j + r₁ (best_j − |x_j|) − r₂ (worst_j − |x_j|)`, clamped to the box. The new candidate replaces the old one
 //! only if its cost is not higher. Best and worst are those of the current population.

@@ -1,4 +1,4 @@
-//! Proves: the tables, the page and the document of synthetic sweeps have the results that were put in.
+//! Tests that the tables, the page and the document of synthetic sweeps have the results that were put in.
 
 use super::sample::{how, line, product};
 use super::words::grouped;
