@@ -36,7 +36,7 @@ const WARNINGS: [(&str, TrustLevel, &str); 21] = [
     ("motion_without_input", Check, "the motor moves without voltage"),
     ("speed_falls", Check, "the speed falls where the voltage rises"),
     ("outliers", Check, "single samples are far from their neighbours"),
-    ("input_noise", Check, "noise of the input biases the parameters"),
+    ("input_noise", Check, "the standard errors do not include the noise of the input"),
     ("initial_state", Check, "a recording does not start as assumed"),
     ("dead_time_long", Check, "the dead time is longer than is plausible for a motor"),
 ];
@@ -136,9 +136,7 @@ fn search(found: &Identification) -> Option<(TrustLevel, &'static str, &'static 
         Status::Agrees => None,
         Status::SearchStuck if check.refined_agrees && found.uncertainty.is_some() => None,
         Status::SearchStuck => Some((Poor, "search_stuck", "a better optimum is known")),
-        Status::ReferenceFailed => {
-            Some((Check, "search_inconclusive", "the global search is inconclusive"))
-        }
+        Status::ReferenceFailed => Some((Check, "search_inconclusive", "the global search is inconclusive")),
         Status::NotApplicable => Some((Check, "not_verified", "no global search confirms the optimum")),
     }
 }

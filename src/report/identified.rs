@@ -20,13 +20,13 @@ pub fn characteristics_lines(found: &Identification) -> Vec<(&'static str, Strin
     };
     if let Some(r) = found.regressions.last() {
         let values = [("kS", named[0].1, Some(r.ks)), ("kV", named[1].1, Some(r.kv)), ("kA", named[2].1, Some(r.ka))];
-        lines.push(("", format!("{} by regression over {}", of(&values), window(r))));
+        lines.push(("", format!("{} by regression on differences over {}", of(&values), window(r))));
     }
     lines
 }
 
 pub(super) fn window(regression: &Regression) -> String {
-    format!("{}, {} samples", engineering(regression.window_s, "s", 3), regression.window_samples)
+    format!("{} ({} samples)", engineering(regression.window_s, "s", 3), regression.window_samples)
 }
 
 /// Formats a value to five significant digits, with its standard error if it has one.

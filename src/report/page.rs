@@ -122,7 +122,7 @@ pub(super) fn capital(text: &str) -> String {
 fn part(part: &Part) -> Markup {
     match part {
         Part::Text(text) => html! { p { (printable(text)) } },
-        Part::Warning(text) => html! { p.warning role="note" { strong { "Note: " } (printable(text)) } },
+        Part::Warning(text) => html! { p.warning role="note" { strong { "Warning: " } (printable(text)) } },
         Part::Table(table) => self::table(table),
         Part::Figure(figure) => html! {
             figure id=(figure.id) {
