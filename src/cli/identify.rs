@@ -225,10 +225,10 @@ fn lines(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Vec
     let method = match found.searched.method {
         "sm" => format!("Steiglitz–McBride, {} iterations", found.evaluations),
         "grid" if found.input == Input::Current => {
-            "initial estimate by least squares, grids over the parameters of extensions".to_owned()
+            "initial estimate by least squares, grids over extension parameters".to_owned()
         }
         "grid" => {
-            "initial estimates by Steiglitz–McBride or from one channel, grids over the parameters of extensions".to_owned()
+            "initial estimates by Steiglitz–McBride or from one channel, grids over extension parameters".to_owned()
         }
         search => format!(
             "{search}, {} agents × {} generations, {} evaluations, seed {}",
@@ -301,14 +301,14 @@ fn verdict(found: &Identification) -> String {
     };
     match check.status {
         Status::Agrees if check.cost_gap.is_some_and(|gap| gap > 1e-6) => {
-            format!("agrees with {reference}: the same optimum, at a cost{gap} above the best")
+            format!("agrees with {reference}: the same optimum, with a weighted sum of squares{gap} above the lowest")
         }
         Status::Agrees => format!("agrees with {reference}{reached}"),
         Status::SearchStuck if check.refined_agrees && found.uncertainty.is_some() => format!(
-            "search stuck in an optimum whose cost is{gap} higher; the refinement left it and agrees with {reference}"
+            "search stuck at a weighted sum of squares{gap} above the lowest; the refinement agrees with {reference}"
         ),
         Status::SearchStuck => {
-            format!("search stuck: {reference} finds a better optimum; the cost of this one is{gap} higher")
+            format!("search stuck at a weighted sum of squares{gap} above that of a better optimum, from {reference}")
         }
         Status::ReferenceFailed if check.cost_gap.is_some_and(|gap| gap < -1e-6) => {
             format!("reference failed: {reference} ended in a worse optimum")

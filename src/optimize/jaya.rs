@@ -22,7 +22,7 @@ search! {
     Jaya = "jaya", "Jaya";
     /// Settings of Jaya.
     pub struct JayaOptions {
-        /// Sharing of a draw of r₁ and r₂: one for all candidates of a generation, or one for each candidate.
+        /// Sharing of the random numbers r₁ and r₂: one draw for all candidates of a generation, or one for each.
         sharing: Sharing = Sharing::Generation, "sharing" in Range::Choice(&["generation", "agent"]);
         /// True if a move that increases the cost is rejected (Rao's algorithm); false reproduces the paper's results, but
         /// is not Jaya.

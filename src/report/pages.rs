@@ -116,7 +116,7 @@ fn verdict(found: &Identification) -> &'static str {
     match check.status {
         Status::Agrees => "A global search finds the same optimum.",
         Status::SearchStuck if check.refined_agrees => {
-            "The search was stuck in another optimum; the refinement left it, and a global search agrees."
+            "The search was stuck away from the optimum; the refinement reached it, and a global search agrees."
         }
         Status::SearchStuck => "The search is stuck: a better optimum exists.",
         Status::ReferenceFailed => "The global search ended in a worse optimum and is inconclusive.",

@@ -81,7 +81,7 @@ pub(in crate::report) fn correlation(names: &[String], values: Vec<Vec<f64>>) ->
         .with_values();
     let plots = vec![Plot::Heatmap(heat)];
     let layout = Layout::auto_from_plots(&plots)
-        .with_title("Correlation of the estimates")
+        .with_title("Correlation of the estimates [1]")
         .with_x_categories(names.to_vec())
         .with_y_categories(names.to_vec())
         .with_width(520.0)
