@@ -40,9 +40,9 @@ impl Fit {
     }
 }
 
-/// Returns true if a model is preferred to a smaller one, by the BIC of its residuals or of their innovations. Strongly
-/// correlated residuals, as of a slow motor whose model lacks another effect, have a small effective sample size, but their
-/// innovations can still show the effect.
+/// Returns true if a model is preferred to a smaller one, by the BIC of its residuals or of their innovations, and if the
+/// residual deviation of some channel decreases by [`SMALLEST`]. Strongly correlated residuals, as of a slow motor whose model
+/// lacks another effect, have a small effective sample size, but their innovations can still show the effect.
 pub(super) fn is_preferred(from: &Fit, to: &Fit) -> bool {
     let ratios =
         from.refined.sigma.iter().zip(&to.refined.sigma).filter_map(|(before, after)| Some((*after)? / (*before)?));
