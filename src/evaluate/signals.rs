@@ -85,7 +85,8 @@ impl Signals {
     /// Prepares a recording for a criterion and a discretization.
     ///
     /// # Errors
-    /// Returns a not-identified error if the scale divides by the variation of a constant channel.
+    /// Returns a not-identified error if the scale divides by the variation of a constant channel, or by the noise of a channel
+    /// without any.
     pub fn new(record: &Record, criterion: &Criterion, initial: Initial, method: Discretization) -> Result<Self> {
         let (samples, steps) = (record.samples(), record.steps());
         let counting = record.counting();

@@ -1,7 +1,7 @@
 //! The level of trust in a result: a statement on whether its standard errors can be trusted, with reasons and the next step.
 //!
-//! A result is `good` if the residuals are noise, the search is conclusive and no finding about the recordings or the motor
-//! contradicts it. Each reason lowers the level to `check` or `poor`.
+//! A result is `good` if the residuals pass their tests, residuals at the level of the noise or a conclusive search confirm the
+//! optimum, and no finding about the recordings or the motor contradicts it. Each reason lowers the level to `check` or `poor`.
 
 use super::result::Identification;
 use super::spec::IdentifySpec;

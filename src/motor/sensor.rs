@@ -133,7 +133,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_kept_of_the_past_is_no_longer_than_the_recording() {
+    fn no_more_past_samples_are_kept_than_the_recording_has() {
         const SAMPLES: usize = 1001;
         let windows = [1.0, 3.7, 64.0, 1000.0, 1001.0, 1002.5, 1024.0, 1e6];
         let mut kernel = MovingAverages::new(windows, 0.5, SAMPLES);

@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn text_does_no_harm_and_the_policy_fits_the_style() {
+    fn text_is_escaped_and_the_policy_matches_the_style() {
         let evil = "<script>alert(1)</script>\u{1b}[2J\u{202e}\"'&";
         let mut table = Table::new("t", evil, &[evil]);
         table.row(vec![evil.to_owned()]);

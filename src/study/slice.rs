@@ -125,7 +125,7 @@ mod tests {
     use crate::motor::{Discretization, Parameters};
 
     #[test]
-    fn a_map_is_lowest_at_the_optimum_and_the_ellipse_lies_around_it() {
+    fn a_map_is_lowest_at_the_optimum_and_the_ellipse_encloses_it() {
         let step = Excitation::step(10.5, 0.1, 1.0, 0.001).unwrap();
         let clean = simulated(&Parameters::M2, &step, Discretization::Zoh).unwrap();
         let records = [with_noise(&clean, [0.02, 1.0], 1).unwrap()];
