@@ -233,5 +233,9 @@ pub fn describe_direction(direction: &[f64], axes: &[Axis]) -> String {
     }
     let ratios: Vec<String> =
         parts.iter().map(|(_, step)| crate::text::significant(sign * step / smallest, 2)).collect();
-    format!("{} jointly, with steps of their logarithms in the ratio {}", symbols.join(", "), ratios.join(" : "))
+    format!(
+        "{} jointly: steps of their logarithms in the ratio {} leave the fit unchanged",
+        symbols.join(", "),
+        ratios.join(" : ")
+    )
 }
