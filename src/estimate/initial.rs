@@ -37,7 +37,7 @@ fn largest(signals: &Signals, motor: &Parameters, input: Input) -> [f64; 2] {
 /// `sigma` of current \[A\] and speed \[rad/s\] and the parameters fixed at `values`.
 ///
 /// # Errors
-/// `Usage` if the problem has another criterion, or the number of `values` is not that of the free parameters.
+/// Returns `Usage` if the problem has another criterion, or the number of `values` is not that of the free parameters.
 pub fn initial_states(problem: &Problem, values: &[f64], sigma: [f64; 2]) -> Result<Vec<[f64; 2]>> {
     check_plain(problem)?;
     let axes = problem.space().free().len();

@@ -35,7 +35,7 @@ const EVALUATIONS_ROUGH: usize = 50;
 /// Refines the parameters `start` (one value for each free parameter of `space`) on one or more recordings.
 ///
 /// # Errors
-/// `Usage` if `start` does not fit the space or has a value outside the domain of its parameter; `NotIdentified` if the
+/// Returns `Usage` if `start` does not fit the space or has a value outside the domain of its parameter; `NotIdentified` if the
 /// motor diverges there, or nothing is measured.
 pub fn refine(records: &[Record], space: &Space, start: &[f64], options: &RefineOptions) -> Result<Refined> {
     refine_on(&fit_problem(records, space, options.model)?, start, options.sigma.as_deref())

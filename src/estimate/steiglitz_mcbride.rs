@@ -43,7 +43,7 @@ pub fn steiglitz_mcbride(record: &Record, model: Model) -> Result<std::result::R
 /// problem is ignored.
 ///
 /// # Errors
-/// `Usage` if the problem has another criterion or no recording of this index.
+/// Returns `Usage` if the problem has another criterion or no recording of this index.
 pub fn steiglitz_mcbride_on(problem: &Problem, recording: usize) -> Result<std::result::Result<Estimate, SmFailure>> {
     check_plain(problem)?;
     let Some(signals) = problem.signals().get(recording) else {

@@ -169,7 +169,7 @@ impl With {
     /// Parses names of extensions, or `auto` alone.
     ///
     /// # Errors
-    /// `Usage` if a name is unknown, or others are given besides `auto`.
+    /// Returns `Usage` if a name is unknown, or others are given besides `auto`.
     pub fn parse(items: &[String]) -> Result<Self> {
         let names: Vec<&str> = items.iter().map(|item| item.trim()).filter(|item| !item.is_empty()).collect();
         if names.contains(&"auto") {

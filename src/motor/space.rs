@@ -133,8 +133,8 @@ impl Space {
     /// Makes a space and checks it.
     ///
     /// # Errors
-    /// `Usage` if bounds are reversed, not finite or outside the domain of their parameter, a fixed value is outside its
-    /// domain, a parameter is missing, given twice or belongs to a recording beyond [`RECORDING_MAX`], or no parameter is
+    /// Returns `Usage` if bounds are reversed, not finite or outside the domain of their parameter, a fixed value is outside
+    /// its domain, a parameter is missing, given twice or belongs to a recording beyond [`RECORDING_MAX`], or no parameter is
     /// free.
     pub fn new(free: Vec<Axis>, fixed: Vec<(Parameter, Scope, f64)>) -> Result<Self> {
         let space = Self { free, fixed }.checked()?;
@@ -278,7 +278,7 @@ impl Space {
     /// are free and shared.
     ///
     /// # Errors
-    /// `Usage` if there are more recordings than [`PER_RECORDING_MAX`].
+    /// Returns `Usage` if there are more recordings than [`PER_RECORDING_MAX`].
     pub fn per_recording(&self, parameters: &[Parameter], recordings: usize) -> Result<Self> {
         if recordings > PER_RECORDING_MAX {
             let message =

@@ -42,8 +42,8 @@ impl Sample {
     /// Makes a sample of `number` points of the box, or of a grid with `number` points on each axis.
     ///
     /// # Errors
-    /// `Usage` if the sample has no points or more than [`POINTS_MAX`], the box has no axis, or bounds are not finite or
-    /// reversed.
+    /// Returns `Usage` if the sample has no points or more than [`POINTS_MAX`], the box has no axis, or bounds are not finite
+    /// or reversed.
     pub fn new(sampling: Sampling, number: u64, bounds: Vec<(f64, f64)>, seed: u64) -> Result<Self> {
         let axes = u32::try_from(bounds.len()).unwrap_or(u32::MAX);
         let count = if sampling == Sampling::Grid { number.checked_pow(axes) } else { Some(number) };
