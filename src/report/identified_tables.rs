@@ -92,8 +92,8 @@ pub fn selection_table(selection: &[SelectionStep]) -> Table {
     table.note(
         "free: number of free parameters. ΔBIC: Bayesian information criterion at the effective sample size of the residuals, \
          less that of the model selected before. A larger model is selected if it lowers the criterion by more than 6, for the \
-         residuals or for their innovations, and the residuals of a channel by more than 1 %. The last rows exchange an \
-         extension of the selected model for a similar one.",
+         residuals or for their innovations, and the residuals of a channel by more than 1 %. If extensions are \
+         selected, the last rows exchange one of them for a similar one.",
     );
     table
 }
