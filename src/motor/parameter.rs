@@ -25,8 +25,8 @@ pub enum DefaultBounds {
     OfTorque(f64, f64),
     /// Multiples of the largest magnitude of the input.
     OfInput(f64, f64),
-    /// Lower and upper bound in sampling periods; the third value is another upper bound, in mechanical time constants, and the
-    /// larger upper bound is used.
+    /// Lower and upper bound in sampling periods; the third value is another upper bound, in mechanical time constants. The
+    /// larger upper bound is used, but at most a quarter of the longest recording.
     Late(f64, f64, f64),
     /// Bounds from one sample to a quarter of the recording, at most 300 samples.
     Samples,

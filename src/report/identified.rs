@@ -36,7 +36,7 @@ pub(super) fn with_error(c: Characteristic) -> String {
 }
 
 /// Returns the verdicts over recordings whether the residuals are white and independent of the voltage, each for
-/// current and speed; a dash stands for a channel without a test.
+/// current and speed; a dash marks a channel without a test.
 #[must_use]
 pub fn verdicts(tests: &[ResidualTests]) -> [String; 2] {
     let of = |verdict: &dyn Fn(&ResidualTest) -> Option<bool>| {
