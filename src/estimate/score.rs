@@ -20,7 +20,8 @@ pub(crate) struct Score {
     pub largest_undetected_shift: f64,
 }
 
-/// Ratio of a parameter's information given the others to its own, below which it is not separable from them.
+/// Ratio of the information on a parameter with the others free to that with the others fixed, below which the parameter is not
+/// separable from them.
 const SEPARABLE: f64 = 1e-8;
 /// Distance from an estimate, in standard errors, beyond which values are excluded.
 const EXCLUDED: f64 = 2.0;
