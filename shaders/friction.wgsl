@@ -1,6 +1,6 @@
-// Coulomb friction and brush drop: set-valued reactions that are constant over a step. Each takes the value that ends the step
-// at zero, clipped to its limits, so that it can stop the motor, or the current, but not reverse it. Same operations in Rust:
-// src/motor/friction.rs.
+// Coulomb friction and brush drop: set-valued reactions that are constant over a step. Each takes the value that makes its
+// state zero at the end of the step, clipped to its limits, so that it can stop the motor, or the current, but not reverse it.
+// Same operations in Rust: src/motor/friction.rs.
 
 struct Reactions {
     // Largest magnitude that a reaction subtracts from its own state.

@@ -1,7 +1,8 @@
-// Sensors whose output is the moving average of the last samples, of which the oldest has a fractional weight. Each block has
-// running sums and a ring buffer of past states; its length is a power of two above the longest window, or at least the number
-// of samples. Before the first sample the state is the initial one. Same operations in Rust: src/motor/sensor.rs.
-// Constants for the windows of current and speed: integer part, weight of the oldest sample, reciprocal of the window.
+// Sensors whose output is a moving average of N samples, N real: the last floor(N), and the fraction N - floor(N) of the one
+// before them. Each block has running sums and a ring buffer of past states; its length is a power of two above the longest
+// window, or at least the number of samples. Before the first sample the state is the initial one. Same operations in Rust:
+// src/motor/sensor.rs.
+// Constants for the windows of current and speed: floor(N), weight N - floor(N) of the oldest sample, 1/N.
 
 struct MovingAverage {
     // Offset of the ring buffer, and its length minus one.

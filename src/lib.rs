@@ -30,8 +30,9 @@
 //!
 //! # Modules
 //!
-//! Data flow one way: record → motor → criterion → optimize → evaluate → estimate → device → analysis → identify → study →
-//! report. A module uses only those before it.
+//! Data flow one way: record → motor → criterion → optimize → experiment → evaluate → estimate → device → analysis → identify →
+//! settings → study → report. A module uses only those before it. All use the base modules: errors, limits, tables of names,
+//! texts, files, numerics, candidates and channels.
 //!
 //! # Example
 //!

@@ -173,7 +173,7 @@ impl Text {
         self.0.iter().map(word).collect()
     }
 
-    /// Returns the text with those references replaced by words for which `words` returns `Some`.
+    /// Returns the text with each reference for which `words` returns `Some` replaced by these words.
     #[must_use]
     pub fn respelled(&self, words: fn(&Reference) -> Option<String>) -> Self {
         let part = |part: &Part| match part {

@@ -154,7 +154,7 @@ pub fn listed(words: &[&str], conjunction: &str) -> String {
 const COMPARED_MAX: usize = 256;
 
 /// Returns the one of `words` with the smallest edit distance to `word` (optimal string alignment, regardless of the case of
-/// `word`) if that is at most 2 or a third of its length. Words of more than 256 bytes are not compared.
+/// `word`) if that is at most 2, or a third of the length of the word found. Words of more than 256 bytes are not compared.
 #[must_use]
 pub fn nearest<'a>(word: &str, words: &[&'a str]) -> Option<&'a str> {
     if word.len() > COMPARED_MAX {

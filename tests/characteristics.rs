@@ -217,9 +217,12 @@ fn the_program_reports_characteristics() {
     let path = folder.file("lively.csv", motorfit::record::write_csv(&with_noise(&lively(1500), SIGMA, 1).unwrap()));
     let out = folder.path("out");
     let text = ok(&["identify", &path, "--out", &out]);
-    assert!(text.contains("kV 0.0") && text.contains("by regression over"), "{text}");
+    assert!(text.contains("kV 0.0") && text.contains("by regression on differences over"), "{text}");
     let page = std::fs::read_to_string(format!("{out}/report.html")).unwrap();
-    assert!(page.contains("Feedforward characteristics") && page.contains("regression over 2.00 ms, 2 samples"));
+    assert!(
+        page.contains("Feedforward characteristics")
+            && page.contains("regression on differences over 2.00 ms (2 samples)")
+    );
     // Without refinement there are values without standard errors.
     let rough = json(&["identify", EXAMPLE, "--json", "--polish", "none"]);
     assert!(rough["characteristics"]["output_error"]["kV"]["std_error"].is_null());

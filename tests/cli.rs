@@ -325,9 +325,9 @@ fn evaluate_gives_costs_of_any_candidates() {
     let grid = ok(&["-q", "evaluate", EXAMPLE, "--sample", "grid:4", "--fix", "L=0.0078,B=0.00068,J=0.000136"]);
     assert_eq!((grid.lines().count(), grid.lines().next()), (17, Some("R,K,cost")));
     for (args, code, part) in [
-        (&["--sample", "lhs"][..], 2, "is no sample"),
-        (&["--sample", "cube:3"], 2, "is no sample"),
-        (&["--sample", "uniform:0"], 2, "is no sample"),
+        (&["--sample", "lhs"][..], 2, "is not a kind of sample"),
+        (&["--sample", "cube:3"], 2, "is not a kind of sample"),
+        (&["--sample", "uniform:0"], 2, "is not a kind of sample"),
         (&["--sample", "uniform:3", "--top", "0"], 2, "--top is 0"),
         (&["--sample", "grid:1e6"], 2, "too large"),
         (&["--slice", "R"], 2, "two parameters"),
@@ -767,7 +767,7 @@ fn missing_channels_and_units_are_pointed_out() {
         "{parameters} {message}"
     );
     let (parameters, message) = told(&current);
-    assert!(parameters == "R L" && message.contains("K : B : J = 1 : 2 : 2"), "{parameters} {message}");
+    assert!(parameters == "R L" && message.contains("c·K, c²·B and c²·J fit equally well"), "{parameters} {message}");
     // One fixed constant is not enough.
     fails(&["identify", &speed, "--fix", "K=0.0735"], 4, "speed alone identifies three combinations");
     for args in [[&speed, "--fix", "R=0.921042,K=0.073472"], [&current, "--fix", "K=0.073472"]] {

@@ -157,7 +157,10 @@ fn the_reference_is_generated_from_the_tables() {
     };
     let heads = ["name", "parameters", "where the current is the input", "meaning"];
     text += &table("Extensions", heads, Extension::ALL.map(extension));
-    let csv = ["CSV".to_owned(), "Any text of columns with a heading; also what is none of the others.".to_owned()];
+    let csv = [
+        "CSV".to_owned(),
+        "Any text of columns with a heading; also any file that is none of the other formats.".to_owned(),
+    ];
     let formats = FORMATS.iter().map(|format| [format.name.to_owned(), format.text.to_owned()]);
     text += &table("Files", ["format", "meaning"], std::iter::once(csv).chain(formats));
     let findings = FINDINGS.iter().map(|(code, text)| [format!("`{code}`"), (*text).to_owned()]);

@@ -72,7 +72,7 @@ impl Characteristics {
         all
     }
 
-    /// Returns all characteristics with their names and units as in results; `None` for all without characteristics.
+    /// Returns all characteristics with their names and units as in results; each is `None` if `all` is `None`.
     #[must_use]
     pub fn named(all: Option<&Self>, input: Input) -> [Named; 6] {
         let [own, by_speed, by_acceleration, gain] = match input {

@@ -71,8 +71,8 @@ fn apart(space: &Space, values: &[f64], parameter: Parameter, count: usize) -> O
     Some((Space::new(free, space.fixed().to_vec()).ok()?, start, first))
 }
 
-/// Returns the recordings with the lowest and the highest value among those that identify it; `None` if their intervals overlap
-/// or the values differ too little.
+/// Returns the recording whose interval ends lowest and the one whose interval begins highest, among those that identify the
+/// parameter; `None` if these intervals overlap or the values differ too little.
 fn extremes(own: &Refined, first: usize, count: usize) -> Option<[usize; 2]> {
     let interval = |n: usize| match own.at_bound[first + n] {
         Some(_) => Some([own.values[first + n]; 2]),

@@ -1,9 +1,10 @@
 //! Likelihood-ratio test of whether all recordings of a joint fit are of one motor (S. S. Wilks, 1938).
 //!
-//! Each recording is refined alone from the joint optimum. The gain of a recording is the decrease of its sum of squares in
-//! units of the residual variance of the separate fit, divided by the variance inflation of correlated residuals. If all
-//! recordings are of one motor, the sum of the gains follows χ². Its degrees of freedom are the number of parameters that the
-//! separate fits have more than the joint one.
+//! Each recording is refined alone from the joint optimum. With g the decrease of its sum of squares in units of the residual
+//! variance of the separate fit, divided by the variance inflation of correlated residuals, and N its effective sample size,
+//! the gain of a recording is twice the log-likelihood ratio `N ln(1 + g/N)`. If all recordings are of one motor, the sum of
+//! the gains follows χ². Its degrees of freedom are the number of parameters that the separate fits have more than the joint
+//! one.
 
 use super::friction::{FRICTION, friction_differs};
 use super::residuals::variance_inflation;
@@ -29,7 +30,7 @@ const QUANTILE: f64 = 2.58;
 struct Own {
     axes: Vec<Axis>,
     refined: Refined,
-    /// Decrease of the sum of squares against the joint fit.
+    /// Twice the log-likelihood ratio of the separate fit to the joint one.
     gain: f64,
     /// Variance inflation by the correlation of the residuals.
     inflation: f64,
@@ -81,7 +82,7 @@ fn alone(plain: &Problem, shared: &Refined, recording: usize) -> Option<Own> {
         of.squares[n].iter().zip(refined.sigmas[0]).map(|(squares, sigma)| squares / (sigma * sigma)).sum::<f64>()
     };
     let gain = (sums(shared, recording) - sums(&refined, 0)).max(0.0) / inflation;
-    // With an estimated σ twice the log-likelihood ratio is `N ln(1 + gain/N)`, less than the gain.
+    // With an estimated σ twice the log-likelihood ratio is `N ln(1 + g/N)`, which is less than the decrease g.
     let signals = &plain.signals()[recording];
     let values = (0..2).filter(|c| signals.has(*c)).map(|c| signals.count(c)).sum::<usize>();
     let effective = (count(values) / inflation).max(1.0);

@@ -14,7 +14,8 @@ const TOO_SMALL: f64 = 1.5;
 /// only.
 ///
 /// The motor filters white noise of the current, of standard deviation σ_i, into noise of the speed that is correlated over the
-/// mechanical time constant. Parameters whose effects are as slow see it like white noise of standard deviation `gain σ_i`.
+/// mechanical time constant. For parameters whose effects are as slow it acts like white noise of standard deviation
+/// `K/J min(J/B, T) σ_i`, with T the duration of the longest recording.
 pub(crate) fn input_noise(records: &[Record], found: &FittedMotor<'_>) -> Option<Warning> {
     let sigma = found.residual_sigma[1].filter(|sigma| found.input == Input::Current && *sigma > 0.0)?;
     found.uncertainty?;

@@ -30,8 +30,8 @@ pub struct Intersample {
     pub sigma_ratio: f64,
 }
 
-/// Smallest ratio of samples at which the input changes. Below it, a first-order hold is equivalent to a delay by half a
-/// period, which a dead time describes as well.
+/// Smallest ratio of samples at which the input changes. Below it, the two holds differ by little more than a delay of half a
+/// period, which a dead time absorbs.
 const LIVELY: f64 = 0.3;
 /// Smallest log-likelihood ratio, at the effective sample size, at which a difference is reported.
 const LOG_LIKELIHOOD: f64 = 5.0;

@@ -47,7 +47,8 @@ const SAMPLES_MIN: usize = 20;
 const RECORDINGS_MAX: usize = 200;
 
 /// Returns the noise floor of recordings that begin at rest and have the same input, aligned at its first change; `None` if no
-/// two recordings do. Identical recordings count once.
+/// two recordings do. Recordings with an irregular clock or a changed sampling rate are left out; identical recordings count
+/// once.
 ///
 /// # Errors
 /// Propagates the errors of [`fit_problem`].

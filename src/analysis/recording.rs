@@ -63,7 +63,7 @@ pub fn record_warnings(record: &Record) -> Vec<Warning> {
     let assumed: Vec<String> =
         (columns.iter().filter(|c| !c.unit_named)).map(|c| format!("{} in {}", c.heading, c.unit)).collect();
     if !assumed.is_empty() {
-        let message = text!(("no unit is named, assumed {}; name it with ", assumed.join(", "))[Columns]);
+        let message = text!(("no unit is given; assumed: {}; name the unit with ", assumed.join(", "))[Columns]);
         warnings.push(Warning::new("unit_assumed", message));
     }
     if record.source().last_line_open {

@@ -50,7 +50,7 @@ pub(crate) fn residual_tests(
             };
             let less = |from: &[f64]| from.iter().zip(&model[channel]).map(|(a, b)| a - b).collect::<Vec<f64>>();
             let values = less(measured);
-            // Without enough samples for the whiteness test the other one is not possible either.
+            // If there are too few samples for the whiteness test, the input test is not possible either.
             let whiteness = Whiteness::of(&kept(&values, &counting), signals.rms(channel))?;
             let residuals = Residuals {
                 values: &values,

@@ -28,7 +28,7 @@ pub(crate) struct Common {
     /// Print only results: no notes, warnings or progress
     #[arg(short, long, global = true, conflicts_with = "verbose", help_heading = "Output", hide_short_help = true)]
     pub quiet: bool,
-    /// Print details of the computation
+    /// Print remarks too, the models of a selection and the cost of each generation
     #[arg(short, long, global = true, help_heading = "Output", hide_short_help = true)]
     pub verbose: bool,
     /// Use of colour; NO_COLOR is respected

@@ -129,7 +129,7 @@ fn trust_line(found: &Identification, next: Option<&str>) -> String {
     let trust = &found.trust;
     let reasons: Vec<String> = trust.reasons.iter().map(|reason| reason.message.spelled(command_line)).collect();
     let reasons = if reasons.is_empty() {
-        "residuals, search and recordings agree with these standard errors".to_owned()
+        "no test of the residuals, the search or the recordings contradicts the standard errors".to_owned()
     } else {
         reasons.join("; ")
     };
@@ -225,10 +225,10 @@ fn lines(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Vec
     let method = match found.searched.method {
         "sm" => format!("Steiglitz–McBride, {} iterations", found.evaluations),
         "grid" if found.input == Input::Current => {
-            "start by least squares, and grids over the parameters of extensions".to_owned()
+            "initial estimate by least squares, grids over extension parameters".to_owned()
         }
         "grid" => {
-            "starts from Steiglitz–McBride or one channel, and grids over the parameters of extensions".to_owned()
+            "initial estimates by Steiglitz–McBride or from one channel, grids over extension parameters".to_owned()
         }
         search => format!(
             "{search}, {} agents × {} generations, {} evaluations, seed {}",
@@ -260,7 +260,7 @@ fn lines(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Vec
         let tests: Vec<_> = validation.held_out.iter().map(|held| held.residual_tests).collect();
         let [white, independent] = verdicts(&tests);
         let input = if found.input == Input::Current { Quantity::Current } else { Quantity::Voltage };
-        let tested = format!("residuals white: {white}; independent of the {input}: {independent} (current, speed)");
+        let tested = format!("residuals (current, speed) white: {white}; independent of the {input}: {independent}");
         lines.push(("", tested));
     }
     lines.extend(found.noise_floor.iter().map(|of| ("best fit", noise_floor_text(of))));
@@ -291,7 +291,7 @@ fn verdict(found: &Identification) -> String {
     let check = &found.verification;
     let reference = match check.reference {
         Some(ReferenceKind::VariableProjection) => "a global search (variable projection)",
-        Some(_) => "refinements from starts all over the box",
+        Some(_) => "refinements from starts spread over the bounds",
         None => "no reference",
     };
     let gap = check.cost_gap.map_or(String::new(), |gap| format!(" {} %", significant(100.0 * gap, 2)));
@@ -301,14 +301,14 @@ fn verdict(found: &Identification) -> String {
     };
     match check.status {
         Status::Agrees if check.cost_gap.is_some_and(|gap| gap > 1e-6) => {
-            format!("agrees with {reference}: the same optimum, at a cost{gap} above the best")
+            format!("agrees with {reference}: the same optimum, with a weighted sum of squares{gap} above the lowest")
         }
         Status::Agrees => format!("agrees with {reference}{reached}"),
         Status::SearchStuck if check.refined_agrees && found.uncertainty.is_some() => format!(
-            "search stuck in an optimum whose cost is{gap} higher; the refinement left it and agrees with {reference}"
+            "search stuck at a weighted sum of squares{gap} above the lowest; the refinement agrees with {reference}"
         ),
         Status::SearchStuck => {
-            format!("search stuck: {reference} finds a better optimum; the cost of this one is{gap} higher")
+            format!("search stuck at a weighted sum of squares{gap} above that of a better optimum, from {reference}")
         }
         Status::ReferenceFailed if check.cost_gap.is_some_and(|gap| gap < -1e-6) => {
             format!("reference failed: {reference} ended in a worse optimum")

@@ -267,7 +267,7 @@ mod tests {
     const VALUES: [f64; 5] = [0.5, 0.01, 0.05, 1e-4, 1e-4];
 
     #[test]
-    fn a_device_that_is_lost_is_opened_anew() {
+    fn a_lost_device_is_opened_again() {
         let (problem, populations) = (ramp(), [Candidates::new(&VALUES, 5)]);
         // The device can be opened twice and evaluates two batches each time.
         for (on_loss, serves) in [(OnLoss::Reopen, 6), (OnLoss::ReopenOrCpu, 20), (OnLoss::Fail, 2)] {
@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn auto_carries_on_with_the_cpu_and_a_device_asked_for_does_not() {
+    fn auto_continues_on_the_cpu_and_a_requested_device_does_not() {
         let (problem, values) = (ramp(), VALUES);
         let populations = [Candidates::new(&values, 5)];
         let mut costs = [0.0];

@@ -12,7 +12,7 @@ use crate::limit::{Limit, limit_of};
 use crate::setting::text;
 use crate::{Error, Result};
 
-/// Largest number of threads that may be requested, more than any machine has cores.
+/// Largest number of threads that may be requested.
 pub const THREADS_MAX: usize = 1024;
 
 /// The limits of devices.

@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn an_adapter_is_taken_where_it_pays_and_only_there() {
+    fn an_adapter_is_selected_only_where_it_is_faster() {
         let throughput_profile = throughput_profile();
         let work = |population, generations| Work { samples: 1000, population, generations, threads: 2 };
         let taken = |work, precision| {

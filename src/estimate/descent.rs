@@ -98,8 +98,8 @@ impl<'a> Descent<'a> {
             if smallest {
                 return true;
             }
-            // Another simulation would improve the estimate by far less than its standard error. Between rounds of weights
-            // the step is not taken: the next round starts from the sums at the current point.
+            // Another simulation would improve the estimate by far less than its standard error. Between rounds of weights the
+            // step is not taken: the next round starts from the sums at the present point.
             if length < tolerance && self.damping < UNDAMPED {
                 if tolerance <= STEP_MAX {
                     self.at = next;

@@ -33,11 +33,11 @@ fn largest(signals: &Signals, motor: &Parameters, input: Input) -> [f64; 2] {
 }
 
 /// Returns the state `[i, ω]` at the start of each recording of a problem made by [`super::fit_problem`]. A known state is
-/// returned as it is; a free one is estimated by least squares with the noise σ `sigma` of current \[A\] and speed
-/// \[rad/s\], the parameters fixed at `values`.
+/// returned as it is; a free one is estimated by least squares with a Gaussian prior about its measured value, with the noise σ
+/// `sigma` of current \[A\] and speed \[rad/s\] and the parameters fixed at `values`.
 ///
 /// # Errors
-/// `Usage` if the problem has another criterion, or the number of `values` is not that of the free parameters.
+/// Returns `Usage` if the problem has another criterion, or the number of `values` is not that of the free parameters.
 pub fn initial_states(problem: &Problem, values: &[f64], sigma: [f64; 2]) -> Result<Vec<[f64; 2]>> {
     check_plain(problem)?;
     let axes = problem.space().free().len();

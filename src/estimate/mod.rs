@@ -1,5 +1,10 @@
-//! Estimation in f64 on the CPU: Steiglitz–McBride, the output-error refinement (maximum likelihood) with its starts,
-//! standard errors, and the global reference.
+//! Estimation in f64 on the CPU. The model of the measurements is an output error: the simulated current and speed plus white
+//! Gaussian noise with one unknown σ for each recording and channel.
+//!
+//! [`steiglitz_mcbride()`] estimates the linear motor without a start. [`refine()`] computes the maximum-likelihood estimate
+//! from a start by Levenberg–Marquardt, with its [`Uncertainty`]; [`robust_uncertainty`] widens the standard errors for
+//! correlated residuals. [`global_reference`] searches the complete box for the lowest weighted sum of squares. Many
+//! refinements of the same recordings share a problem made by [`fit_problem`].
 
 mod descent;
 mod failure;

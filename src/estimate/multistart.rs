@@ -72,8 +72,8 @@ pub(super) fn multistart(problem: &Problem, sigma: &Sigma, known: Option<f64>) -
     Ok(Ends { refined: best, starts: refined, arrivals })
 }
 
-/// Returns the optima that starts spread over the box lead to, of those whose sum of squares weighted by `sigma` is at most
-/// `limit`. The problem must be made by [`super::fit_problem`].
+/// Refines starts spread over the box and returns the refinements, one per start, whose sum of squares weighted by `sigma` is
+/// at most `limit`. The problem must be made by [`super::fit_problem`].
 ///
 /// # Errors
 /// Returns a usage error if no parameter is free, and propagates the errors of the batch evaluation.

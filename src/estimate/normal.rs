@@ -33,7 +33,7 @@ pub(super) struct Fit<'a> {
 pub(super) struct Normal(Vec<[Products; 2]>);
 
 impl Normal {
-    /// Returns eᵀe of a channel of a recording, idle samples included.
+    /// Returns eᵀe of a channel of a recording, including the samples before the first active one.
     pub(super) fn squares(&self, recording: usize, channel: usize) -> f64 {
         squares(&self.0[recording][channel])
     }
@@ -84,7 +84,7 @@ impl<'a> Fit<'a> {
         self.entries[recording].iter().map(|entry| entry.0).collect()
     }
 
-    /// Returns the number of measured values that count, over all channels and recordings.
+    /// Returns the number of measured values that are not masked, over all channels and recordings.
     pub(super) fn count(&self) -> usize {
         let counting =
             |s: &Signals| (0..2).filter(|&channel| s.has(channel)).map(|channel| s.count(channel)).sum::<usize>();
@@ -130,7 +130,8 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// Returns the sums of one recording, those of idle samples included and those of unmeasured channels zero.
+    /// Returns the sums of one recording, including the samples before the first active one; the sums of unmeasured channels
+    /// are zero.
     fn one(&self, recording: usize, values: &[f64], initial: [f64; 2]) -> [Products; 2] {
         let signals: &Signals = &self.problem.signals()[recording];
         let mut sums = if self.problem.features().is_linear() {

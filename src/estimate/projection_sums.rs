@@ -8,8 +8,8 @@ use multiversion::multiversion;
 
 /// Points that are evaluated side by side: two vectors of AVX-512, which hide the latency between dependent steps.
 pub(super) const LANES: usize = 16;
-/// Number of sums of a point: φ₁², φ₁φ₀, φ₀², iφ₁ and iφ₀ over the samples of the current that count, then ωφ₀ and φ₀² over
-/// those of the speed.
+/// Number of sums of a point: φ₁², φ₁φ₀, φ₀², iφ₁ and iφ₀ over the unmasked samples of the current, then ωφ₀ and φ₀² over those
+/// of the speed.
 pub(super) const SUMS: usize = 7;
 
 pub(super) type Motors = [[f64; LANES]; 5];

@@ -89,7 +89,7 @@ fn middle(problem: &Problem) -> Vec<f64> {
 /// the initial states of the problem. The problem must be made by [`super::fit_problem`].
 ///
 /// # Errors
-/// `Usage` if the number of `values` is not that of the free parameters.
+/// Returns `Usage` if the number of `values` is not that of the free parameters.
 pub fn residual_squares(problem: &Problem, values: &[f64]) -> Result<Vec<[f64; 2]>> {
     check_count(problem, values)?;
     let fit = Fit::new(problem);

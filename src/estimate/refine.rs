@@ -1,8 +1,8 @@
 //! Refinement: output-error Levenberg–Marquardt in the coordinates of the parameters, within the bounds of the space.
 //!
-//! The cost is the weighted sum of squares `Σ_r Σ_c Σ_n e²/σ_rc²` over recordings and channels, twice the negative log
-//! likelihood of white Gaussian noise of known σ but for a constant. If σ is not given, it is estimated from the residuals
-//! in rounds of reweighting until it converges; the fixed point is the maximum-likelihood estimate.
+//! The cost is the weighted sum of squares `Σ_r Σ_c Σ_n e²/σ_rc²` over recordings and channels, which is twice the negative
+//! log-likelihood of white Gaussian noise of known σ up to a constant. If σ is not given, it is estimated from the residuals in
+//! rounds of reweighting until it converges; the fixed point is the maximum-likelihood estimate.
 
 use super::descent::{Descent, Weighting};
 use super::normal::Fit;
@@ -23,7 +23,7 @@ pub struct RefineOptions {
     pub sigma: Option<Vec<[f64; 2]>>,
 }
 
-/// Length of a step, in standard errors, that ends a round of weights before the last.
+/// Length of a step \[standard errors\] that ends every round of weights but the last.
 const STEP_MAX_ROUND: f64 = 1e-2;
 /// Largest number of rounds of weights.
 const ROUNDS_MAX: usize = 30;
@@ -35,13 +35,13 @@ const EVALUATIONS_ROUGH: usize = 50;
 /// Refines the parameters `start` (one value for each free parameter of `space`) on one or more recordings.
 ///
 /// # Errors
-/// `Usage` if `start` does not fit the space or has a value outside the domain of its parameter; `NotIdentified` if the
+/// Returns `Usage` if `start` does not fit the space or has a value outside the domain of its parameter; `NotIdentified` if the
 /// motor diverges there, or nothing is measured.
 pub fn refine(records: &[Record], space: &Space, start: &[f64], options: &RefineOptions) -> Result<Refined> {
     refine_on(&fit_problem(records, space, options.model)?, start, options.sigma.as_deref())
 }
 
-/// Like [`refine`], on a problem made by [`fit_problem`], which many refinements can share.
+/// Refines like [`refine`] on a problem made by [`fit_problem`], which many refinements can share.
 ///
 /// # Errors
 /// Returns the errors of [`refine`], and `Usage` if the problem has another criterion or the number of σ pairs differs from

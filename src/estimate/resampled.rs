@@ -32,8 +32,8 @@ pub(crate) fn steiglitz_mcbride_resampled(
     Ok(best_copy(record, model, None)?.1)
 }
 
-/// Like [`steiglitz_mcbride_resampled`], with the index of the chosen copy. All copies are tried, or only copy `only` if
-/// that is given.
+/// Returns the estimate of [`steiglitz_mcbride_resampled`] with the index of the chosen copy. All copies are tried, or only
+/// copy `only` if that is given.
 ///
 /// # Errors
 /// Propagates the errors of [`steiglitz_mcbride`] and [`fit_problem`].

@@ -1,12 +1,12 @@
 //! Standard errors that hold for correlated residuals: a sandwich estimate of the covariance.
 //!
-//! With the output sensitivities X of all unknowns (coordinates of the parameters and free initial states), weights
-//! `w = 1/σ²` and residuals of covariance Γ in each recording and channel, the estimate has the covariance `H⁻¹ Ω H⁻¹`,
-//! `H = Σ w XᵀX`, `Ω = Σ w² XᵀΓX`: P. J. Huber (1967), H. White (1980); L. Ljung, System Identification (1999), ch. 9.
-//! White residuals have `Γ = σ² I`, which gives `H⁻¹`, the Cramér–Rao bound. Γ is the covariance of an autoregression
-//! fitted to the residuals (J. P. Burg 1967), its order chosen by AIC: a parametric estimate of the long-run covariance
-//! (K. N. Berk 1974), where W. K. Newey and K. D. West (1987) weight sample autocovariances. Residuals of the two channels and
-//! of different recordings are taken as independent.
+//! With the output sensitivities X of all unknowns (coordinates of the parameters and free initial states), weights `w = 1/σ²`
+//! and residuals of covariance Γ in each recording and channel, the estimate has the covariance `H⁻¹ Ω H⁻¹`, `H = Σ w XᵀX`,
+//! `Ω = Σ w² XᵀΓX`: P. J. Huber (1967), H. White (1980); L. Ljung, System Identification (1999), ch. 9. White residuals have
+//! `Γ = σ² I`, which gives `H⁻¹`, the Cramér–Rao bound. Γ is the covariance of an autoregression fitted to the residuals (J. P.
+//! Burg 1967), its order chosen by AIC: a parametric estimate of the long-run covariance (K. N. Berk 1974), whereas W. K. Newey
+//! and K. D. West (1987) weight sample autocovariances. Residuals of the two channels and of different recordings are taken as
+//! independent.
 
 use super::normal::{Fit, Sigma};
 use super::refined::Refined;
@@ -35,7 +35,7 @@ pub fn robust_uncertainty(problem: &Problem, refined: &Refined) -> Uncertainty {
     is_colored.then(|| sandwich(problem, refined)).flatten().unwrap_or_else(|| own.clone())
 }
 
-/// Returns the robust_uncertainty uncertainty; `None` if no standard error grows or the covariance is not finite.
+/// Returns the uncertainty by the sandwich estimate; `None` if no standard error grows or the covariance is not finite.
 fn sandwich(problem: &Problem, refined: &Refined) -> Option<Uncertainty> {
     let Refined { values, uncertainty: own, at_bound, .. } = refined;
     let (fit, space) = (Fit::new(problem), problem.space().free());
@@ -47,7 +47,7 @@ fn sandwich(problem: &Problem, refined: &Refined) -> Option<Uncertainty> {
     let (information, gain) = marginal(&matrix, &moving, &states);
     let (inverse, ..) = invert(&information);
     let middle = middle(&fit, refined, &sigma);
-    // The sensitivities of the parameters with the part removed that changes of the initial states absorb.
+    // Subtracts from the sensitivities of the parameters their projection onto those of the initial states.
     let elimination =
         DMatrix::from_fn(moving.len(), fit.unknowns, |row, column| match column.checked_sub(space.len()) {
             Some(state) => -gain[(state, row)],

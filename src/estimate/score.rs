@@ -20,7 +20,8 @@ pub(crate) struct Score {
     pub largest_undetected_shift: f64,
 }
 
-/// Ratio of a parameter's information given the others to its own, below which it is not separable from them.
+/// Ratio of the information on a parameter with the others free to that with the others fixed, below which the parameter is not
+/// separable from them.
 const SEPARABLE: f64 = 1e-8;
 /// Distance from an estimate, in standard errors, beyond which values are excluded.
 const EXCLUDED: f64 = 2.0;
@@ -124,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn a_score_is_what_another_fit_gains() {
+    fn a_score_equals_the_decrease_by_another_fit() {
         for load in [2e-4, 1e-3, -2e-3] {
             let (score, decrease, shift) = tested(&record(load, 1));
             // Both agree to first order in the shift, which is a few percent of a parameter.
@@ -134,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn scores_of_what_is_not_there_are_chi_square() {
+    fn scores_of_absent_effects_follow_chi_square() {
         let all: Vec<f64> = (0..300).map(|seed| tested(&record(0.0, seed)).0.statistic).collect();
         let mean = crate::numeric::mean(&all);
         let beyond = all.iter().filter(|score| **score > 3.841).count();

@@ -68,7 +68,7 @@ pub(crate) fn coordinate_search(
         let candidates = Candidates::new(&values, start.len());
         let groups = [Group { problem, candidates, reference: None }];
         Simd::default().evaluate(&Batch { groups: &groups }, &mut costs)?;
-        // The current value is kept unless another one lowers the cost.
+        // The present value is kept unless another one lowers the cost.
         let (mut best, mut cost) = (points.len() - 1, costs[points.len() - 1]);
         for (n, other) in costs.iter().enumerate() {
             if *other < cost * (1.0 - 1e-9) {
@@ -179,8 +179,8 @@ fn added(space: &Space, from: &Space) -> Vec<usize> {
 /// Saturation limits that are tried, as fractions of the upper bound.
 const LIMITS: [f64; 4] = [0.8, 0.6, 0.45, 0.3];
 
-/// Returns starts with a fixed saturation, improved along the other axes. A search along the saturation axis alone would
-/// not find it: the motor was fitted without saturation, has too low a gain, so that any saturation increases the cost.
+/// Returns starts with a fixed saturation, improved along the other axes. A search along the saturation axis alone would not
+/// find it: the motor was fitted without saturation and has too low a gain, so that any saturation increases the cost.
 fn limited(problem: &Arc<Problem>, motors: &[[f64; 5]], order: &[usize]) -> Result<Vec<(f64, Vec<f64>)>> {
     let axes = problem.space().free();
     let Some(place) = axes.iter().position(|axis| axis.parameter == Parameter::Saturation) else {

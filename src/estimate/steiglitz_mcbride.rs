@@ -1,10 +1,10 @@
 //! Steiglitz–McBride: both transfer functions, with a shared denominator, by iterated prefiltering and least squares.
 //!
-//! Each iteration filters all signals by 1/Â, with Â the current denominator, and solves
+//! Each iteration filters all signals by 1/Â, with Â the denominator of the previous iteration, and solves
 //! `y_F(n) = −a₁ y_F(n−1) − a₂ y_F(n−2) + Σ b_k u_F(n−k)` for current and speed together by QR, each channel divided by its
 //! noise σ. Roots outside the unit circle are reflected. The iteration ends when a step is far below its standard error.
-//! Reference: K. Steiglitz, L. E. McBride, IEEE Trans. Automatic Control 10 (1965). [`super::recover`] converts the result
-//! to motor parameters.
+//! Reference: K. Steiglitz, L. E. McBride, IEEE Trans. Automatic Control 10 (1965). [`super::recover`] converts the result to
+//! motor parameters.
 
 use super::failure::SmFailure;
 use super::recover::{Sampled, recover};
@@ -39,11 +39,11 @@ pub fn steiglitz_mcbride(record: &Record, model: Model) -> Result<std::result::R
     Ok(estimate(&Signals::new(record, &plain(), initial, discretization)?, discretization))
 }
 
-/// Like [`steiglitz_mcbride`], on a recording of a problem made by [`super::fit_problem`]; the search space of the problem
-/// is ignored.
+/// Estimates like [`steiglitz_mcbride`] on a recording of a problem made by [`super::fit_problem`]; the search space of the
+/// problem is ignored.
 ///
 /// # Errors
-/// `Usage` if the problem has another criterion or no recording of this index.
+/// Returns `Usage` if the problem has another criterion or no recording of this index.
 pub fn steiglitz_mcbride_on(problem: &Problem, recording: usize) -> Result<std::result::Result<Estimate, SmFailure>> {
     check_plain(problem)?;
     let Some(signals) = problem.signals().get(recording) else {
@@ -60,7 +60,7 @@ const STEP_MAX: f64 = 1e-3;
 /// Ratio of a pivot of R to the norm of its column below which the excitation is rank-deficient.
 const RANK: f64 = 1e-11;
 
-/// Columns of each channel: its two previous values and its current one.
+/// Columns of each channel: its values at n − 2, n − 1 and n.
 const OWN: usize = 3;
 
 /// The signals and the layout of the regression.

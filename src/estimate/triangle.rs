@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_solves_an_ill_conditioned_fit() {
+    fn an_ill_conditioned_fit_is_solved() {
         // 1000 rows of a nearly rank-deficient system with a known solution (condition 1e8): normal equations would lose
         // it.
         let truth = [2.0, -3.0, 0.5];

@@ -20,8 +20,8 @@ pub(super) struct DelayedInputs<'a, const L: usize> {
 enum Clock<'a, const L: usize> {
     /// Uniform steps: the delayed input is a weighted sum of samples.
     Even(Box<Taps<L>>),
-    /// Irregular steps, or voltages with a slope of their own over each step: each candidate with the index of the piece of
-    /// its delayed input.
+    /// Irregular steps, or voltages that are linear over each step and may jump between steps: each candidate with the index of
+    /// the piece of its delayed input.
     Uneven(Vec<(DelayedVoltage<'a, f64>, usize)>),
 }
 

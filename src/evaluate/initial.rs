@@ -13,7 +13,7 @@ named! {
         Zero = "zero",
         /// The first measured sample; zero for a channel that was not measured.
         Measured = "measured",
-        /// Estimated by the refinement; as measured in a population search.
+        /// Estimated by the refinement; a population search uses the first measured sample.
         Free = "free",
     }
 }

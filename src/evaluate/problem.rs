@@ -42,7 +42,7 @@ impl Problem {
     /// # Errors
     /// Returns a usage error if there is no recording, or a parameter belongs to a recording that does not exist; a data error
     /// if only some recordings have a voltage; and a not-identified error if the scale divides by the variation of a constant
-    /// signal.
+    /// signal, or by the noise of a signal without any.
     pub fn new(records: &[Record], model: Model, space: Space, criterion: Criterion) -> Result<Self> {
         if records.is_empty() {
             return Err(crate::Error::usage("no recording was given", "Give at least one."));
@@ -75,7 +75,8 @@ impl Problem {
         Self { signals: self.signals.iter().map(make).collect(), ..self.clone() }
     }
 
-    /// Returns the problem with one of its recordings only. Parameters of single recordings keep their numbers.
+    /// Returns the problem with one of its recordings only. Parameters of single recordings keep the indices of their
+    /// recordings.
     ///
     /// # Panics
     /// Panics if `recording` is out of range.

@@ -26,7 +26,8 @@ pub struct Signals {
     pub(super) period_s: f64,
     /// The input: the voltage \[V\], or the current \[A\] if no voltage was recorded.
     pub(crate) voltage: Vec<f64>,
-    /// Voltage at the start and at the end of each step if it has a slope of its own over each step; empty otherwise.
+    /// Voltage at the start and at the end of each step of a resampled recording, which is linear over a step and may jump
+    /// between steps; empty for other recordings.
     lines: [Vec<f64>; 2],
     /// Load torque \[N·m\]; empty if none was recorded.
     pub(crate) torque: Vec<f64>,
@@ -70,7 +71,8 @@ impl Signals {
     /// Prepares a recording for a criterion and a discretization.
     ///
     /// # Errors
-    /// Returns a not-identified error if the scale divides by the variation of a constant channel.
+    /// Returns a not-identified error if the scale divides by the variation of a constant channel, or by the noise of a channel
+    /// without any.
     pub fn new(record: &Record, criterion: &Criterion, initial: Initial, method: Discretization) -> Result<Self> {
         let (samples, steps) = (record.samples(), record.steps());
         let counting = record.counting();
@@ -222,7 +224,7 @@ impl Signals {
         SimulationInput { step_s, step_index, voltage, voltage_end: end, torque }
     }
 
-    /// Returns true if the voltage has a slope of its own over each step.
+    /// Returns true if the voltage is linear over each step and may jump between steps, as in a resampled recording.
     pub(super) fn has_slopes(&self) -> bool {
         !self.lines[0].is_empty()
     }
@@ -333,8 +335,8 @@ fn divisor(criterion: &Criterion, channel: usize, signal: &[f64]) -> Result<f64>
     Err(Error::new(ErrorKind::NotIdentified, message, remedy))
 }
 
-/// Returns the voltage at the start and at the end of each step of a resampled recording, whose voltage has a slope of its own
-/// over each step. It is empty for other recordings, and for discretizations that use only the start.
+/// Returns the voltage at the start and at the end of each step of a resampled recording, whose voltage is linear over each
+/// step and may jump between steps. It is empty for other recordings, and for discretizations that use only the start.
 fn lines(record: &Record, method: Discretization) -> [Vec<f64>; 2] {
     if record.slope().is_empty() || !method.uses_next_input() {
         return Default::default();

@@ -29,7 +29,7 @@ pub struct StepExperiment {
     at_s: f64,
     period_s: f64,
     samples: usize,
-    /// Step between samples as a recording with these times has it \[s\].
+    /// Sampling period that a recording with these times has \[s\].
     step_s: f64,
 }
 
@@ -295,7 +295,7 @@ mod tests {
 
     /// The lengths are within a block, at its ends and over several blocks.
     #[test]
-    fn the_text_and_the_figures_are_those_of_whole_signals() {
+    fn text_and_statistics_equal_those_of_complete_signals() {
         let going = &mut || ControlFlow::Continue(());
         for (n, motor) in motors().into_iter().enumerate() {
             for samples in [2, 3, 4, 50, BLOCK, BLOCK + 1, 3 * BLOCK + 17] {
@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn it_ends_where_it_is_asked_to_and_says_what_cannot_be() {
+    fn it_ends_on_request_and_reports_divergence() {
         let step = StepExperiment::new(&Parameters::M2, 10.5, 1.0, [1e4, 1e-3]).unwrap().unwrap();
         let mut blocks = 0;
         let mut third = || {

@@ -62,9 +62,8 @@ fn on<'a>(records: &'a [Record], spec: &'a IdentifySpec) -> Result<Chosen<'a>> {
 }
 
 /// Repeats the model selection with the other intersample behaviour if that may fit better, and returns the better result. On a
-/// tie the first one stays, since a first-order hold acts like a fixed delay by half a period, which an estimated dead time
-/// includes. `spec` is the requested spec, because the spec of a normalized model fixes parameters that the request leaves
-/// free.
+/// tie the first one stays, since the two holds differ mostly by a delay of half a period, which an estimated dead time
+/// absorbs. `spec` is the requested spec, because the spec of a normalized model fixes parameters that the request leaves free.
 fn with_intersample<'a>(first: Chosen<'a>, spec: &IdentifySpec) -> Result<Chosen<'a>> {
     let Some(best) = &first.selection.best else { return Ok(first) };
     let is_open = spec.auto_discretization && !is_driven_by_current(first.prepared.records);

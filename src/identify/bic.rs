@@ -40,9 +40,9 @@ impl Fit {
     }
 }
 
-/// Returns true if a model is preferred to a smaller one, by the BIC of its residuals or of their innovations. Strongly
-/// correlated residuals, as of a slow motor whose model lacks another effect, have a small effective sample size, but their
-/// innovations can still show the effect.
+/// Returns true if a model is preferred to a smaller one, by the BIC of its residuals or of their innovations, and if the
+/// residual deviation of some channel decreases by [`SMALLEST`]. Strongly correlated residuals, as of a slow motor whose model
+/// lacks another effect, have a small effective sample size, but their innovations can still show the effect.
 pub(super) fn is_preferred(from: &Fit, to: &Fit) -> bool {
     let ratios =
         from.refined.sigma.iter().zip(&to.refined.sigma).filter_map(|(before, after)| Some((*after)? / (*before)?));
@@ -81,7 +81,8 @@ impl Residuals {
         Self(all)
     }
 
-    /// Returns the effective sample ratio over all channels and the number of values; `share` is the ratio at a correlation.
+    /// Returns the effective sample ratio over all channels and the number of values; `share` maps a lag-1 correlation to the
+    /// ratio.
     fn effective_ratio(&self, share: impl Fn(f64) -> f64) -> (f64, f64) {
         let all: f64 = self.0.iter().map(|[count, ..]| count).sum();
         let independent: f64 = self.0.iter().map(|[count, _, correlation]| count * share(*correlation)).sum();

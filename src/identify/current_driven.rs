@@ -82,7 +82,7 @@ fn check(spec: &IdentifySpec) -> Result<()> {
     Err(Error::usage(message, hint))
 }
 
-/// Checks that no parameter without a scale has bounds of its own.
+/// Checks that no parameter that is identifiable only up to the common factor has explicit bounds.
 fn check_bounds(spec: &IdentifySpec) -> Result<()> {
     let given = |axis: &&Axis| SCALED.contains(&axis.parameter) && !spec.auto_bounds.contains(&axis.parameter);
     let Some(axis) = spec.space.free().iter().find(given) else { return Ok(()) };
@@ -127,5 +127,5 @@ fn warning(records: &[Record], spec: &IdentifySpec, scaled: bool) -> Warning {
     };
     let unused = unused_columns(records);
     let message = text!("no voltage" {unused} ": the current is the input, " {between} "; " {ratios});
-    Warning::new("channel_missing", message.and("R and L do not enter"))
+    Warning::new("channel_missing", message.and("R and L do not affect the speed"))
 }

@@ -1,4 +1,5 @@
-//! Score test (C. R. Rao, 1948) of every extension that the model lacks, evaluated at the optimum without another fit.
+//! Score test (C. R. Rao, 1948) of the extensions that the model lacks, evaluated at the optimum without another fit. Delays,
+//! averaging sensors and saturation are not tested.
 
 use super::bic::effective;
 use super::extension_bounds::extended_space;
@@ -32,7 +33,8 @@ pub(super) struct Lacking {
 /// Tests which extensions the model of a fit lacks.
 pub(super) fn lacking(prepared: &Prepared<'_>, fit: &Fit) -> Lacking {
     let (records, spec) = (prepared.records, prepared.spec.as_ref());
-    // A missing delay shows in the other residual tests. The derivative by a saturation limit is zero while it is inactive.
+    // The other residual tests detect a missing delay. The derivative by a saturation limit is zero while the saturation is
+    // inactive.
     let is_tested = |e: &Extension| !e.is_delay_like() && *e != Extension::Saturation;
     let more: Vec<Extension> = candidates(records, &fit.space).into_iter().filter(is_tested).collect();
     let motor = Parameter::ALL.map(|p| fit.refined.parameters.get(p));

@@ -136,8 +136,8 @@ pub(super) fn missing_channel(records: &[Record], spec: &IdentifySpec) -> Option
     } else if !is_measured(records, 1) && BY_CURRENT.into_iter().all(is_free) {
         Some((
             text!(
-                "no speed" {unused} ": current alone leaves one direction of K, B and J open, with steps of the logarithms in "
-                "the ratio K : B : J = 1 : 2 : 2"
+                "no speed" {unused} ": current alone determines K, B and J only up to a factor c: c·K, c²·B and c²·J fit "
+                "equally well"
             ),
             text!("record the speed or fix K with "[Fix]),
         ))

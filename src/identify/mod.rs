@@ -1,8 +1,12 @@
 //! Identification of R, L, K, B and J with their standard errors from recordings of one motor.
 //!
-//! A method finds a first optimum: Steiglitz–McBride (1965), or a population search that minimizes the criterion over the
-//! search space, one batch per generation. Levenberg–Marquardt refines it to the maximum-likelihood estimate, which is then
-//! compared with a global search. `pipeline.rs` calls the stages in their order.
+//! [`identify()`] is the entry point. A method finds a first optimum: Steiglitz–McBride (1965), or a population search that
+//! minimizes the criterion over the search space, one batch per generation. The polish, Levenberg–Marquardt, refines it to the
+//! maximum-likelihood estimate of the output-error model ([`crate::estimate`]) with its standard errors. If the extensions are
+//! not given, forward selection by BIC chooses them. The refined fit is compared with a global search, its residuals are
+//! tested ([`crate::analysis`]), and the result gets a level of trust ([`Trust`]).
+//!
+//! `pipeline.rs` calls the stages in their order: prepare, start, select, refine, verify, analyse, result.
 
 mod automatic;
 mod batch_costs;

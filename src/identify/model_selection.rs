@@ -1,5 +1,6 @@
-//! Forward selection of the model by BIC: starting from the linear motor, each step adds the extension that decreases the BIC
-//! most, until none decreases it by enough. Then each extension is exchanged for those with similar effects.
+//! Forward selection of the model by BIC: starting from the linear motor, each step adds the extension with the best fit among
+//! those that BIC prefers, and removes others that it makes superfluous, until none is preferred (`bic.rs`). Then each
+//! extension is exchanged for those with similar effects while this decreases the BIC.
 
 use super::bic::{Fit, gain, is_preferred};
 use super::extension_bounds::extended_space;
@@ -86,7 +87,7 @@ struct ForwardSelection<'a> {
 }
 
 impl ForwardSelection<'_> {
-    /// Adds extensions to the linear motor until none improves the model.
+    /// Adds extensions to the linear motor, and removes superfluous ones, until none is preferred.
     fn run(&self, steps: &mut Vec<SelectionStep>) -> Result<Fit> {
         let Models { prepared, start } = self.all;
         let by = (&start.space, prepared.deviations());

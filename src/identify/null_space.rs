@@ -6,9 +6,10 @@ use super::spec::IdentifySpec;
 use crate::estimate::Refined;
 use crate::motor::{Parameter, Scope, Space};
 
-/// Smallest component of another parameter in a direction, relative to that of the fixed parameter.
+/// Smallest `|P_ij/P_ii|` of the projector P onto the null space at which parameter j changes together with the fixed parameter
+/// i.
 const TAKES_PART: f64 = 0.05;
-/// Smallest squared projection of a parameter's axis onto the null space at which the parameter is unidentifiable alone.
+/// Smallest squared projection `P_ii` of a parameter's axis onto the null space at which the parameter is unidentifiable alone.
 const WHOLLY: f64 = 0.9;
 /// Smallest squared projection of the axis of an extension's parameter onto the null space at which it is fixed first.
 const FIXABLE: f64 = 0.05;

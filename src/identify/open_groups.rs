@@ -1,4 +1,4 @@
-//! Groups of parameters that recordings do not identify one by one: at most some combinations of each group are identifiable.
+//! Groups of parameters of which recordings identify at most some combinations, not each parameter.
 
 use super::hull::{Moved, shift, widen};
 use super::profile::{FixedParameter, Points};

@@ -45,7 +45,8 @@ pub fn identify(records: &[Record], spec: &IdentifySpec) -> Result<Identificatio
 /// # Errors
 /// Returns `Usage` for an invalid spec; `Data` for a recording that is given twice; `Device` if the requested device is not
 /// available or fails; `NotIdentified` if nothing drives the motor, no sample has weight, there are no more measured values
-/// than free parameters, every candidate diverges, or the recordings do not identify a free parameter.
+/// than free parameters, every candidate diverges, Steiglitz–McBride fails where it is requested by name, the model fits no
+/// channel, or the recordings do not identify a free parameter.
 pub fn identify_with(
     records: &[Record],
     spec: &IdentifySpec,

@@ -99,7 +99,8 @@ fn from_estimate(
 const AFFORDABLE: usize = 1_000_000_000;
 
 /// Fits a model from initial estimates of the motor: the parameters of extensions start from grids along their axes, and the
-/// best start is refined. A population search follows if it is requested, or if the fit is poor and the search affordable.
+/// best start is refined. A population search runs instead if it is requested or there is no polish, and afterwards if the fit
+/// is poor, or if its residuals are far above the noise and the search is affordable.
 fn from_motors(prepared: &Prepared<'_>, motors: &[[f64; 5]], space: &Space, observe: &mut Observer<'_>) -> Result<Fit> {
     let spec = prepared.spec.as_ref();
     let problem = prepared.searched(space.clone());

@@ -1,4 +1,5 @@
-//! Detection of recordings that are given twice. They would count as two, and the standard errors would be too small by √2.
+//! Detection of recordings that are given twice. They would count as independent, and the standard errors would be too small by
+//! a factor of √2.
 
 use crate::record::Record;
 use crate::setting::text;

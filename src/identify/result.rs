@@ -21,7 +21,8 @@ use serde::Serialize;
 pub struct SearchOutcome {
     /// Name of the method: the requested one, or the one that [`Method::Auto`](super::Method::Auto) selected.
     pub method: &'static str,
-    /// True if a population search replaced Steiglitz–McBride because that is not applicable.
+    /// True if a population search replaced the initial estimates of [`Method::Auto`](super::Method::Auto) because these are
+    /// not applicable or lead to a poor fit.
     #[serde(skip)]
     pub is_fallback: bool,
     /// True if a population search was run, also if its result was not used.

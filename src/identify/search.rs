@@ -12,7 +12,7 @@ use crate::{Error, Result};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-/// A first optimum with the course of the search.
+/// A first optimum with the history of the search.
 pub(super) struct SearchResult {
     pub method: &'static str,
     /// Values of the optimum, one per free axis.

@@ -1,7 +1,7 @@
 //! The level of trust in a result: a statement on whether its standard errors can be trusted, with reasons and the next step.
 //!
-//! A result is `good` if the residuals are noise, the search is conclusive and no finding about the recordings or the motor
-//! contradicts it. Each reason lowers the level to `check` or `poor`.
+//! A result is `good` if the residuals pass their tests, residuals at the level of the noise or a conclusive search confirm the
+//! optimum, and no finding about the recordings or the motor contradicts it. Each reason lowers the level to `check` or `poor`.
 
 use super::result::Identification;
 use super::spec::IdentifySpec;
@@ -36,7 +36,7 @@ const WARNINGS: [(&str, TrustLevel, &str); 21] = [
     ("motion_without_input", Check, "the motor moves without voltage"),
     ("speed_falls", Check, "the speed falls where the voltage rises"),
     ("outliers", Check, "single samples are far from their neighbours"),
-    ("input_noise", Check, "noise of the input biases the parameters"),
+    ("input_noise", Check, "the standard errors do not include the noise of the input"),
     ("initial_state", Check, "a recording does not start as assumed"),
     ("dead_time_long", Check, "the dead time is longer than is plausible for a motor"),
 ];

@@ -65,7 +65,7 @@ pub static REASONS: [(&str, &str); 29] = [
     ("motion_without_input", "The motor moves without voltage."),
     ("speed_falls", "The speed falls where the voltage rises."),
     ("outliers", "Single samples are far from their neighbours."),
-    ("input_noise", "Noise of the input biases the parameters."),
+    ("input_noise", "The standard errors do not include the noise of the input."),
     ("initial_state", "A recording does not start as assumed."),
     ("dead_time_long", "The dead time is longer than is plausible for a motor."),
 ];

@@ -80,7 +80,7 @@ fn fix_once(prepared: &Prepared<'_>, fit: &mut Fit, known: Unidentified) -> Resu
     Ok((unidentified, better))
 }
 
-/// Returns the other optima within the 95 % limit of χ², each as its parameters with their values.
+/// Returns the optima within the 95 % limit of χ² that a multistart finds, each as its parameters with their values.
 fn others(prepared: &Prepared<'_>, space: &Space, refined: &Refined) -> Result<Vec<Named>> {
     let limit = refined.weighted(&refined.weights) + LIMIT * variance_inflation(&refined.uncertainty);
     let ends = optima(&prepared.fitted(space), &refined.weights, limit)?;

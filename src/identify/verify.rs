@@ -55,8 +55,8 @@ pub struct Verification {
     pub steiglitz_mcbride: Option<Parameters>,
     /// Best parameters after refinement.
     pub levenberg_marquardt: Option<Parameters>,
-    /// Difference of the cost to that of the best reference, relative to the latter. The cost is that of the result; without a
-    /// refinement, and if the search is stuck, that of the search.
+    /// Difference of the cost to that of the best reference, relative to the latter or to 1 if that is larger. The cost is that
+    /// of the result; without a refinement, and if the search is stuck, that of the search.
     pub cost_gap: Option<f64>,
     /// True if the refined fit is as good as the best reference.
     #[serde(skip)]
@@ -132,9 +132,10 @@ pub fn verify_at(records: &[Record], spec: &IdentifySpec, values: &[f64]) -> Res
 
 /// Largest relative difference of two costs that count as equal, above rounding and the tolerance of the refinement.
 pub(super) const EQUAL: f64 = 1e-6;
-/// Largest ratio of the misfit of a searched optimum to that of the reference at which both are the same optimum.
+/// Largest ratio of the misfit of a searched optimum to that of the reference at which both are the same optimum. The misfit is
+/// the root of the sum of squares in units of the variances of the signals.
 const MISFIT_TIMES: f64 = 2.0;
-/// Additional misfit of a searched optimum that is allowed, relative to the variation of the signals.
+/// Additional misfit of a searched optimum that is allowed, as a fraction of the misfit of the signals' means.
 const MISFIT_MORE: f64 = 0.02;
 /// Smallest standard deviation of residuals, relative to the root mean square of the signal; smaller residuals are rounding.
 const ROUNDING: f64 = 1e-7;

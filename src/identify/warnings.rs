@@ -122,9 +122,9 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
     if found.verification.status == Status::SearchStuck {
         let times = significant(1.0 + found.verification.cost_gap.unwrap_or(f64::NAN), 3);
         let rescued = found.uncertainty.is_some() && found.verification.refined_agrees;
-        let what = if rescued { "the refinement reached a better one" } else { "a reference fits better" };
+        let what = if rescued { "the refinement reached that optimum" } else { "the global search found that optimum" };
         let message = text!(
-            "the search ended in another optimum, whose weighted sum of squares is {times} times the best; {what}; use "
+            "the search ended where the weighted sum of squares is {times} times that of the best optimum; {what}; use "
             [Method = "auto"] ", more " [Generations] " or another " [Seed]
         );
         warnings.push(Warning::new("search_stuck", message));

@@ -1,11 +1,11 @@
 //! One-step maps: from continuous-time parameters to `x⁺ = x + D x + taps·v + torque·T`.
 //!
-//! With `A = [[−R/L, −K/L], [K/J, −B/J]]`, `M = hA`, `b = (1/L, 0)` and `φ₁(M) = Σ Mⁿ/(n+1)!`, every method has `D = M φ₁`
-//! and the gain `h φ₁ b` of a constant input. The full series is the exact zero-order hold, four terms are RK4 with a
-//! zero-order hold, one term is Euler. The first-order hold splits `h φ₁ b` by `φ₂(M) = Σ Mⁿ/(n+2)!`. Powers of a 2×2
-//! matrix are `Mⁿ = αₙ I + βₙ M` with `αₙ₊₁ = −d βₙ`, `βₙ₊₁ = αₙ + t βₙ` (trace t, determinant d), so there is no branch on
-//! the eigenvalues. If the spectral radius of M exceeds 1, the step is halved until it does not, and the maps of the halves
-//! are composed (scaling and squaring).
+//! With `A = [[−R/L, −K/L], [K/J, −B/J]]`, `M = hA`, `b = (1/L, 0)` and `φ₁(M) = Σ Mⁿ/(n+1)!`, every method has `D = M φ₁` and
+//! the gain `h φ₁ b` of a constant input. The full series is the exact zero-order hold, four terms are RK4 with a zero-order
+//! hold, one term is Euler. The first-order hold splits `h φ₁ b` by `φ₂(M) = Σ Mⁿ/(n+2)!`. Powers of a 2×2 matrix are
+//! `Mⁿ = αₙ I + βₙ M` with `αₙ₊₁ = −d βₙ`, `βₙ₊₁ = αₙ + t βₙ` (trace t, determinant d), so there is no branch on the
+//! eigenvalues. For the exact holds, if the spectral radius of M exceeds 1, the step is halved until it does not, and the maps
+//! of the halves are composed (scaling and squaring).
 //!
 //! With the current as input the model reduces to `dω/dt = (K i − B ω − T)/J`: `A = [[0, 0], [0, −B/J]]`, `b = (0, K/J)`,
 //! for which the same series is exact. The state of the current is set to zero in one step and has no effect.

@@ -74,7 +74,7 @@ impl Extension {
         Self::ALL.into_iter().find(|extension| extension.parameters().contains(&parameter))
     }
 
-    /// Returns true if it acts like a delay.
+    /// Returns true if the extension acts like a delay.
     #[must_use]
     pub fn is_delay_like(self) -> bool {
         self.row().1 == Late
@@ -90,7 +90,7 @@ impl Extension {
             && ((self.is_delay_like() && other.is_delay_like()) || (LOSSES.contains(&self) && LOSSES.contains(&other)))
     }
 
-    /// Returns true if it has an effect on a motor whose input is the current.
+    /// Returns true if the extension has an effect on a motor whose input is the current.
     #[must_use]
     pub fn acts_on_current(self) -> bool {
         self.row().1 != Electrical
@@ -169,7 +169,7 @@ impl With {
     /// Parses names of extensions, or `auto` alone.
     ///
     /// # Errors
-    /// `Usage` if a name is unknown, or others are given besides `auto`.
+    /// Returns `Usage` if a name is unknown, or others are given besides `auto`.
     pub fn parse(items: &[String]) -> Result<Self> {
         let names: Vec<&str> = items.iter().map(|item| item.trim()).filter(|item| !item.is_empty()).collect();
         if names.contains(&"auto") {

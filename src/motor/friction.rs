@@ -1,9 +1,9 @@
 //! Coulomb friction and brush drop: set-valued reactions, constant over a step.
 //!
 //! Friction is a torque of at most ±Tc \[N·m\] against the motion, brush drop a voltage of at most ±vb \[V\] against the
-//! current. Each takes the value that ends the step at zero, clipped to its limits, so that it can stop the motor or the
-//! current but not reverse it. (Time stepping with set-valued friction: J. J. Moreau 1988; D. E. Stewart, SIAM Review 42,
-//! 2000.)
+//! current. Each takes the value that makes its state zero at the end of the step, clipped to its limits, so that it can stop
+//! the motor or the current but not reverse it. (Time stepping with set-valued friction: J. J. Moreau 1988; D. E. Stewart, SIAM
+//! Review 42, 2000.)
 //!
 //! A unit of the reaction has the gain g on each state. A reaction that subtracts δ from its own state adds
 //! `−(g_other/g_own) δ` to the other state, and |δ| is at most the limit times |g_own|. Hence δ is the own state itself,

@@ -25,8 +25,8 @@ pub enum DefaultBounds {
     OfTorque(f64, f64),
     /// Multiples of the largest magnitude of the input.
     OfInput(f64, f64),
-    /// Lower and upper bound in sampling periods; the third value is an upper bound in mechanical time constants, and the
-    /// longer upper bound holds.
+    /// Lower and upper bound in sampling periods; the third value is another upper bound, in mechanical time constants. The
+    /// larger upper bound is used, but at most a quarter of the longest recording.
     Late(f64, f64, f64),
     /// Bounds from one sample to a quarter of the recording, at most 300 samples.
     Samples,
@@ -148,7 +148,7 @@ impl Parameter {
         self.facts().name
     }
 
-    /// Returns true if it belongs to an extension and not to the linear motor.
+    /// Returns true if the parameter belongs to an extension and not to the linear motor.
     #[must_use]
     pub fn is_extension(self) -> bool {
         self as usize >= Self::ALL.len()

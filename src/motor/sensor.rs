@@ -1,8 +1,8 @@
 //! Sensors that output a moving average of samples.
 //!
-//! A window of N samples, N real, consists of the last `⌊N⌋` samples and a fraction of the oldest of them. With the running
-//! sum S of the complete samples, `S ← S + (x − x_oldest)`, the output is `(S + (N − ⌊N⌋) x_oldest)/N`. Before the first
-//! sample a sensor has seen the initial state. Shader: `shaders/sensor.wgsl`.
+//! A window of N samples, N real, consists of the last `⌊N⌋` samples and the fraction `N − ⌊N⌋` of the sample before them,
+//! `x_oldest`. With the running sum S of the last `⌊N⌋` samples, `S ← S + (x − x_oldest)`, the output is
+//! `(S + (N − ⌊N⌋) x_oldest)/N`. Before the first sample a sensor has seen the initial state. Shader: `shaders/sensor.wgsl`.
 //!
 //! All number types share the formula. The oracle keeps past samples in a queue, the kernel in a ring buffer of blocks. The
 //! formula is tested by `sensors_average` in `tests/extensions/meaning.rs`.
@@ -24,21 +24,21 @@ pub(crate) struct Aligned<T>(pub T);
 /// The weights of a moving average; arrays as values hold several sensors, a lane each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct MovingAverage<T> {
-    /// Additional weight of the oldest sample, before division by the window.
+    /// Weight `N − ⌊N⌋` of the sample before the last `⌊N⌋`, before division by the window N.
     pub(crate) part: T,
     /// Reciprocal of the window.
     pub(crate) share: T,
 }
 
 impl<T: Number> MovingAverage<T> {
-    /// Returns the number of complete samples of a window and the weights.
+    /// Returns `⌊N⌋` for a window of N samples, and the weights.
     pub(crate) fn new(window: T) -> (usize, Self) {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and 1e6")]
         let whole = window.value().clamp(1.0, WINDOW_MAX) as usize;
         (whole, Self { part: window - T::constant(number(whole)), share: T::constant(1.0) / window })
     }
 
-    /// Adds a sample to the running sum, subtracts the oldest and returns the average.
+    /// Adds a sample to the running sum, subtracts `oldest`, the sample before the last `⌊N⌋`, and returns the average.
     #[inline(always)]
     pub(crate) fn show(self, sum: &mut T, value: T, oldest: T) -> T {
         *sum = *sum + (value - oldest);
@@ -133,7 +133,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_kept_of_the_past_is_no_longer_than_the_recording() {
+    fn no_more_past_samples_are_kept_than_the_recording_has() {
         const SAMPLES: usize = 1001;
         let windows = [1.0, 3.7, 64.0, 1000.0, 1001.0, 1002.5, 1024.0, 1e6];
         let mut kernel = MovingAverages::new(windows, 0.5, SAMPLES);

@@ -45,7 +45,7 @@ impl SimulationInput<'_> {
 /// Simulates the motor over all samples from the state `initial` = `[i, ω]` and returns current \[A\] and speed \[rad/s\],
 /// one value for each sample.
 ///
-/// The values are not finite if the motor diverges or the drive does not list a step; this is not an error.
+/// The values are not finite if the motor diverges or the input has a step index that `step_s` lacks; this is not an error.
 #[must_use]
 pub fn simulate(
     parameters: &Parameters,
@@ -60,7 +60,7 @@ pub fn simulate(
     signals
 }
 
-/// Like [`simulate`], but calls `visit` with the state of each sample.
+/// Simulates like [`simulate`] and calls `visit` with the state `[i, ω]` \[A, rad/s\] of each sample.
 pub fn walk(
     parameters: &Parameters,
     drive: &SimulationInput<'_>,

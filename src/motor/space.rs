@@ -116,7 +116,7 @@ impl Axis {
     }
 }
 
-/// Largest index of a recording that a parameter may belong to; the next value stands for an index beyond `u32`.
+/// Largest index of a recording that a parameter may belong to; the next value marks an index beyond `u32`.
 pub const RECORDING_MAX: u32 = u32::MAX - 1;
 
 /// Largest number of recordings for which a parameter may have separate values; a space has an axis for each.
@@ -133,8 +133,8 @@ impl Space {
     /// Makes a space and checks it.
     ///
     /// # Errors
-    /// `Usage` if bounds are reversed, not finite or outside the domain of their parameter, a fixed value is outside its
-    /// domain, a parameter is missing, given twice or belongs to a recording beyond [`RECORDING_MAX`], or no parameter is
+    /// Returns `Usage` if bounds are reversed, not finite or outside the domain of their parameter, a fixed value is outside
+    /// its domain, a parameter is missing, given twice or belongs to a recording beyond [`RECORDING_MAX`], or no parameter is
     /// free.
     pub fn new(free: Vec<Axis>, fixed: Vec<(Parameter, Scope, f64)>) -> Result<Self> {
         let space = Self { free, fixed }.checked()?;
@@ -196,7 +196,7 @@ impl Space {
         Self::new(free, fixed)
     }
 
-    /// Like [`Space::table2_with`], for a motor to which extensions are added later: no parameter need be free.
+    /// Returns the space of [`Space::table2_with`] for a motor to which extensions are added later; no parameter need be free.
     ///
     /// # Errors
     /// Returns the errors of [`Space::table2_with`], except that all parameters may be fixed.
@@ -278,7 +278,7 @@ impl Space {
     /// are free and shared.
     ///
     /// # Errors
-    /// `Usage` if there are more recordings than [`PER_RECORDING_MAX`].
+    /// Returns `Usage` if there are more recordings than [`PER_RECORDING_MAX`].
     pub fn per_recording(&self, parameters: &[Parameter], recordings: usize) -> Result<Self> {
         if recordings > PER_RECORDING_MAX {
             let message =

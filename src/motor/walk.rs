@@ -32,7 +32,7 @@ pub struct ExtendedWalk<'a, T> {
     known: Option<((usize, u64), [T; 2])>,
 }
 
-/// State of a simulation between two drives.
+/// State of a simulation that was paused between two inputs.
 pub(crate) struct PausedWalk<T> {
     sensors: [Option<Sensor<T>>; 2],
     x: [T; 2],
@@ -42,7 +42,7 @@ impl<'a, T: Number> ExtendedWalk<'a, T> {
     /// Makes a simulation that starts at the state `initial` = `[i, ω]`.
     ///
     /// # Panics
-    /// Iteration panics at a sample whose step the drive does not list.
+    /// Iteration panics at a sample whose step index `step_s` of the input lacks.
     #[must_use]
     pub fn new(
         motor: &Extended<T>,
@@ -54,8 +54,8 @@ impl<'a, T: Number> ExtendedWalk<'a, T> {
         Self::with_steps(motor, drive, settings, (initial, steps))
     }
 
-    /// Like [`Self::new`], on a clock whose steps are split as in `split`: the maps of many steps are composed of few,
-    /// which differ by rounding.
+    /// Makes a simulation like [`Self::new`] on a clock whose steps are split as in `split`. The maps of many steps are
+    /// composed of few; they differ from those of [`Self::new`] by rounding.
     #[inline(always)]
     pub(crate) fn composed(
         motor: &Extended<T>,
@@ -83,7 +83,7 @@ impl<'a, T: Number> ExtendedWalk<'a, T> {
         PausedWalk { sensors: self.sensors, x: self.x }
     }
 
-    /// Continues a simulation with the samples of another drive; the voltage must not be delayed.
+    /// Continues a simulation with the samples of another input; the voltage must not be delayed.
     pub(crate) fn resumed(
         motor: &Extended<T>,
         drive: &SimulationInput<'a>,

@@ -27,8 +27,8 @@ pub const fn count_u64(n: u64) -> f64 {
     n as f64
 }
 
-/// Returns a signed integer as a real number: exact up to ±2^53, the nearest number beyond. It is one instruction, where
-/// an unsigned integer takes several.
+/// Returns a signed integer as a real number: exact up to ±2^53, the nearest number beyond. The conversion is one instruction;
+/// that of an unsigned integer takes several.
 #[inline]
 #[must_use]
 #[expect(clippy::cast_precision_loss, reason = "the nearest number is meant")]

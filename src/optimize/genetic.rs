@@ -1,9 +1,9 @@
 //! Genetic algorithm with the operators of the paper's Table 3.
 //!
 //! Fitness is 1/cost. Parents are drawn by roulette-wheel selection, `s_i = f_i/Σf`; the ratio of their number to the
-//! population is the biological pressure. Two parents produce a child by single-point crossover. Each gene of the child
-//! then mutates, with the mutation rate as probability, to a uniform value of its range. The best candidates of a
-//! generation survive unchanged (elites).
+//! population is the selection pressure ("biological pressure" in the paper). Two parents produce a child by
+//! single-point crossover. Each gene of the child then mutates, with the mutation rate as probability, to a uniform
+//! value of its range. The best candidates of a generation survive unchanged (elites).
 
 use super::population::{Population, Rule};
 use super::table::{PROBABILITY, Range, search};

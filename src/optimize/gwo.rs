@@ -14,9 +14,9 @@ search! {
     Gwo = "gwo", "Grey Wolf Optimizer";
     /// Settings of the Grey Wolf Optimizer.
     pub struct GwoOptions {
-        /// Value of a at the first move; move g of G generations (g from 0) has `a_start + (a_end − a_start) g/G`.
+        /// Initial value of the coefficient a: move g of G generations (g from 0) has `a_start + (a_end − a_start) g/G`.
         a_start: f64 = 2.0, "a-start" in NOT_NEGATIVE;
-        /// Value that a approaches at the last generation.
+        /// Final value of the coefficient a, approached at the last generation.
         a_end: f64 = 0.0, "a-end" in NOT_NEGATIVE;
     }
 }

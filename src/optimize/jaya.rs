@@ -1,4 +1,4 @@
-//! Jaya (R. V. Rao, Int. J. Ind. Eng. Comput. 7 (2016); Eq. 12 with its missing primes restored).
+//! Jaya (R. V. Rao, Int. J. Ind. Eng. Comput. 7 (2016); Eq. 12, with the primes added that the paper omits).
 //!
 //! `x'_j = x_j + r₁ (best_j − |x_j|) − r₂ (worst_j − |x_j|)`, clamped to the box. The new candidate replaces the old one
 //! only if its cost is not higher. Best and worst are those of the current population.
@@ -22,7 +22,7 @@ search! {
     Jaya = "jaya", "Jaya";
     /// Settings of Jaya.
     pub struct JayaOptions {
-        /// Sharing of a draw of r₁ and r₂: one for all candidates of a generation, or one for each candidate.
+        /// Sharing of the random numbers r₁ and r₂: one draw for all candidates of a generation, or one for each.
         sharing: Sharing = Sharing::Generation, "sharing" in Range::Choice(&["generation", "agent"]);
         /// True if a move that increases the cost is rejected (Rao's algorithm); false reproduces the paper's results, but
         /// is not Jaya.

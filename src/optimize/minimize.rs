@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn runs_do_not_depend_on_what_is_in_flight() {
+    fn runs_do_not_depend_on_batches_in_flight() {
         let mut plain = runs();
         let mut closure = |populations: &[Candidates<'_>], costs: &mut [f64]| {
             sphere(populations, costs);
@@ -348,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn an_interruption_waits_for_what_is_in_flight_and_keeps_it() {
+    fn an_interruption_keeps_the_batches_in_flight() {
         for after in [1, 2, 7, 20] {
             let (mut device, mut some, mut asked, mut by_then) = (Device::default(), runs(), 0, 0);
             let budget = Budget { generations: 12, slice: 9 };

@@ -37,8 +37,8 @@ impl SearchSettings {
     /// Checks the settings.
     ///
     /// # Errors
-    /// `Usage` if the box is empty or not finite, the population or the number of generations is zero, or the population or
-    /// the number of evaluations exceeds its limit.
+    /// Returns `Usage` if the box is empty or not finite, the population or the number of generations is zero, or the
+    /// population or the number of evaluations exceeds its limit.
     pub fn check(&self) -> Result<()> {
         let size = self.population.checked_mul(self.bounds.len());
         if self.bounds.is_empty() || self.bounds.iter().any(|&(a, b)| !(a.is_finite() && b.is_finite() && a <= b)) {

@@ -42,8 +42,8 @@ impl Sample {
     /// Makes a sample of `number` points of the box, or of a grid with `number` points on each axis.
     ///
     /// # Errors
-    /// `Usage` if the sample has no points or more than [`POINTS_MAX`], the box has no axis, or bounds are not finite or
-    /// reversed.
+    /// Returns `Usage` if the sample has no points or more than [`POINTS_MAX`], the box has no axis, or bounds are not finite
+    /// or reversed.
     pub fn new(sampling: Sampling, number: u64, bounds: Vec<(f64, f64)>, seed: u64) -> Result<Self> {
         let axes = u32::try_from(bounds.len()).unwrap_or(u32::MAX);
         let count = if sampling == Sampling::Grid { number.checked_pow(axes) } else { Some(number) };
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hypercube_uses_every_part_of_every_axis_once() {
+    fn a_hypercube_has_one_point_in_each_interval_of_each_axis() {
         for count in [1, 2, 3, 5, 64, 1000] {
             for (axis, (min, width)) in [(0.0, 1.0), (10.0, 10.0)].into_iter().enumerate() {
                 let rows = rows(Sampling::LatinHypercube, count, 7);
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn the_order_of_parts_is_as_random_as_a_shuffle() {
+    fn the_order_of_intervals_is_a_random_permutation() {
         // Over 2000 seeds each of 7 rows falls into each of 7 intervals equally often. χ² with 36 degrees of freedom
         // exceeds 75 with probability 1e-4.
         let seeds = 2000_u32;
@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn any_row_can_be_had_alone_and_a_grid_goes_from_bound_to_bound() {
+    fn rows_do_not_depend_on_others_and_a_grid_spans_the_bounds() {
         for sampling in [Sampling::Uniform, Sampling::LatinHypercube, Sampling::Grid] {
             let sample = Sample::new(sampling, 100, vec![(0.0, 1.0), (10.0, 20.0)], 3).unwrap();
             let (mut all, mut late) = (vec![0.0; 200], vec![0.0; 20]);

@@ -43,7 +43,7 @@ impl ConfiguredSearch {
     /// Sets a setting from text; returns false if the search has no setting of this name.
     ///
     /// # Errors
-    /// `Usage` if the setting cannot have this value.
+    /// Returns `Usage` if the setting cannot have this value.
     pub fn set(&mut self, name: &str, value: &str) -> Result<bool> {
         let settings = self.search.settings;
         let Some(index) = settings.iter().position(|setting| setting.name == name) else { return Ok(false) };
@@ -73,7 +73,7 @@ impl ConfiguredSearch {
     /// Starts a run.
     ///
     /// # Errors
-    /// `Usage` if the box or the settings are invalid.
+    /// Returns `Usage` if the box or the settings are invalid.
     pub fn begin(&self, setup: SearchSettings) -> Result<Box<dyn Optimizer>> {
         let mut settings = self.search.settings.iter().zip(self.values.0);
         settings.try_for_each(|(setting, value)| setting.check(self.search, value))?;

@@ -192,10 +192,10 @@ pub(super) const REQUEST_MAX: usize = 4096;
 
 /// Parses a request for columns, as in `time=Tempo:s,current=Corrente:mA,…`.
 ///
-/// Operations and units behind a heading are parsed later, against the headings of the file.
+/// Operations and units after a heading are parsed later, against the headings of the file.
 ///
 /// # Errors
-/// `Usage` if an item has no `=`, an empty heading or an unknown quantity, if a quantity is repeated, or if the request
+/// Returns `Usage` if an item has no `=`, an empty heading or an unknown quantity, if a quantity is repeated, or if the request
 /// exceeds 4096 bytes.
 pub fn parse_columns(text: &str) -> Result<Vec<ColumnRequest>> {
     let example = || {

@@ -125,8 +125,9 @@ impl Record {
     /// Checks the signals and creates a recording from them.
     ///
     /// # Errors
-    /// `Data` if lengths differ, there are fewer than two samples, there is no input (a voltage, or a current beside a
-    /// speed) or no output, a value is not finite or exceeds [`VALUE_MAX`], or time repeats, decreases or has a gap.
+    /// Returns `Data` if lengths differ, there are fewer than two samples, there is no input (a voltage, or a current
+    /// beside a speed) or no output, a value is not finite or exceeds [`VALUE_MAX`], or time repeats, decreases or has
+    /// a gap.
     pub fn new(samples: Samples) -> Result<Self> {
         Self::from_file(samples, Source::default(), false)
     }
@@ -173,7 +174,7 @@ impl Record {
     /// Splits the recording in two: the given fraction of the samples, and the remaining ones.
     ///
     /// # Errors
-    /// `Usage` if either would have fewer than two samples.
+    /// Returns `Usage` if either would have fewer than two samples.
     pub fn split(&self, fraction: f64) -> Result<[Self; 2]> {
         let at = whole((count(self.len()) * fraction.clamp(0.0, 1.0)).round());
         if at < 2 || self.len() - at < 2 {

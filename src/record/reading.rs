@@ -20,7 +20,7 @@ impl Reading {
     /// Reads and prepares the recordings of a file, or the one recording joined from several files `A+B`.
     ///
     /// # Errors
-    /// `Usage` for a rate below 1e-6 Hz or not finite, or a decimation of 0. Propagates the errors of [`read`],
+    /// Returns `Usage` for a rate below 1e-6 Hz or not finite, or a decimation of 0. Propagates the errors of [`read`],
     /// [`read_joined`] and [`Preparation::apply`].
     pub fn records(&self, path: &Path) -> Result<Vec<Record>> {
         self.check()?;
@@ -34,8 +34,8 @@ impl Reading {
     /// Reads and prepares the recordings in the bytes of a file.
     ///
     /// # Errors
-    /// `Usage` for a rate below 1e-6 Hz or not finite, or a decimation of 0. Propagates the errors of [`read_bytes`]
-    /// and [`Preparation::apply`].
+    /// Returns `Usage` for a rate below 1e-6 Hz or not finite, or a decimation of 0. Propagates the errors of
+    /// [`read_bytes`] and [`Preparation::apply`].
     pub fn records_from_bytes(&self, bytes: &[u8]) -> Result<Vec<Record>> {
         self.check()?;
         self.prepared(read_bytes(bytes, None, &self.options)?)
@@ -85,7 +85,7 @@ fn joined(path: &Path) -> Option<Vec<PathBuf>> {
 /// Parses `FROM:TO` \[s\]; either time may be omitted.
 ///
 /// # Errors
-/// `Usage` if the text has another form, or the first time is not before the second.
+/// Returns `Usage` if the text has another form, or the first time is not before the second.
 pub fn parse_crop(text: &str) -> Result<[Option<f64>; 2]> {
     let Some((from, to)) = text.split_once(':') else {
         let message = text!([Crop](": \"{}\" is not FROM:TO", excerpt(text)));
@@ -110,7 +110,7 @@ fn number(text: &str, of: Setting) -> Result<f64> {
 /// Parses `auto` or a list of offsets, as in `current=0.02,speed=-0.1`.
 ///
 /// # Errors
-/// `Usage` if the text is neither, or names an unknown or repeated signal.
+/// Returns `Usage` if the text is neither, or names an unknown or repeated signal.
 pub fn parse_offset(text: &str) -> Result<Offset> {
     if text.trim() == "auto" {
         return Ok(Offset::Auto);

@@ -24,7 +24,7 @@ impl Record {
     /// Serializes the recording.
     ///
     /// # Errors
-    /// `Data` if the path is not valid Unicode.
+    /// Returns `Data` if the path is not valid Unicode.
     pub fn to_stored(&self) -> Result<Vec<u8>> {
         let Samples { time_s, voltage, torque, current, speed } = &self.samples;
         let signals =
@@ -46,7 +46,7 @@ impl Record {
     /// Deserializes a recording and checks it as a new one.
     ///
     /// # Errors
-    /// `Data` if the bytes are not a valid recording of this version.
+    /// Returns `Data` if the bytes are not a valid recording of this version.
     pub fn from_stored(bytes: &[u8]) -> Result<Self> {
         let wrong = || Error::data("these are not the bytes of a recording of this version", "Read its file again.");
         let text = bytes.strip_prefix(MAGIC).ok_or_else(wrong)?;

@@ -20,13 +20,13 @@ pub fn characteristics_lines(found: &Identification) -> Vec<(&'static str, Strin
     };
     if let Some(r) = found.regressions.last() {
         let values = [("kS", named[0].1, Some(r.ks)), ("kV", named[1].1, Some(r.kv)), ("kA", named[2].1, Some(r.ka))];
-        lines.push(("", format!("{} by regression over {}", of(&values), window(r))));
+        lines.push(("", format!("{} by regression on differences over {}", of(&values), window(r))));
     }
     lines
 }
 
 pub(super) fn window(regression: &Regression) -> String {
-    format!("{}, {} samples", engineering(regression.window_s, "s", 3), regression.window_samples)
+    format!("{} ({} samples)", engineering(regression.window_s, "s", 3), regression.window_samples)
 }
 
 /// Formats a value to five significant digits, with its standard error if it has one.
@@ -36,7 +36,7 @@ pub(super) fn with_error(c: Characteristic) -> String {
 }
 
 /// Returns the verdicts over recordings whether the residuals are white and independent of the voltage, each for
-/// current and speed; a dash stands for a channel without a test.
+/// current and speed; a dash marks a channel without a test.
 #[must_use]
 pub fn verdicts(tests: &[ResidualTests]) -> [String; 2] {
     let of = |verdict: &dyn Fn(&ResidualTest) -> Option<bool>| {

@@ -55,7 +55,7 @@ pub(super) fn fit_table(found: &Identification, spec: &IdentifySpec) -> Table {
 /// Returns the table of the feedforward characteristics.
 pub(super) fn characteristics_table(found: &Identification) -> Table {
     let mut heads = vec!["characteristic".to_owned(), "unit".to_owned(), "output error".to_owned()];
-    heads.extend(found.regressions.iter().map(|r| format!("regression over {}", window(r))));
+    heads.extend(found.regressions.iter().map(|r| format!("regression on differences over {}", window(r))));
     let mut table = Table::new("characteristics", "Feedforward characteristics (\u{b1} standard error)", &heads);
     let cell = |c: Option<Characteristic>| c.map_or_else(dash, with_error);
     for (n, (name, unit, by_error)) in Characteristics::named_of(found).into_iter().enumerate() {
@@ -91,8 +91,9 @@ pub fn selection_table(selection: &[SelectionStep]) -> Table {
     }
     table.note(
         "free: number of free parameters. ΔBIC: Bayesian information criterion at the effective sample size of the residuals, \
-         less that of the model selected before. A model is selected if it lowers the criterion enough, for the residuals or \
-         for their innovations.",
+         less that of the model selected before. A larger model is selected if it lowers the criterion by more than 6, for the \
+         residuals or for their innovations, and the residuals of a channel by more than 1 %. If extensions are \
+         selected, the last rows exchange one of them for a similar one.",
     );
     table
 }
@@ -101,7 +102,7 @@ pub fn selection_table(selection: &[SelectionStep]) -> Table {
 #[must_use]
 pub fn selection_text(found: &Identification) -> Option<String> {
     let tried = found.selection.as_ref()?.len();
-    Some(format!("{}; {tried} models were compared (-v lists them)", selected(found)))
+    Some(format!("{}; {tried} models were compared (listed by -v)", selected(found)))
 }
 
 /// Describes the selected model: its extensions, the intersample behaviour of the voltage, and the excluded samples.

@@ -122,7 +122,7 @@ pub(super) fn capital(text: &str) -> String {
 fn part(part: &Part) -> Markup {
     match part {
         Part::Text(text) => html! { p { (printable(text)) } },
-        Part::Warning(text) => html! { p.warning role="note" { strong { "Note: " } (printable(text)) } },
+        Part::Warning(text) => html! { p.warning role="note" { strong { "Warning: " } (printable(text)) } },
         Part::Table(table) => self::table(table),
         Part::Figure(figure) => html! {
             figure id=(figure.id) {
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn text_does_no_harm_and_the_policy_fits_the_style() {
+    fn text_is_escaped_and_the_policy_matches_the_style() {
         let evil = "<script>alert(1)</script>\u{1b}[2J\u{202e}\"'&";
         let mut table = Table::new("t", evil, &[evil]);
         table.row(vec![evil.to_owned()]);

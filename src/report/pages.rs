@@ -6,7 +6,7 @@ use super::figures;
 use super::held_out::held_out;
 use super::identified::{noise_floor_text, with_error};
 use super::identified_tables::{characteristics_table, fit_table, parameters_table, selected, selection_table};
-use super::page::{Page, Part, Section};
+use super::page::{Page, Part, Section, capital};
 use super::spelling::command_line;
 use crate::analysis::{Characteristics, Named};
 use crate::identify::{Identification, IdentifySpec, ParameterEstimate, Status};
@@ -102,11 +102,13 @@ fn trust_text(found: &Identification) -> String {
     let reasons: Vec<String> = found.trust.reasons.iter().map(|reason| reason.message.spelled(command_line)).collect();
     let level = found.trust.level.name();
     if reasons.is_empty() {
-        return format!("Trust: {level}. Residuals, search and recordings agree with these standard errors.");
+        return format!(
+            "Trust: {level}. No test of the residuals, the search or the recordings contradicts the standard errors."
+        );
     }
     let next =
         found.trust.next.as_ref().map_or(String::new(), |next| format!(" Next: {}.", next.spelled(command_line)));
-    format!("Trust: {level}. {}.{next}", reasons.join("; "))
+    format!("Trust: {level}. {}.{next}", capital(&reasons.join("; ")))
 }
 
 fn verdict(found: &Identification) -> &'static str {
@@ -114,7 +116,7 @@ fn verdict(found: &Identification) -> &'static str {
     match check.status {
         Status::Agrees => "A global search finds the same optimum.",
         Status::SearchStuck if check.refined_agrees => {
-            "The search was stuck in another optimum; the refinement left it, and a global search agrees."
+            "The search was stuck away from the optimum; the refinement reached it, and a global search agrees."
         }
         Status::SearchStuck => "The search is stuck: a better optimum exists.",
         Status::ReferenceFailed => "The global search ended in a worse optimum and is inconclusive.",

@@ -160,8 +160,8 @@ table! {
              input]"
         );
     Initial: choice::<Initial>(), "Model", "INITIAL" ["auto"] "zero",
-        "State at the first sample; auto: zero if the recording starts at rest, else free (estimated by the refinement, as \
-         measured in a population search)";
+        "State at the first sample; auto: zero if the recording starts at rest, else free (estimated by the refinement; a \
+         population search uses the first measured sample)";
     Device: Word, "Device", "DEVICE" ["auto"] "cpu", "Device that evaluates candidates: auto, cpu, gpu, gpu:INDEX or gpu:NAME";
     Precision: choice::<PrecisionSpec>(), "Device", "PRECISION" ["auto"] "f64", "Floating-point precision of the evaluation";
     Threads: Count, "Device", "N" [] "4", "Number of CPU threads [default: all]";

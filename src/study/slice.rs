@@ -70,8 +70,8 @@ impl CostMap {
 /// given bounds of the two parameters or eight standard errors to each side.
 ///
 /// # Errors
-/// Propagates the errors of [`identify`]. Returns a `Usage` error if the parameters are equal or one of them is fixed,
-/// or if `side` is not within 2 to 4096.
+/// Propagates the errors of [`identify`]. Returns a `Data` error for a recording without a voltage, and a `Usage` error
+/// if the parameters are equal or one of them is fixed, or if `side` is not within 2 to 4096.
 pub fn cost_map(records: &[Record], spec: &IdentifySpec, parameters: [Parameter; 2], side: usize) -> Result<CostMap> {
     needs_voltage(records)?;
     if parameters[0] == parameters[1] || !(2..=4096).contains(&side) {
@@ -125,7 +125,7 @@ mod tests {
     use crate::motor::{Discretization, Parameters};
 
     #[test]
-    fn a_map_is_lowest_at_the_optimum_and_the_ellipse_lies_around_it() {
+    fn a_map_is_lowest_at_the_optimum_and_the_ellipse_encloses_it() {
         let step = Excitation::step(10.5, 0.1, 1.0, 0.001).unwrap();
         let clean = simulated(&Parameters::M2, &step, Discretization::Zoh).unwrap();
         let records = [with_noise(&clean, [0.02, 1.0], 1).unwrap()];

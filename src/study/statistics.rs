@@ -98,7 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_test_gives_what_scipy_gives() {
+    fn wilcoxon_agrees_with_scipy() {
         // scipy 1.17 stats.wilcoxon: exact; with ties, method="approx"; beyond 50, without correction.
         let d = [0.5, -1.25, 3.0, 2.5, -0.75, 4.0, 1.5, -2.0, 6.0, 5.0];
         assert!((wilcoxon(&d) - 0.083_984_375).abs() < 1e-12, "{}", wilcoxon(&d));
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn the_test_is_right_as_often_as_it_says() {
+    fn wilcoxon_has_its_nominal_level() {
         // Under symmetric differences about 5 % of 2000 tests reject at the 5 % level; the tolerance is 3 standard
         // deviations.
         let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn intervals_cover_the_median_as_often_as_they_say() {
+    fn intervals_have_their_nominal_coverage() {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(6);
         let covered = (0..400).filter(|&n| {
             // The median of the exponential distribution is ln 2.

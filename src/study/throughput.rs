@@ -34,12 +34,12 @@ pub struct ThroughputSpec {
     pub budget_s: f64,
 }
 
-/// Fewest rounds of a case, below which there is no 95 % interval, and most. A case that cannot afford the fewest has
-/// one.
+/// Smallest number of rounds of a case, which a 95 % interval needs, and largest one. A case whose time budget does not allow
+/// the smallest number has one round.
 const ROUNDS: (usize, usize) = (6, 25);
 /// Shortest round \[s\].
 const ROUND_S: f64 = 0.003;
-/// Most evaluations in a round.
+/// Largest number of evaluations in a round.
 const REPEATS: f64 = 3000.0;
 /// Evaluations whose kernel time is measured.
 const TIMED: usize = 5;

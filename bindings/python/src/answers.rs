@@ -21,7 +21,7 @@ impl<T> ResultData<T> {
     /// Restores a result from the attribute values that [`Self::answers`] returned.
     ///
     /// # Errors
-    /// `ValueError` if an attribute of `table` is missing, as in a pickle of another version.
+    /// Returns `ValueError` if an attribute of `table` is missing, as in a pickle of another version.
     pub fn unpickled(answers: &Bound<'_, PyDict>, table: Table<T>) -> PyResult<Self> {
         for (name, _) in table {
             if !answers.contains(name)? {

@@ -42,7 +42,7 @@ pub fn signal(numbers: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<f64>> {
 /// Copies an array-like of real numbers into `values`, in C order, and returns its shape.
 ///
 /// # Errors
-/// `TypeError` for another dtype, `ValueError` for masked values.
+/// Returns `TypeError` for another dtype, `ValueError` for masked values.
 pub fn read(numbers: &Bound<'_, PyAny>, what: &str, values: &mut Vec<f64>) -> PyResult<Vec<usize>> {
     values.clear();
     if numbers.is_exact_instance_of::<PyUntypedArray>()

@@ -34,7 +34,8 @@ impl ExclusiveLock {
     /// Acquires the lock, waiting until it is free.
     ///
     /// # Errors
-    /// `RuntimeError` if this thread owns it already, as in a signal handler; the exception of a signal while waiting.
+    /// Returns `RuntimeError` if this thread owns it already, as in a signal handler; the exception of a signal while
+    /// waiting.
     pub fn take(&self, py: Python<'_>, what: &str) -> PyResult<Guard<'_>> {
         let own = (std::process::id(), std::thread::current().id());
         loop {

@@ -35,7 +35,7 @@ impl Frame {
     /// Converts a frame or a mapping of columns.
     ///
     /// # Errors
-    /// `TypeError` for another object; `ValueError` for columns of different lengths or more than one dimension.
+    /// Returns `TypeError` for another object; `ValueError` for columns of different lengths or more than one dimension.
     pub fn new(frame: &Bound<'_, PyAny>) -> PyResult<Self> {
         let mut hints = Vec::new();
         let mut columns = Vec::new();

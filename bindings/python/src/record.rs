@@ -167,7 +167,7 @@ impl Record {
         self.0.samples().torque.as_ref().map(|values| frozen(py, values)).transpose()
     }
 
-    /// Mean sampling period [s].
+    /// Sampling period [s]: the median step in time.
     #[getter]
     fn period(&self) -> f64 {
         self.0.period_s()

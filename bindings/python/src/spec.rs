@@ -24,7 +24,7 @@ impl<'a, 'py> Keywords<'a, 'py> {
     /// Takes the keyword arguments of a call.
     ///
     /// # Errors
-    /// `TypeError` for a name that is not in `known`, with the nearest known name.
+    /// Returns `TypeError` for a name that is not in `known`, with the nearest known name.
     pub fn new(py: Python<'py>, given: Option<&'a Bound<'py, PyDict>>, known: &[&str]) -> PyResult<Self> {
         for key in given.iter().flat_map(|given| given.keys()) {
             let key: String = key.extract()?;

@@ -61,7 +61,7 @@ fn open(path: &Path) -> Result<File> {
 /// Parses `uniform:N`, `lhs:N` or `grid:N`.
 pub(super) fn sampling(text: &str) -> Result<(Sampling, u64)> {
     let bad = || {
-        let message = format!("--sample: \"{}\" is no sample", excerpt(text));
+        let message = format!("--sample: \"{}\" is not a kind of sample", excerpt(text));
         Error::usage(message, "Write uniform:N, lhs:N (N candidates) or grid:N (N values of each free parameter).")
     };
     let (kind, number) = text.split_once(':').ok_or_else(bad)?;

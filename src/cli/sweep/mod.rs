@@ -147,7 +147,11 @@ fn status_text(status: &SweepStatus) -> String {
     for shard in &status.shards {
         let running = if shard.running { ", running" } else { "" };
         let failed = if shard.failed > 0 { format!(", {} without a result", shard.failed) } else { String::new() };
-        let _ = writeln!(text, "  shard {}/{}: {}{failed}{running}", shard.shard.index, shard.shard.count, shard.done);
+        let _ = writeln!(
+            text,
+            "  shard {}/{}: {} finished{failed}{running}",
+            shard.shard.index, shard.shard.count, shard.done
+        );
     }
     text
 }

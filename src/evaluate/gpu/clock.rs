@@ -1,4 +1,4 @@
-//! Time stamps of the device at the begin and the end of a submission.
+//! Time stamps of the device at the beginning and the end of a submission.
 
 use super::device::Device;
 use crate::numeric::count_u64;
@@ -33,7 +33,7 @@ impl Clock {
         Some(Self { queries, resolved })
     }
 
-    /// Returns the time stamps that a pass writes: the first pass at its begin, the last at its end.
+    /// Returns the time stamps that a pass writes: the first pass at its beginning, the last at its end.
     pub(super) fn stamps(&self, pass: u32, passes: u32) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         let (first, last) = (pass == 0, pass + 1 == passes);
         (first || last).then_some(wgpu::ComputePassTimestampWrites {

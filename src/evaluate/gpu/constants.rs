@@ -77,8 +77,8 @@ pub(super) fn kept_bytes(problem: &Problem, features: ShaderFeatures, number_byt
 }
 
 /// Returns true if the device can evaluate a problem. It cannot evaluate delayed inputs with irregular steps or with a voltage
-/// that has a slope of its own over each step, past sensor values of more than `budget` bytes, or recordings with more samples
-/// than f32 can count.
+/// that may jump between steps (of a resampled recording), past sensor values of more than `budget` bytes, or recordings with
+/// more samples than f32 can count.
 pub(super) fn is_served(problem: &Problem, number_bytes: usize, budget: usize) -> bool {
     let Some(features) = ShaderFeatures::of(problem.features()) else { return true };
     let uneven = |s: &Signals| !s.step_index.is_empty() || s.has_slopes();

@@ -170,7 +170,7 @@ impl Set {
     }
 
     /// Waits for the submission and passes its sums to `read` for each unit: per block those of current, then those of speed.
-    /// Returns the begin and the end of the submission in ticks of the device's clock if it was timed.
+    /// Returns the beginning and the end of the submission in ticks of the device's clock if it was timed.
     pub(super) fn collect(
         &mut self,
         device: &Device,

@@ -62,7 +62,7 @@ fn prelude(variant: Variant) -> String {
 }
 
 /// Returns the second part of the prelude for motors with extensions: flags of the optional parts, offsets of their constants
-/// (that of a parameter is named by its symbol), and functions that read a different index for each candidate of an invocation.
+/// (named by the symbol of the parameter), and functions that read a different index for each candidate of an invocation.
 fn extended_prelude(features: ShaderFeatures) -> String {
     let ShaderFeatures { brushes, delayed, averages: [current, speed] } = features;
     let [averages, taps, special] =

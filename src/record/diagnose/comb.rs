@@ -118,8 +118,8 @@ impl LogSpectrum {
         ((self.sums[to + 1] - self.sums[from]) / count, count)
     }
 
-    /// Returns the mean logarithm of the lobe between k/N and (k + 1)/N, without its middle, the place of the odd harmonics of
-    /// a period of 2N samples.
+    /// Returns the mean logarithm of the lobe between k/N and (k + 1)/N, without its middle, where the odd harmonics of a
+    /// period of 2N samples are.
     fn lobe(&self, k: usize, window: f64) -> f64 {
         let [a, b, c, d] = [0.2, 0.4, 0.6, 0.8].map(|part| (count(k) + part) / window);
         0.5 * (self.mean(a, b).0 + self.mean(c, d).0)

@@ -107,7 +107,7 @@ fn begins(view: &View<'_>, i: &[f64], at: usize) -> bool {
 
 /// Detects voltage without current at less than half of the proportional speed, where v − K ω = R i cannot be 0.
 fn without_current(view: &View<'_>, current: &Channel<'_>, none: f64) -> Vec<Range<usize>> {
-    // The offset of the sensor, if a rest identifies it.
+    // The offset of the sensor, if the recording begins with a rest.
     let rest = view.first_rest();
     let offset = if rest.len() >= 10 { mean(&current.values[rest]) } else { 0.0 };
     // A quantile instead of the peak, which a single spike would determine.

@@ -113,7 +113,7 @@ impl<'a> View<'a> {
         self.input.values[n].abs() <= ZERO * self.input.peak
     }
 
-    /// Returns the samples from the start of the recording on whose voltage is within 2 % of its peak from zero.
+    /// Returns the samples at the start of the recording at which the voltage is within 2 % of its peak from zero.
     pub(super) fn first_rest(&self) -> Range<usize> {
         // If the largest command is small, an idle command can be up to 2 % of it.
         let end = self.input.values.iter().position(|v| v.abs() > 4.0 * ZERO * self.input.peak);

@@ -1,7 +1,8 @@
 //! Output-error fit of the winding's equation to the current of a unidirectional sensor.
 //!
-//! `τ di/dt = g (v − K ω, less a drop) − i` is driven by the measured voltage and speed. K, ln τ and the drop are found by a
-//! coordinate search from several starts, the conductance g by linear least squares.
+//! `τ di/dt = g u − i` is driven by the measured voltage and speed: u is `v − K ω`, reduced in magnitude by a voltage drop d,
+//! `u = x − clamp(x, −d, d)` with `x = v − K ω`. K, ln τ and the drop are found by a coordinate search from several starts, the
+//! conductance g by linear least squares.
 
 use super::view::View;
 use crate::numeric::{count, order_statistic};
@@ -21,7 +22,7 @@ const ROUNDS: usize = 30;
 /// Characteristic of a current sensor: the measured current as a function of the true one.
 pub(super) type Sensor = fn(f64) -> f64;
 
-/// Fitted winding `di/dt = (g (v − K ω, less a drop) − i)/τ`, and the standard deviation of its residuals.
+/// Fitted winding `di/dt = (g u − i)/τ`, and the standard deviation of its residuals.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Winding {
     /// K \[V s/rad\], ln τ with τ in samples, and the drop \[V\].

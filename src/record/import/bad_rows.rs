@@ -10,7 +10,7 @@ named! {
     pub enum BadRows (default Error) {
         /// The file is refused, with the line of the first bad row.
         Error = "error",
-        /// Bad rows are skipped; a note has their count and the first lines.
+        /// Bad rows are skipped; a note states their number and the first lines.
         Skip = "skip",
     }
 }

@@ -64,7 +64,7 @@ pub(super) fn lacking(headings: &[Heading], missing: &[&str], named: Option<Text
         });
         if missing == ["voltage_V"] {
             hint.push(text!(
-                " If this column does not drive the motor, declare that there is no voltage: " [Columns = "voltage=-"] "."
+                " If {name} does not drive the motor, declare that there is no voltage: " [Columns = "voltage=-"] "."
             ));
         }
     } else if missing.contains(&"voltage_V or speed_rad_s") {

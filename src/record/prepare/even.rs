@@ -16,7 +16,7 @@ impl Record {
     /// Samples in gaps are excluded from the criterion.
     ///
     /// # Errors
-    /// `Usage` if the copy would have more than [`SAMPLES_MAX`] times as many samples.
+    /// Returns `Usage` if the copy would have more than [`SAMPLES_MAX`] times as many samples.
     pub(crate) fn resampled_evenly(&self, period_s: f64, is_held: bool) -> Result<Self> {
         if self.duration_s() / period_s > SAMPLES_MAX * crate::numeric::count(self.len()) {
             let message = format!("a recording with long gaps cannot be resampled to a clock of {period_s} s");

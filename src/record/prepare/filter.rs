@@ -127,7 +127,8 @@ impl LowPass {
     /// Designs the filter for a sampling period \[s\].
     ///
     /// # Errors
-    /// `Usage` if cut-off, order or ripple are out of range, or the cut-off is not below 0.98 of half the sampling rate.
+    /// Returns `Usage` if cut-off, order or ripple are out of range, or the cut-off is not below 0.98 of half the sampling
+    /// rate.
     pub(super) fn design(&self, period_s: f64) -> Result<Cascade> {
         self.check()?;
         let nyquist = 0.5 / period_s;

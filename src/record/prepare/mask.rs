@@ -28,7 +28,7 @@ pub enum Mask {
 /// Parses masks, each `auto`, `0.5:0.6` or `current@0.5:0.6` (seconds).
 ///
 /// # Errors
-/// `Usage` if an item has another form, or its first time is not before the second.
+/// Returns `Usage` if an item has another form, or its first time is not before the second.
 pub fn parse_masks(items: &[String]) -> Result<Vec<Mask>> {
     items.iter().map(|item| item.trim()).filter(|item| !item.is_empty()).map(one).collect()
 }

@@ -73,7 +73,7 @@ impl Preparation {
     /// Prepares a recording. Cutting out segments with a disabled drive makes several recordings of one.
     ///
     /// # Errors
-    /// `Usage` if a setting does not suit the recording, `Data` if too few samples remain.
+    /// Returns `Usage` if a setting does not suit the recording, `Data` if too few samples remain.
     pub fn apply(&self, record: &Record) -> Result<Vec<Record>> {
         let located = |error: Error| record.source().path.iter().fold(error, |error, path| error.in_file(path));
         let pieces = mask::apply(&self.mask, self.shifted(self.cropped(record)?)?)?;

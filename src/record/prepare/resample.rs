@@ -1,8 +1,8 @@
 //! Change of the sampling rate: interpolation to a regular clock, and decimation after an anti-alias filter.
 //!
-//! All signals, the input included, pass the same filter, so that the filtered signals satisfy the equations of the motor.
-//! Over each new period the input is the straight line with the same mean and the same first moment: its effect on the
-//! motor differs only in the third order of the period.
+//! Before a decimation all signals, the input included, pass the same filter, so that the filtered signals satisfy the
+//! equations of the motor. Interpolation filters nothing. Over each new period the input is the straight line with the same
+//! mean and the same first moment: its effect on the motor differs only in the third order of the period.
 
 use super::filter::{FilterKind, LowPass, Response};
 use crate::Result;

@@ -161,9 +161,8 @@ fn parameters(comparison: &Comparison, block: &Block) -> Table {
         table.note(format!("Steiglitz\u{2013}McBride gives no estimate: {reason}."));
     }
     match &comparison.reference {
-        Ok(_) => table.note(
-            "refined: Levenberg\u{2013}Marquardt with noise weights, the optimum that a search can reach at best.",
-        ),
+        Ok(_) => table
+            .note("refined: Levenberg\u{2013}Marquardt with noise weights, an optimum to compare the searches with."),
         Err(reason) => table.note(format!("There is no refined estimate: {}", reason.spelled(command_line))),
     }
     table

@@ -74,12 +74,15 @@ fn identifiability(identifiability: &Identifiability) -> String {
     match identifiability {
         Identifiability::Identifies { .. } => {
             let errors = identifiability.errors().unwrap_or_default();
-            format!("It identifies {errors} (standard errors, if the model is adequate).")
+            format!("The recording identifies {errors} (standard errors, if the model is adequate).")
         }
         Identifiability::Lacks { message, remedy } => {
             let message = message.spelled(command_line);
             let message = message.rsplit_once(".csv: ").map_or(message.as_str(), |(_, message)| message);
-            format!("It does not identify all five parameters: {message}. {}", capital(&remedy.spelled(command_line)))
+            format!(
+                "The recording does not identify all five parameters: {message}. {}",
+                capital(&remedy.spelled(command_line))
+            )
         }
     }
 }

@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_shown_is_left_out() {
+    fn points_that_cannot_be_drawn_are_left_out() {
         let line = |points: Vec<(f64, f64)>| Line { name: "<b>&".to_owned(), points, ..Line::default() };
         let mut chart = Chart::new("a < b", ["x [s]", "y [1]"]).log([false, true]);
         chart.lines = vec![line(vec![(0.0, f64::NAN), (1.0, 0.0), (2.0, 1.0), (3.0, f64::INFINITY), (4.0, 2.0)])];

@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read_back() {
+    fn written_results_are_read_back() {
         let folder = tempfile::tempdir().unwrap();
         let (results, out) = (folder.path().join("results.jsonl"), folder.path().join("results.parquet"));
         let rows = GROUP as u64 + 5;

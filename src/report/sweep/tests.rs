@@ -1,4 +1,4 @@
-//! Proves: the tables, the page and the document of synthetic sweeps have the results that were put in.
+//! Tests that the tables, the page and the document of synthetic sweeps have the results that were put in.
 
 use super::sample::{how, line, product};
 use super::words::grouped;
@@ -28,7 +28,7 @@ fn tables_are_whole_and_fit_the_terminal_when_shortened() {
 }
 
 #[test]
-fn what_is_outside_is_named_the_farthest_first() {
+fn motors_outside_limits_are_listed_by_excess() {
     let (summary, limits) = line();
     let tables = sweep_tables(&summary, &limits);
     let outside = table(&tables, "outside");
@@ -106,7 +106,7 @@ fn results_are_counted_by_their_level_of_trust() {
 }
 
 #[test]
-fn the_page_escapes_what_comes_from_files_and_warns() {
+fn the_page_escapes_names_from_files_and_warns() {
     let (mut summary, limits) = line();
     let evil = "<img src=x onerror=alert(1)>\u{202e}";
     summary.results[80].motor = evil.to_owned();

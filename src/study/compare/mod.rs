@@ -309,8 +309,8 @@ fn outcome(problem: &Problem, run: Run) -> Outcome {
     Outcome { parameters, cost, history: run.history, evaluations: run.evaluations }
 }
 
-/// Returns the refined estimate: Steiglitz–McBride and Levenberg–Marquardt with noise weights, whose optimum is the
-/// best that a search can reach.
+/// Returns the refined estimate: Steiglitz–McBride and Levenberg–Marquardt with noise weights. Without noise its
+/// cost is the lowest that a search can reach.
 fn reference(subject: &ComparisonSubject, spec: &CompareSpec) -> std::result::Result<Box<Identification>, Text> {
     let auto = IdentifySpec {
         model: spec.model,

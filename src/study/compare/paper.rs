@@ -105,7 +105,7 @@ pub const NOTES: [(&str, &str); 8] = [
     (
         "f",
         "Steiglitz–McBride has no seeds: its spread is over records with new noise. The paper does not state the origin of its \
-           spread; its deviations, and Jaya's deviation of K, which exceeds the bounds, are therefore not targets here.",
+           spread; its deviations, and Jaya's deviation of K, which exceeds the bounds, are not expected here.",
     ),
     ("g", "1.107 s is the settling time of neither the 2 % nor the 5 % band; both are shown."),
     ("h", "The averages in the text (GWO .43 %, GA 28.59 %) are those of the columns of Tables 5 and 6."),

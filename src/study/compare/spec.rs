@@ -78,7 +78,7 @@ pub struct CompareSpec {
     pub settings: Vec<ComparisonSetting>,
     /// Number of runs of each method.
     pub runs: usize,
-    /// Seed from which, with its number, every run draws.
+    /// Seed of the random numbers; those of a run depend on the seed and the number of the run.
     pub seed: u64,
     /// Simulation model.
     pub model: Model,

@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn patterns_find_what_those_of_the_shell_library_find() {
+    fn patterns_match_those_of_the_glob_library() {
         let folder = tree();
         let root = folder.path();
         symlink(root.join("line/one"), root.join("linked")).unwrap();

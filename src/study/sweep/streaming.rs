@@ -16,7 +16,7 @@ pub(super) struct Unit {
     pub ids: Vec<u64>,
 }
 
-/// Most runs of a piece, which bounds the memory of its results and recordings.
+/// Largest number of runs of a piece, which bounds the memory of its results and recordings.
 pub(super) const RUNS: usize = 4096;
 /// Units of a piece per thread, enough that threads are seldom idle at its end.
 const MOTORS: usize = 64;
@@ -32,7 +32,7 @@ pub(super) struct Units {
     combinations: Vec<Levels>,
     /// Indices of the motor, the noise level and the seed of the next unit.
     next: [u64; 3],
-    /// Most runs of a unit whose seeds share the same recordings.
+    /// Largest number of runs of a unit whose seeds share the same recordings.
     most: usize,
 }
 

@@ -93,7 +93,7 @@ def inspect_worker(paths: Sequence[str], resources: Mapping[str, float], dask_wo
 
 
 def slots(worker: Any, resources: Mapping[str, float]) -> int:
-    """Returns how many shards with these resources a worker runs at the same time."""
+    """Returns the number of shards with these resources that a worker runs at the same time."""
     available = worker.state.total_resources
     fit = [int(available.get(name, 0) // need) for name, need in resources.items() if need > 0]
     return int(min([worker.state.nthreads, *fit]))

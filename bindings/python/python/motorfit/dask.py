@@ -265,7 +265,7 @@ class _Sweeping:
             raise self.faults[0]
 
     def _inspect_workers(self, shared: bool | None) -> None:
-        """Waits for a worker; determines the slots of all workers, and if they see the folders of the client."""
+        """Waits for a worker; determines the slots of all workers, and whether they see the folders of the client."""
         seen = self.plan.folder / f".seen-{self.token}"
         recordings = self.plan.recordings((1, 1))
         sample = [self.plan.origin / path for path in recordings[:: max(1, len(recordings) // COMPARED)]]

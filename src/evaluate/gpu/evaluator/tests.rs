@@ -46,7 +46,7 @@ fn a_lost_device_is_an_error() {
 }
 
 #[test]
-fn a_device_that_computes_wrongly_is_refused() {
+fn a_device_with_wrong_costs_is_refused() {
     let Some(mut gpu) = open() else { return };
     let (problem, values) = specimen(&gpu);
     let costs = evaluate(&mut gpu, &problem, &values).unwrap();
@@ -132,7 +132,7 @@ fn the_steady_state_makes_no_buffers_and_two_batches_overlap() {
 }
 
 #[test]
-fn the_device_says_how_long_it_computed() {
+fn a_timed_evaluation_returns_the_computing_time() {
     let Some(mut gpu) = open() else { return };
     let (problem, values) = specimen(&gpu);
     let many: Vec<f64> = values.iter().copied().cycle().take(5 * 20_000).collect();
@@ -155,7 +155,7 @@ fn the_device_says_how_long_it_computed() {
 }
 
 #[test]
-fn every_part_of_extended_shaders_computes_rightly_and_is_checked() {
+fn every_part_of_extended_shaders_is_correct_and_checked() {
     let Some(mut gpu) = open() else { return };
     for precision in [gpu.precision, Precision::F32Plain] {
         for bits in 0..16_u8 {
@@ -176,7 +176,7 @@ fn every_part_of_extended_shaders_computes_rightly_and_is_checked() {
 }
 
 #[test]
-fn what_the_device_cannot_do_goes_to_the_cpu() {
+fn problems_that_the_device_does_not_serve_are_evaluated_on_the_cpu() {
     let record = |uneven: f64| {
         let time_s = (0..50_u32).map(|n| f64::from(n) * 1e-3 + if n == 20 { uneven } else { 0.0 }).collect();
         let speed = (0..50_u32).map(f64::from).collect();

@@ -6,12 +6,12 @@ use crate::limit::{Limit, limit, limit_of};
 pub(in super::super) const LIMITS: [Limit; 10] = [
     limit("bytes of a decompressed workbook or MAT-file", cells::UNPACKED_MAX, "refused during the check"),
     limit(
-        "bytes of a decompressed file over the next compression ratio",
+        "bytes of a decompressed file whose compression ratio exceeds the next limit",
         cells::UNPACKED_FREE,
         "refused: save only the recording",
     ),
     limit(
-        "compression ratio of a file that decompresses to more than that",
+        "compression ratio of a file that decompresses to more than the previous limit",
         cells::UNPACKED_RATIO,
         "refused: save only the recording",
     ),
