@@ -238,6 +238,6 @@ pub fn waterfall(id: &str, block: &Block) -> Figure {
         map: false,
         svg: chart(&of),
         alternative: "Final costs of all runs in order, for each method, on a logarithmic axis".to_owned(),
-        caption: "Plateaus are local optima in which runs are trapped.".to_owned(),
+        caption: "Plateaus above the lowest cost suggest local optima in which runs are trapped.".to_owned(),
     }
 }
