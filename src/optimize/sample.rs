@@ -13,7 +13,8 @@ pub enum Sampling {
     Uniform,
     /// Latin hypercube: each axis is cut into as many intervals as there are points, and each interval holds one point.
     LatinHypercube,
-    /// Full factorial grid from bound to bound with equally many points on each axis; the last axis varies fastest.
+    /// Full factorial grid from bound to bound with equally many points on each axis, or the middle for a single point; the
+    /// last axis varies fastest.
     Grid,
 }
 
@@ -138,7 +139,7 @@ impl Sample {
 
     /// Returns a random permutation of the row indices: rounds of a Feistel cipher over the smallest rectangle that holds
     /// them, repeated while the result is outside, which is rare (M. Luby, C. Rackoff 1988; J. Black, P. Rogaway 2002). Two
-    /// pairs of rounds suffice for long sides; few rows need more to reach all orders.
+    /// pairs of rounds suffice for long sides; short sides need more for a random order.
     #[inline]
     fn shuffled<const PAIRS: u64>(&self, index: u64, axis: usize) -> u64 {
         let [height, width] = self.rectangle;
