@@ -213,7 +213,7 @@ mod tests {
     #[test]
     fn the_order_of_intervals_is_a_random_permutation() {
         // Over 2000 seeds each of 7 rows falls into each of 7 intervals equally often. χ² with 36 degrees of freedom
-        // exceeds 75 with probability 1e-4.
+        // exceeds 75 with probability 1.5e-4.
         let seeds = 2000_u32;
         let order = |seed: u32| -> Vec<usize> {
             let rows = rows(Sampling::LatinHypercube, 7, u64::from(seed));
@@ -231,7 +231,7 @@ mod tests {
         let by_place = chi2(counts.as_flattened(), f64::from(seeds) / 7.0);
         assert!(by_place < 75.0, "{by_place}");
         // All cyclic steps from a row to the next are equally likely: χ² with 5 degrees of freedom exceeds 30 with
-        // probability 1e-5.
+        // probability 1.5e-5.
         let by_step = chi2(&steps, f64::from(seeds));
         assert!(by_step < 30.0, "{by_step}");
     }
