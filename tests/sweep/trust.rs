@@ -111,7 +111,7 @@ fn strict_requires_good_results_of_all_runs() {
     let dir = folder.path("mixed");
     let (code, out, _) = sweep(&[&mixed, "--out", &dir, "--strict"]);
     assert_eq!(code, 4, "{out}");
-    assert!(out.contains("Trust in the results: 1 good, 1 ") && out.contains("most frequent reasons"), "{out}");
+    assert!(out.contains("Trust in the results: 1 good, 1 ") && out.contains("commonest reasons"), "{out}");
     // `--strict` changes the exit code, and includes the runs of earlier calls.
     done(&[&mixed, "--out", &dir]);
     let (code, out, _) = sweep(&["run", &dir, "--strict", "--json"]);

@@ -87,7 +87,7 @@ fn results_are_counted_by_their_level_of_trust() {
     summary.trust = counts(2385, 10, 5, &codes);
     let tables = sweep_tables(&summary, &Limits::default());
     let trust = table(&tables, "trust");
-    assert_eq!(trust.heads, ["method", "noise", "good", "check", "poor", "most frequent reasons"]);
+    assert_eq!(trust.heads, ["method", "noise", "good", "check", "poor", "commonest reasons"]);
     assert_eq!(trust.rows[2][2..], ["200", "0", "0", "none"]);
     assert_eq!(trust.rows[3][2..], ["185", "10", "5", "residuals 9, search_stuck 5, at_bound 2, …"]);
     let answer = sweep_answer(&summary, &Limits::default());

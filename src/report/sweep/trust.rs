@@ -20,7 +20,7 @@ pub(super) fn trust(summary: &SweepSummary, n: usize) -> Option<Table> {
     let mut heads = heads(summary);
     heads.extend(["good", "check", "poor"]);
     heads.extend(has_unknown.then_some("unknown"));
-    heads.push("most frequent reasons");
+    heads.push("commonest reasons");
     let title = format!("Trust in the results ({})", block_name(block));
     let mut table = Table::new(id(summary, "trust", n), title, &heads);
     for cell in &block.cells {
