@@ -181,7 +181,10 @@ fn crossovers(text: &mut String, result: &Throughput, samples: usize) {
             let share = 100.0 * (rates(n).fold(0.0, f64::max) * operations / (peak * count(threads)));
             let cores = if threads == 1 { "core" } else { "cores" };
             let _ = write!(text, "  {}: {share:.0} % of the peak of {threads} {cores} ", letter(n));
-            let _ = writeln!(text, "({operations} operations a step; more than 100 % if additions have ports of their own)");
+            let _ = writeln!(
+                text,
+                "({operations} operations a step; more than 100 % if additions have ports of their own)"
+            );
         }
     }
 }

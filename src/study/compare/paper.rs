@@ -103,9 +103,9 @@ pub const NOTES: [(&str, &str); 8] = [
     ),
     (
         "d",
-        "\"MSE\" in Tables 5 and 6 has the magnitude of a mean relative error over runs and is compared with one here; the \
-           paper does not define it for parameters. The mean squared error of Eq. 14, with N the number of samples rather than \
-           of parameters, is given separately. B is in N·m·s/rad.",
+        "\"MSE\" in Tables 5 and 6 is a percentage, which Eq. 14 does not give; it has the magnitude of a mean relative error \
+           over runs and is compared with one here. The mean squared error of Eq. 14, with N the number of samples rather \
+           than of parameters, is given separately. B is in N·m·s/rad.",
     ),
     (
         "e",
