@@ -31,8 +31,8 @@
 //! # Modules
 //!
 //! Data flow one way: record → motor → criterion → optimize → experiment → evaluate → estimate → device → analysis → identify →
-//! settings → study → report. A module uses only those before it. All use the base modules: errors, limits, tables of names,
-//! texts, files, numerics, candidates and channels.
+//! settings → study → report. A module uses only those before it. All may use the base modules: errors, limits, tables of
+//! names, names of settings, texts, files, numerics, candidates and channels.
 //!
 //! # Example
 //!

@@ -52,7 +52,7 @@ macro_rules! settings {
 
 settings! {
     Columns "columns" Word "The quantities of columns, and their units."
-    Rate "rate" Number "The sample rate \\[Hz\\] of files without a time column."
+    Rate "rate" Number "The sampling rate \\[Hz\\] of files without a time column; others are resampled to it."
     Sheet "sheet" Word "The sheet of a workbook."
     BadRows "bad_rows" Word "The treatment of rows that cannot be read."
     Gaps "gaps" Word "The treatment of gaps in time."
@@ -62,7 +62,7 @@ settings! {
     Mask "mask" List "Samples that are excluded from the cost."
     Decimate "decimate" Number "The factor N of decimation: every Nth sample is kept."
     Filter "filter" Word "A low-pass filter on all signals."
-    Split "split" Number "The fraction of each recording that is fitted; the rest validates."
+    Split "split" Number "The fraction of each recording that is fitted; the remainder is held out."
     Method "method" Word "The identification method."
     Methods "methods" List "The methods of a comparison or a study."
     Set "set" List "Tuning parameters of a method."

@@ -1,5 +1,5 @@
 //! Proves: links of the documents are valid, the book lists all pages, README and ARCHITECTURE have at most 150 lines, and
-//! expressions that were replaced by terms of the field do not return.
+//! expressions that were replaced by terms of the field do not return; doc comments do not begin as riddles.
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 
 use std::collections::BTreeSet;

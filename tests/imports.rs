@@ -713,7 +713,7 @@ const SEEDS: [&str; 6] = [
 ];
 
 proptest! {
-    // 10⁵ files in total, with and without column names.
+    // 50,000 formulas, and 50,000 damaged files with and without column names.
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(50_000) })]
 
     #[test]

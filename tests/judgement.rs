@@ -80,7 +80,7 @@ fn residuals_independent_of_the_input_pass() {
         }
         let mean = sums / f64::from(told);
         eprintln!("{correlation}: {alarms} of {}, mean {mean} of {told}", 4 * SEEDS);
-        // The level of the test is 1e-4; five alarms in 2000 tests have a probability of 1/300,000.
+        // The level of the test is 1e-4; five or more alarms in 2000 tests have a probability of 2e-6.
         assert!(alarms <= 4, "{correlation}: {alarms}");
         // With a correlation of 0.9 the effective sample size is 30, too small for 29 degrees of freedom: no verdict.
         assert_eq!(told, if correlation < 0.9 { SEEDS as u32 } else { 0 });

@@ -1,5 +1,5 @@
-//! Proves: every command that writes can be killed at any instant. The old files are kept until the new ones are complete, the
-//! same command succeeds afterwards, and other files are neither removed nor changed.
+//! Proves: every command that writes a recording, a sweep or a report can be killed at any instant. The old files are kept
+//! until the new ones are complete, the same command succeeds afterwards, and other files are neither removed nor changed.
 //!
 //! `MOTORFIT_KILLS` sets the number of kills (200).
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]

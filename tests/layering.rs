@@ -1,6 +1,6 @@
-//! Proves: by its `crate::` paths, a module uses only modules before it in the flow record → motor → criterion → evaluate →
-//! optimize → estimate → device → analysis → identify → study → report → cli; files of the folders below have no cyclic
-//! dependencies; the library names no flag of the program.
+//! Proves: by its `crate::` paths, a module uses only modules before it in the flow record → motor → criterion → optimize →
+//! experiment → evaluate → estimate → device → analysis → identify → settings → study → report → cli; files of the folders
+//! below have no cyclic dependencies; the library names no flag of the program; files of `src` have at most 400 lines.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
 

@@ -66,8 +66,8 @@ fn filtering_all_signals_alike_gives_no_bias() {
     for (name, preparation) in cases {
         let z = z_scores(&lively(0.001, 0.0), &preparation);
         println!("{name}: {z:.2?}");
-        // Over 60 seeds the mean of z is 0 ± .13 and its rms 1 ± .09; the bounds are four standard errors. Standard errors of
-        // filtered recordings may be too large, never too small, if the filter removes information.
+        // Over 60 seeds the mean of z is 0 ± .13 and its rms 1 ± .09; the bounds are four standard errors. A filter that
+        // removes information makes standard errors too large, hence the low limit of the rms.
         for [mean, rms] in z {
             assert!(mean.abs() < 0.52, "{name}: bias {mean}");
             assert!((0.55..1.36).contains(&rms), "{name}: {rms}");

@@ -100,7 +100,7 @@ fn right_fits_are_trusted_and_their_intervals_cover() {
     let errors: Vec<f64> = all.iter().filter(|(good, _)| *good).flat_map(|(_, errors)| errors.clone()).collect();
     let covered = errors.iter().filter(|z| z.abs() < 1.96).count() as f64 / errors.len() as f64;
     println!("good {good:.3}, covered {covered:.3} of {}", errors.len());
-    // The rate of trust is 99 % (measured: 597 of 600), so that some five of 300 fits may be rejected. A coverage of 95 % of
+    // 597 of 600 fits were trusted; the limit allows five of 300 to be rejected. A coverage of 95 % of
     // some 1750 values has a standard deviation of 0.5 %, and up to twice that because errors within a fit are correlated.
     assert!(good >= 0.983 && (0.925..0.975).contains(&covered), "{good} {covered}");
 }

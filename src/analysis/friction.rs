@@ -19,7 +19,7 @@ pub(super) const FRICTION: [Parameter; 2] = [Parameter::B, Parameter::Coulomb];
 const FACTOR_MIN: f64 = 1.1;
 /// Largest number of recordings that are tested.
 const RECORDINGS_MAX: u32 = 20;
-/// Ratio of the bounds of the friction of one recording to the friction of the joint fit.
+/// Ratio of the bounds of the viscous friction of one recording to that of the joint fit.
 const REACH: f64 = 1e3;
 
 /// Returns the warnings of a joint fit whose recordings have different friction. `plain` is the problem of the fit, `shared`

@@ -36,7 +36,7 @@ const LIVELY: f64 = 0.3;
 /// Smallest log-likelihood ratio, at the effective sample size, at which a difference is reported.
 const LOG_LIKELIHOOD: f64 = 5.0;
 
-/// Returns true if the input changes at enough samples for its intersample behaviour to be detected.
+/// Returns true if the input changes at enough samples for its intersample behaviour to be detected, and was not resampled.
 pub(crate) fn is_lively(record: &Record) -> bool {
     let voltage = record.input();
     let changes = voltage.windows(2).filter(|v| v[0].to_bits() != v[1].to_bits()).count();

@@ -19,7 +19,7 @@ pub struct NoiseFloor {
     pub groups: Vec<Vec<usize>>,
     /// Number of compared samples of each group.
     pub samples: Vec<usize>,
-    /// Best achievable fit of current and speed on these recordings \[%\]; `None` for a channel that was not measured.
+    /// Best achievable fit of current and speed on these recordings \[%\]; `None` for a constant or missing channel.
     pub best_achievable_percent: [Option<f64>; 2],
     /// Standard deviation of the noise of current \[A\] and speed \[rad/s\].
     pub sigma: [Option<f64>; 2],

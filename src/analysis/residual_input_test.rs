@@ -78,8 +78,8 @@ impl Regressors {
     }
 }
 
-/// Tests residuals against the input. Returns `None` for too few samples, signals of different lengths, a constant input, or a
-/// negative result that is inconclusive because the residuals are too strongly correlated.
+/// Tests residuals against the input. Returns `None` for too few samples, signals of different lengths, a constant input, or an
+/// independence that is inconclusive because the residuals are too strongly correlated.
 #[must_use]
 pub fn residual_input_test(residuals: &Residuals<'_>) -> Option<ResidualInputTest> {
     let Regressors { voltage, .. } = residuals.regressors;

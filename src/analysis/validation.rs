@@ -18,7 +18,7 @@ use std::sync::Arc;
 pub struct HeldOut {
     /// Held-out recording.
     pub record: Record,
-    /// Fit `100 (1 − ‖y − ŷ‖/‖y − mean y‖)` of current and speed \[%\]; `None` for a channel that was not measured.
+    /// Fit `100 (1 − ‖y − ŷ‖/‖y − mean y‖)` of current and speed \[%\]; `None` for a constant or missing channel.
     #[serde(serialize_with = "channels::by_name")]
     pub fit_percent: [Option<f64>; 2],
     /// Standard deviation of the residuals of current \[A\] and speed \[rad/s\].

@@ -233,7 +233,7 @@ pub(crate) struct SimulateArgs {
     /// With a step: time between samples, in seconds
     #[arg(long, default_value_t = 0.001, value_name = "S", allow_negative_numbers = true)]
     pub period: f64,
-    /// White noise added to current and speed: 40dB, or i=0.05,w=0.5 [A, rad/s] [default: none]
+    /// White noise added to current and speed: 40dB (below the rms value of each), or i=0.05,w=0.5 [A, rad/s] [default: none]
     #[arg(long, value_name = "NOISE")]
     pub noise: Option<String>,
     /// Seed of the random noise

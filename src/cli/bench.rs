@@ -96,7 +96,7 @@ fn text(spec: &ThroughputSpec, result: &Throughput) -> String {
         let _ = writeln!(
             text,
             "\n{STRONG}{samples} samples{STRONG:#}: candidate-steps per second, end to end {DIM}(± half the 95 % interval of \
-             the median;\n\u{2013} too slow for the time given){DIM:#}"
+             the median;\nonce: fewer than six rounds; \u{2013} too slow for the time given){DIM:#}"
         );
         text.push_str(&table(spec, result, samples));
         kernels(&mut text, spec, result, samples);
@@ -181,7 +181,10 @@ fn crossovers(text: &mut String, result: &Throughput, samples: usize) {
             let share = 100.0 * (rates(n).fold(0.0, f64::max) * operations / (peak * count(threads)));
             let cores = if threads == 1 { "core" } else { "cores" };
             let _ = write!(text, "  {}: {share:.0} % of the peak of {threads} {cores} ", letter(n));
-            let _ = writeln!(text, "({operations} operations a step)");
+            let _ = writeln!(
+                text,
+                "({operations} operations a step; more than 100 % if additions have ports of their own)"
+            );
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Signals that end the program. After the first the computation stops and its partial result is reported; if it does not react
-//! within [`GRACE`], the program ends without a result. A second signal ends the program at once.
+//! within [`GRACE`] ([`SEARCH_GRACE`] for a search), the program ends without a result, but not before a file that is being
+//! written is complete or removed. A second signal ends the program at once.
 
 use motorfit::{Error, Result};
 use std::io::{IsTerminal as _, Write as _};

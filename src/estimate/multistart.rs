@@ -2,7 +2,7 @@
 //!
 //! A Latin hypercube is evaluated as one batch and cut into as many blocks as there are starts. The best point of each
 //! block is a start, so that starts are independent of each other. With extensions, every other start is first improved by
-//! a coordinate search along the extension axes; these searches take the axis that acts as a delay in turn.
+//! a coordinate search along the extension axes; each of these searches begins with the next of the delay-like axes.
 
 use super::normal::Sigma;
 use super::refine::{Effort, refine_problem};

@@ -2,7 +2,8 @@
 //!
 //! The cost is the weighted sum of squares `Σ_r Σ_c Σ_n e²/σ_rc²` over recordings and channels, which is twice the negative
 //! log-likelihood of white Gaussian noise of known σ up to a constant. If σ is not given, it is estimated from the residuals in
-//! rounds of reweighting until it converges; the fixed point is the maximum-likelihood estimate.
+//! rounds of reweighting until it converges; the fixed point is the maximum-likelihood estimate, unless a model error would
+//! sacrifice a channel, where balanced weights are kept ([`super::weights`]).
 
 use super::descent::{Descent, Weighting};
 use super::normal::Fit;

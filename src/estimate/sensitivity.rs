@@ -46,7 +46,8 @@ fn all(case: &Case<'_>) -> [Products; 2] {
     case.products::<ALL, 24, true>()
 }
 
-/// Largest number of derivatives: the parameters of the motor and its extensions, and the two initial states.
+/// Largest number of derivatives: the parameters of the motor and its extensions, and the two initial states, rounded up to
+/// whole vectors. A model with more parameters must raise it.
 pub(super) const ALL: usize = 20;
 const _: () = assert!(Parameter::COUNT + 2 <= ALL);
 

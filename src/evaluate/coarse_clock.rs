@@ -7,8 +7,8 @@ use crate::motor::Discretization;
 use crate::numeric::{count, whole};
 use std::sync::Arc;
 
-/// Number of grid intervals per period to which times are rounded. A sample moves by at most 6 % of a period, which moves a
-/// basin of the cost by far less than its width.
+/// Number of grid intervals per period to which times are rounded. A sample moves by at most 1/16 of a period, unless steps are
+/// shorter than an interval; this moves a basin of the cost by far less than its width.
 const PARTS: f64 = 8.0;
 /// Smallest number of distinct steps at which times are rounded.
 const STEPS_MIN: usize = 32;

@@ -16,8 +16,8 @@ const PARALLEL_MIN_AVX512: usize = 750_000;
 /// Smallest ratio of the time of a step with extensions to that of the linear motor.
 const EXTENDED_COST: usize = 2;
 
-/// The SIMD evaluator, in f64 on all threads of the current rayon pool. With a single thread, and for small batches from
-/// outside of a pool, the calling thread does the work itself.
+/// The SIMD evaluator, in f64 on all threads of the current rayon pool. With a single thread, and for small batches of one
+/// group from outside of a pool, the calling thread does the work itself.
 #[derive(Debug, Clone, Copy)]
 pub struct Simd {
     level: Level,

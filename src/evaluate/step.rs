@@ -3,8 +3,8 @@
 //! Throughput of a step with friction at AVX2: the 8 operations of the linear motor and four more (two limits, the remaining
 //! speed, the increment of the current). The latency of a step is 13 cycles: 4 for each product of the speed, 1 for each limit
 //! and 3 for the remaining speed. Three vectors side by side hide it. The sixteen registers then have states and sums only, and
-//! nine loads per vector at two per cycle take 14.5 cycles, or 1.21 per candidate; the two vectors of the linear motor take 1,
-//! from a latency of 8 cycles. A voltage that changes at each sample adds two products.
+//! nine loads per vector and two of measured values, at two per cycle, take 14.5 cycles, or 1.21 per candidate; the two vectors
+//! of the linear motor take 1, from a latency of 8 cycles. A voltage that changes at each sample adds two products.
 
 use super::kernel::phi;
 use crate::motor::{Extended, Method, ModelFeatures, Parameter, Reactions, StepMaps, multiply_add, step_maps};

@@ -16,7 +16,8 @@ use crate::warning::{Warning, name_of};
 
 use TrustLevel::{Check, Poor};
 
-/// Warnings that are reasons, each with the level to which it lowers trust and a short description.
+/// Warnings that are reasons, each with the level to which it lowers trust and a short description. Each code is also in
+/// [`super::REASONS`].
 const WARNINGS: [(&str, TrustLevel, &str); 21] = [
     ("sign_reversed", Poor, "a channel has the opposite sign"),
     ("units", Poor, "magnitudes are implausible in these units"),

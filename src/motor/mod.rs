@@ -5,6 +5,7 @@
 //!
 //! Each effect of an extension (`drive`, `delay`, `friction`, `sensor`) has one file, which the scalar oracle, its
 //! derivatives and the SIMD kernel share, and a WGSL file of the same name in `shaders/` with the same order of operations.
+//! A delay has two: `delay` for any clock, and `delay_taps` for regular clocks, whose operations `shaders/delay.wgsl` follows.
 
 mod composed;
 mod delay;

@@ -85,8 +85,8 @@ impl Axis {
         if self.is_logarithmic() { value } else { self.max - self.min }
     }
 
-    /// Returns the values at `distance` below and above a value, measured in the coordinate; the lower one is in the domain
-    /// of the parameter.
+    /// Returns the values at `distance` below and above a value, measured in the coordinate; the lower one is not below the
+    /// domain of the parameter.
     #[must_use]
     pub fn around(&self, value: f64, distance: f64) -> [f64; 2] {
         if self.is_logarithmic() {

@@ -193,7 +193,7 @@ pub fn runs(size: usize, test: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
 const Z: f64 = 3.719;
 
 /// Returns the value that χ² with `freedom` degrees of freedom exceeds with probability 1e-4 (E. B. Wilson, M. M. Hilferty
-/// 1931). It is too high by 7 % for one degree of freedom, 2 % for five, 1 % for ten and more.
+/// 1931). It is too high by 7 % for one degree of freedom, 2 % for five, 1 % for ten, and less for more.
 #[must_use]
 pub fn chi_square_limit(freedom: usize) -> f64 {
     let part = 2.0 / (9.0 * count(freedom));

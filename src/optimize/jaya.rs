@@ -24,8 +24,8 @@ search! {
     pub struct JayaOptions {
         /// Sharing of the random numbers r₁ and r₂: one draw for all candidates of a generation, or one for each.
         sharing: Sharing = Sharing::Generation, "sharing" in Range::Choice(&["generation", "agent"]);
-        /// True if a move that increases the cost is rejected (Rao's algorithm); false reproduces the paper's results, but
-        /// is not Jaya.
+        /// True if a move that increases the cost is rejected (Rao's algorithm); false gives costs of the
+        /// magnitude of the paper's, but is not Jaya.
         greedy: bool = true, "greedy" in SWITCH;
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! The interface is ask/tell: `ask` returns the next population, `tell` takes its costs. [`minimize`] drives any number of
 //! runs in lock step and evaluates all their candidates in one call. The random numbers of a run depend on (seed, run)
-//! alone.
+//! alone. A new search is a file with a rule, of which `gwo` is an example, and a row of [`SEARCHES`].
 
 mod genetic;
 mod gwo;

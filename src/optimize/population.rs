@@ -63,8 +63,8 @@ impl SearchSettings {
     }
 }
 
-/// Random numbers of a run: a fast generator whose state is drawn from a keyed one, so that the sequences of runs do not
-/// overlap.
+/// Random numbers of a run: xoshiro256++, whose state is drawn from `ChaCha8` with the seed as the key and the run as the
+/// stream, so that the sequences of runs are independent.
 #[derive(Debug, Clone)]
 pub(super) struct Numbers(Xoshiro256PlusPlus);
 

@@ -17,8 +17,8 @@ pub trait Optimizer: Send {
     /// Returns the candidates to be evaluated next; the same ones until `tell`.
     fn ask(&mut self) -> Candidates<'_>;
 
-    /// Takes the costs of the candidates of the last `ask`, in their order; +∞ for one whose evaluation failed. NaN counts
-    /// as +∞.
+    /// Takes the costs of the candidates of the last `ask`, in their order; +∞ for one whose evaluation failed. NaN and −∞
+    /// count as +∞.
     fn tell(&mut self, costs: &[f64]);
 
     /// Returns the best candidate evaluated; `None` before the first `tell` and while every cost was +∞.

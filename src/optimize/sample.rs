@@ -13,7 +13,8 @@ pub enum Sampling {
     Uniform,
     /// Latin hypercube: each axis is cut into as many intervals as there are points, and each interval holds one point.
     LatinHypercube,
-    /// Full factorial grid from bound to bound with equally many points on each axis; the last axis varies fastest.
+    /// Full factorial grid from bound to bound with equally many points on each axis, or the middle for a single point; the
+    /// last axis varies fastest.
     Grid,
 }
 
@@ -138,7 +139,7 @@ impl Sample {
 
     /// Returns a random permutation of the row indices: rounds of a Feistel cipher over the smallest rectangle that holds
     /// them, repeated while the result is outside, which is rare (M. Luby, C. Rackoff 1988; J. Black, P. Rogaway 2002). Two
-    /// pairs of rounds suffice for long sides; few rows need more to reach all orders.
+    /// pairs of rounds suffice for long sides; short sides need more for a random order.
     #[inline]
     fn shuffled<const PAIRS: u64>(&self, index: u64, axis: usize) -> u64 {
         let [height, width] = self.rectangle;
@@ -212,7 +213,7 @@ mod tests {
     #[test]
     fn the_order_of_intervals_is_a_random_permutation() {
         // Over 2000 seeds each of 7 rows falls into each of 7 intervals equally often. χ² with 36 degrees of freedom
-        // exceeds 75 with probability 1e-4.
+        // exceeds 75 with probability 1.5e-4.
         let seeds = 2000_u32;
         let order = |seed: u32| -> Vec<usize> {
             let rows = rows(Sampling::LatinHypercube, 7, u64::from(seed));
@@ -230,7 +231,7 @@ mod tests {
         let by_place = chi2(counts.as_flattened(), f64::from(seeds) / 7.0);
         assert!(by_place < 75.0, "{by_place}");
         // All cyclic steps from a row to the next are equally likely: χ² with 5 degrees of freedom exceeds 30 with
-        // probability 1e-5.
+        // probability 1.5e-5.
         let by_step = chi2(&steps, f64::from(seeds));
         assert!(by_step < 30.0, "{by_step}");
     }

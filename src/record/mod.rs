@@ -98,15 +98,18 @@ impl Source {
     }
 }
 
-/// A checked recording: at least two samples, finite values, increasing time without unaccepted gaps.
+/// A checked recording: at least two samples, finite values, increasing time without gaps except accepted ones.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
     samples: Samples,
     steps: Steps,
     source: Source,
     excluded: Vec<Excluded>,
+    /// Effective sample size over the number of samples.
     independent: f64,
+    /// Rise of the input over each step; empty if the input is as recorded.
     slope: Vec<f64>,
+    /// True if samples were interpolated between measured ones.
     interpolated: bool,
 }
 
@@ -125,9 +128,9 @@ impl Record {
     /// Checks the signals and creates a recording from them.
     ///
     /// # Errors
-    /// Returns `Data` if lengths differ, there are fewer than two samples, there is no input (a voltage, or a current
-    /// beside a speed) or no output, a value is not finite or exceeds [`VALUE_MAX`], or time repeats, decreases or has
-    /// a gap.
+    /// Returns `Data` if lengths differ, there are fewer than two samples, there is no input (a voltage, or a current beside a
+    /// speed) or no output, a value is not finite or exceeds [`VALUE_MAX`], or times are not finite or out of range, repeat,
+    /// decrease, have a gap or too many distinct steps.
     pub fn new(samples: Samples) -> Result<Self> {
         Self::from_file(samples, Source::default(), false)
     }

@@ -156,7 +156,7 @@ pub fn convergence(id: &str, block: &Block) -> Figure {
         map: false,
         svg: chart(&of),
         alternative: "Lowest cost after each generation for each method: median and quartiles over runs".to_owned(),
-        caption: "Median and interquartile range over runs (the paper's Figs. 8\u{2013}10).".to_owned(),
+        caption: "Median and interquartile range over runs, as in the paper's Figs. 8\u{2013}10.".to_owned(),
     }
 }
 
@@ -238,6 +238,6 @@ pub fn waterfall(id: &str, block: &Block) -> Figure {
         map: false,
         svg: chart(&of),
         alternative: "Final costs of all runs in order, for each method, on a logarithmic axis".to_owned(),
-        caption: "Plateaus are local optima in which runs are trapped.".to_owned(),
+        caption: "Plateaus above the lowest cost suggest local optima in which runs are trapped.".to_owned(),
     }
 }

@@ -4,7 +4,7 @@ use crate::analysis::{Characteristic, Characteristics, NoiseFloor, Regression, R
 use crate::identify::Identification;
 use crate::text::{engineering, significant};
 
-/// Returns the characteristics as labelled lines, the last of which has the regression over the widest window.
+/// Returns the identifiable characteristics as labelled lines, then the regression over the widest window if there is one.
 #[must_use]
 pub fn characteristics_lines(found: &Identification) -> Vec<(&'static str, String)> {
     let of = |list: &[(&str, &str, Option<Characteristic>)]| {

@@ -51,7 +51,7 @@ pub fn parameters(items: &[String], of: Setting) -> Result<Vec<(Parameter, f64)>
 /// Parses a motor: all five parameters or `m2`, optionally followed by parameters that replace those of `m2` or extend it.
 ///
 /// # Errors
-/// Returns a usage error if one of the five is missing, and as [`parameters`].
+/// Returns a usage error if one of the five is missing, and propagates the errors of [`parameters`].
 pub fn motor(text: &str) -> Result<Extended> {
     let is_m2 = |item: &str| item.trim().eq_ignore_ascii_case("m2");
     let named: Vec<String> = text.split(',').filter(|item| !is_m2(item)).map(str::to_owned).collect();

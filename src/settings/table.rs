@@ -145,8 +145,8 @@ table! {
     Scale: choice::<Scale>(), "Criterion", "SCALE" ["std"] "std", "Divisor of each channel's error in the criterion";
     Noise: Word, "Criterion", "NOISE" [] "40dB",
         text!(
-            "Sensor noise for " [Scale = "noise"] ", as 40dB or i=0.05,w=0.5 [A, rad/s]; estimated from the recording if not \
-             given"
+            "Sensor noise for " [Scale = "noise"] ", as 40dB (below the rms value of each signal) or i=0.05,w=0.5 [A, rad/s]; \
+             estimated from the recording if not given"
         );
     TimeOrigin: Number, "Criterion", "S" [] "0.5",
         "Origin of the time weights of itse and itae, in seconds from the start of the recording [default: 0]";

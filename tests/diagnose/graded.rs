@@ -81,7 +81,7 @@ fn of_voltage(bench: &mut Bench, part: f64) -> Option<Record> {
     is_slow.then(|| outliers(bench, part, |s| &mut s.voltage))
 }
 
-/// Largest step of a slow smooth voltage relative to its standard deviation: some 25 samples per period.
+/// Largest step of a slow smooth voltage relative to its standard deviation: some 20 samples per period.
 const SLOW: f64 = 0.4;
 
 /// Outliers of each signal, and the fraction to be found at each strength. Outliers of a voltage next to its own changes

@@ -17,8 +17,8 @@ use rand::RngExt as _;
 /// Excitations for detection rates.
 pub const EXCITATIONS: [&str; 5] = ["step", "steps", "prbs", "chirp", "triangle"];
 
-/// Returns a clean recording of a motor with an extension, every second one irregularly sampled, and the codes of findings that
-/// are true for it.
+/// Returns a clean recording of a motor with an extension, irregularly sampled with a probability of one half, and the codes of
+/// findings that are true for it.
 pub fn extended(seed: u64) -> (Varied, &'static [&'static str]) {
     let mut numbers = numbers(1_000_000 + seed);
     let kind = [&KINDS[..], &["triangle"]].concat()[numbers.random_range(0..KINDS.len() + 1)];

@@ -38,7 +38,7 @@ const OF_PRESET: [&str; 7] = ["methods", "criteria", "population", "generations"
 
 /// Compares methods on recordings of one motor.
 ///
-/// Each method has the same number of runs under every setting; runs of the same number start from the same first population.
+/// Each method has the same number of runs under every setting; runs of the same number start from the same initial population.
 ///
 /// Parameters
 /// ----------
@@ -54,7 +54,7 @@ const OF_PRESET: [&str; 7] = ["methods", "criteria", "population", "generations"
 /// criteria : str or sequence, default "nrmse:std"
 ///     Criterion and scale, "CRITERION:SCALE"; each of several gives a block of the comparison.
 /// population, generations : int or sequence of int, default 100
-///     Candidates per generation, and generations including the first population; each of several values gives a block.
+///     Candidates per generation, and generations including the initial population; each of several values gives a block.
 /// set : str, sequence or mapping
 ///     Settings of the methods, {"ga.mutation": 0.1}; several values, as in "0.1/0.2", give a block each.
 /// seed : int, default 1

@@ -23,7 +23,7 @@ use std::sync::{Mutex, MutexGuard};
 /// population : int, default 100
 ///     Candidates per generation.
 /// generations : int, default 100
-///     Planned number of generations; GWO decreases its step length over them.
+///     Planned number of generations; GWO decreases its coefficient a over them.
 /// seed, run : int, default 1 and 0
 ///     Seed and number of the run. Runs of one seed are independent; all methods start run k of a seed from the same
 ///     population.

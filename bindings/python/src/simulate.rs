@@ -30,7 +30,8 @@ use pyo3::types::PyDict;
 /// load_torque : array_like, shape (n,), optional
 ///     Load torque [N*m].
 /// noise : str, sequence or mapping, optional
-///     Sensor noise: "40dB", or standard deviations "i=0.05,w=0.5" [A, rad/s]; none by default.
+///     Sensor noise: "40dB" (below the rms value of each signal), or standard deviations "i=0.05,w=0.5" [A, rad/s]; none by
+///     default.
 /// seed : int, default 1
 ///     Seed of the noise.
 ///

@@ -52,8 +52,8 @@ pub(super) fn constants(
     constants
 }
 
-/// Returns the length of the ring buffer of past values of a sensor for one recording: a power of two that is larger than the
-/// longest window, or at least the number of simulated samples.
+/// Returns the length of the ring buffer of past values of a sensor for one recording: a power of two that holds the longest
+/// window and one more sample, or all simulated samples if these are fewer.
 pub(super) fn ring(problem: &Problem, signals: &Signals) -> usize {
     let longest = WINDOWS.map(|window| longest(problem, window)).into_iter().fold(1.0, f64::max);
     let active = signals.len() - problem.first_active(signals);

@@ -7,8 +7,8 @@
 //! Motors with extensions are computed without deviations in f32 too, because deviations of motors with friction do not obey
 //! linear equations. Some problems with extensions are evaluated on the CPU (see `constants`).
 //!
-//! A batch is one submission unless it exceeds the budget; then it is divided, with two submissions in flight. Callers can also
-//! overlap two batches: [`begin`](crate::evaluate::Evaluator::begin) the second before
+//! A batch is one submission unless its groups need different shaders or it exceeds the budget; then it is divided, with two
+//! submissions in flight. Callers can also overlap two batches: [`begin`](crate::evaluate::Evaluator::begin) the second before
 //! [`finish`](crate::evaluate::Evaluator::finish) of the first.
 
 mod binding;

@@ -12,8 +12,8 @@ use std::ops::RangeInclusive;
 const WINDOWS: RangeInclusive<usize> = 4..=299;
 /// Largest number of multiples of 1/N that are examined.
 const MULTIPLES: usize = 8;
-/// Smallest scores that are mentioned and reported. Real averages over 32 and 128 samples score at least 1.19, 35,000
-/// simulated channels without averages at most 0.74.
+/// Smallest scores at which the finding is mentioned, and at which it is reported. Real averages over 32 and 128 samples score
+/// at least 1.19, 35,000 simulated channels without averages at most 0.74.
 const SCORES: [f64; 2] = [0.7, 1.0];
 /// Fewest samples for an estimate.
 const SAMPLES_MIN: usize = 512;
@@ -77,7 +77,8 @@ fn is_tone(view: &View<'_>) -> bool {
 struct LogSpectrum {
     /// Running sum of the logarithms (base 10) of the power relative to its maximum.
     sums: Vec<f64>,
-    /// Number of independent values of a bin: it grows with the segments and their length over [`POINTS`].
+    /// Effective number of independent values that are averaged in a bin: the number of differences over [`POINTS`], divided
+    /// by 1.5.
     averages: f64,
     /// Length of a segment \[samples\].
     segment: usize,
@@ -171,7 +172,8 @@ fn best(spectrum: &LogSpectrum, inputs: &[LogSpectrum]) -> Option<Best> {
             best = Some(found);
         }
     }
-    // The notches of half a window are every second one of the window: if the odd ones are notches too, it is the longer one.
+    // A window of N samples has the notches of one of N/2 samples, and one more between each two. If these are present, the
+    // window is the longer one.
     while let Some(found) = best {
         let twice = (2 * found.window - 1..=2 * found.window + 1).filter(|window| *window <= longest);
         let longer = twice.filter_map(|window| scored(spectrum, inputs, window, (2, 0.5 * found.score)));

@@ -57,8 +57,9 @@ fn enters_and_leaves(view: &View<'_>, current: &Channel<'_>, run: &Range<usize>,
     before.is_some_and(|rise| rise > jump) && falls > 0.15 * current.range && steep
 }
 
-/// Detects a current limit: a current within 5 % while the speed changes by half of its range under a constant voltage,
-/// although the back-EMF must reduce it. Around the current peak of a slow winding the speed changes by at most 31 %.
+/// Detects a current limit: a current within 5 % of its largest value while the speed changes by half of its range under a
+/// constant voltage, although the back-EMF must reduce it. Around the current peak of a slow winding the speed changes by at
+/// most 31 %.
 fn limited(view: &View<'_>, current: &Channel<'_>) -> Option<Finding> {
     let speed = view.speed.as_ref().filter(|speed| speed.range > 0.0 && !view.loaded)?;
     let long = view.constant_inputs.iter().filter(|s| s.samples.len() >= 20 && view.part(s.volts) > 0.2);

@@ -1,4 +1,4 @@
-//! Output-error fit of the speed as a sum of functions of the voltage behind first-order lags.
+//! Output-error fit of the speed as a sum of functions of the voltage, each filtered by first-order lags.
 //!
 //! The time constant is searched on a grid; the gains follow by linear least squares. Samples are averaged in blocks.
 
@@ -38,8 +38,8 @@ impl<'a> Blocks<'a> {
         Self { volts, speed: speed.chunks_exact(length).map(mean).collect(), length, lags }
     }
 
-    /// Returns the best fit of the speed by functions of the voltage, each behind every lag, whose gains `is_allowed`
-    /// accepts.
+    /// Returns the best fit of the speed by functions of the voltage, each filtered by every lag, among the fits for whose
+    /// gains `is_allowed` is true.
     ///
     /// Functions times lags number at most [`super::regression::WIDTH`]. `near` restricts the search to the neighbourhood of
     /// one time constant \[blocks\].
@@ -87,7 +87,7 @@ impl<'a> Blocks<'a> {
         (solution, sse)
     }
 
-    /// Visits the rows of regressors: each function behind the first lag, then each behind the second.
+    /// Visits the rows of regressors: each function filtered by the first lag, then each by the second.
     fn rows(&self, ends: &[Vec<f64>], decay: f64, mut visit: impl FnMut(&Row, f64)) {
         let decays: Vec<f64> = self.lags.iter().map(|part| decay.powf(part.recip())).collect();
         // Mean step response of each lag over a block.

@@ -8,7 +8,7 @@ use std::ops::Range;
 const NONE: f64 = 0.02;
 /// Current, in standard deviations of its noise, up to which it counts as zero.
 const NOISES: f64 = 3.0;
-/// Largest current, as a fraction of its peak, that noise makes count as zero at the start.
+/// Upper limit of the current by [`NOISES`] at the start, as a fraction of the peak.
 const NONE_MOST: f64 = 0.06;
 /// Fewest samples without current at the start; a dead time is shorter.
 const FIRST_MIN: usize = 20;
@@ -67,14 +67,14 @@ fn from_the_start(view: &View<'_>, current: &Channel<'_>, none: f64) -> Option<R
     is_off.then_some(begin..end)
 }
 
-/// Returns true if the voltage jumps within some samples, or from rest before them.
+/// Returns true if the voltage jumps within a range of samples, or was zero until shortly before it.
 fn changes(view: &View<'_>, samples: Range<usize>) -> bool {
     let v = view.input.values;
     let from_rest = samples.start >= 10 && v[..samples.start - 2].iter().all(|v| v.abs() < 0.05 * view.input.peak);
     from_rest || samples.clone().any(|n| (v[n] - v[n - 1]).abs() > 0.3 * view.input.peak)
 }
 
-/// Returns true if equal voltages that change as fast cause a current later, which excludes a deadband.
+/// Returns true if later voltages of similar size and rate of change cause a current, which excludes a deadband.
 fn swings(view: &View<'_>, i: &[f64], none: f64, strong: &[usize]) -> bool {
     let v = view.input.values;
     let (first, last) = (strong[0].max(1), strong[strong.len() - 1]);
@@ -105,7 +105,7 @@ fn begins(view: &View<'_>, i: &[f64], at: usize) -> bool {
     rises && !jumps && v[at].abs() > 0.3 * view.input.peak && (was_constant || 10 * with >= 9 * all)
 }
 
-/// Detects voltage without current at less than half of the proportional speed, where v − K ω = R i cannot be 0.
+/// Detects voltage without current at less than half of the speed proportional to the voltage, where v − K ω = R i cannot be 0.
 fn without_current(view: &View<'_>, current: &Channel<'_>, none: f64) -> Vec<Range<usize>> {
     // The offset of the sensor, if the recording begins with a rest.
     let rest = view.first_rest();

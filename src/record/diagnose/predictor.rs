@@ -11,7 +11,8 @@ pub(super) const REACH: usize = RUN_MAX + 1;
 const ROWS_MAX: usize = 700;
 /// Smallest change of the input, as a fraction of its range, that counts as an edge.
 const EDGE: f64 = 0.02;
-/// Largest leverage of a row, relative to the mean, at which a prediction is not an extrapolation.
+/// Largest leverage of a row, relative to the mean leverage of [`WIDTH`] regressors, at which a prediction is not an
+/// extrapolation.
 const LEVERAGE: f64 = 6.0;
 /// Largest distance from the median, in ranges, of values in a regression.
 const OUTSIDE: f64 = 2.5;

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 /// Length of the longest pulse \[samples\].
 pub(super) const RUN_MAX: usize = 3;
-/// Number of samples at the end of a signal that can only be neighbours of a pulse.
+/// Number of samples that are left out at the end of a signal, in addition to the length of the longest pulse.
 const MARGIN: usize = RUN_MAX + 1;
 
 /// Order of a quantile, and that quantile of the magnitude of a standard normal variable.

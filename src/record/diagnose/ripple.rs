@@ -9,7 +9,7 @@ use std::ops::Range;
 /// Fewest samples of steady state.
 const SAMPLES_MIN: usize = 200;
 /// Smallest ratio of a line to its surroundings in the spectrum. In white noise the largest of 2000 bins has a ratio of 8, and
-/// one above 30 with a probability of 1e-10.
+/// one exceeds 30 with a probability of 2e-10.
 const TIMES: f64 = 30.0;
 /// Smallest amplitudes, relative to the speed, that are mentioned and reported.
 const PARTS: [f64; 2] = [0.005, 0.03];

@@ -18,11 +18,11 @@ const NOISE: f64 = 1.5;
 const FLAT: f64 = 0.25;
 /// Smallest ratio of the squared residuals without saturation to those with it.
 const BETTER: f64 = 2.0;
-/// Largest ratio of the squared residuals with saturation to the variation of the speed; beyond it another effect acts.
+/// Largest ratio of the squared residuals with saturation to the variation of the speed; above it another effect is present.
 const LEFT: f64 = 0.05;
 /// Smallest effect of the saturation on the speed, relative to its variation.
 const SEEN: f64 = 0.02;
-/// Shortest mean time above the level, in time constants; otherwise the speed does not become flat.
+/// Shortest mean time above the level, in time constants; otherwise the speed does not level off.
 const LASTS: f64 = 0.87;
 /// Smallest fraction of the samples in the flat range, and in the range below it.
 const SHARE: f64 = 0.04;

@@ -13,7 +13,7 @@ const NONE: f64 = 0.03;
 const NOISES: f64 = 5.0;
 /// Smallest expected current of the other sign that is examined, as a fraction of the peak.
 const EXPECTED: f64 = 0.12;
-/// Measured over expected current above which the sensor shows the magnitude of a braking current.
+/// Smallest ratio of measured to expected braking current at which the sensor measures the magnitude.
 const SHOWN: f64 = 0.3;
 /// Largest standard deviation of the expected current, as a fraction of the smallest current that is examined.
 const SURE: f64 = 0.8;
@@ -96,7 +96,7 @@ fn by_speed(view: &View<'_>, speed: &[f64], current: &[f64], sign: f64) -> Optio
 
 /// Returns the current that downward steps of the voltage would cause with the gain of upward steps, and 0 elsewhere.
 ///
-/// Without upward steps the current is taken to follow the voltage.
+/// Without upward steps the current is assumed to be proportional to the voltage.
 fn by_steps(view: &View<'_>, sign: f64, i: &impl Fn(usize) -> f64, peak: f64) -> Option<Vec<f64>> {
     let mut expected = vec![0.0; view.len()];
     let mut gains = Vec::new();

@@ -9,7 +9,7 @@ use crate::text::{engineering, significant};
 
 /// Smallest speed that counts as motion, as a fraction of the 95th percentile of |speed|.
 const MOVES: f64 = 0.03;
-/// Voltage that must move the motor, as a fraction of the peak; no deadband is as large.
+/// Voltage that must move the motor, as a fraction of the peak; deadbands are assumed to be smaller.
 const STRONG: f64 = 0.6;
 /// Fewest samples under that voltage without motion.
 const FIRST_MIN: usize = 20;

@@ -58,7 +58,8 @@ fn throughout(view: &View<'_>) -> Option<Finding> {
 
 /// Returns the undersampled segments; none if too little of the recording is outside them.
 ///
-/// A segment lasts from the first fast window to a long pause or the end, because sines near the sampling rate look slow again.
+/// A segment lasts from the first fast window through a pause of [`PAUSE`] samples or to the end, because sines near the
+/// sampling rate look slow again.
 pub(super) fn segments(view: &View<'_>) -> Vec<Range<usize>> {
     let values = view.input.values;
     let mut found: Vec<Range<usize>> = Vec::new();

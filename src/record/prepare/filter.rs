@@ -18,7 +18,8 @@ pub struct LowPass {
     pub kind: FilterKind,
     /// Order, from 1 to 12.
     pub order: usize,
-    /// Cut-off frequency \[Hz\]: a Butterworth filter has a gain of −3 dB there, a Chebyshev filter leaves its passband ripple.
+    /// Cut-off frequency \[Hz\]: a Butterworth filter has a gain of −3 dB there, a Chebyshev filter has the edge of its
+    /// passband ripple there.
     pub cutoff_hz: f64,
 }
 

@@ -25,7 +25,7 @@ pub enum Mask {
     },
 }
 
-/// Parses masks, each `auto`, `0.5:0.6` or `current@0.5:0.6` (seconds).
+/// Parses masks, each `auto`, `0.5:0.6` or `current@0.5:0.6` (seconds); either time may be omitted.
 ///
 /// # Errors
 /// Returns `Usage` if an item has another form, or its first time is not before the second.

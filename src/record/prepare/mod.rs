@@ -42,7 +42,7 @@ pub struct Preparation {
     pub mask: Vec<Mask>,
     /// Sampling rate to which the recording is resampled \[Hz\].
     pub rate_hz: Option<f64>,
-    /// Factor of decimation: every Nth sample is kept, after an anti-alias filter.
+    /// Factor of decimation: every Nth sample is kept, after an anti-alias filter. It is ignored if `rate_hz` is given.
     pub decimate: Option<usize>,
     /// Low-pass filter of all signals.
     pub filter: Option<LowPass>,
@@ -160,6 +160,7 @@ impl Preparation {
         };
         let (order, cutoff) = (filter.order, engineering(filter.cutoff_hz, "Hz", 4));
         let note = format!("all signals through the same low-pass: {name}, order {order}, {cutoff}");
+        // The filter spreads an excluded sample over later ones.
         let tail = whole((2.0 / (filter.cutoff_hz * record.period_s())).ceil());
         let widened = |e: &Excluded| Excluded { end: e.end.saturating_add(tail).min(record.len()), ..*e };
         let excluded = record.excluded().iter().map(widened).collect();

@@ -35,7 +35,7 @@ pub(super) fn lines(voltage: &[f64], held: bool) -> [Vec<f64>; 2] {
     [all().map(|(a, b)| f64::midpoint(a, b)).collect(), all().map(|(a, b)| b - a).collect()]
 }
 
-/// Keeps one of `every` samples of a recording with a regular clock, after an anti-alias filter. The second result is the
+/// Decimates a recording with a regular clock by the factor `every`, after an anti-alias filter. The second result is the
 /// length of the filter's impulse response \[new samples\].
 pub(super) fn decimated(record: &Record, every: usize, at_rest: bool) -> Result<(Resampled, usize)> {
     let (samples, factor) = (record.samples(), numeric::count(every));

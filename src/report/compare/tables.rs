@@ -114,7 +114,8 @@ fn costs(comparison: &Comparison, block: &Block) -> Table {
         table.note("sm: estimated from the first recording only; its cost is over all recordings.");
     }
     table.note(format!(
-        "{runs} runs each, seed {seed}. The interval is a bootstrap interval of the median; the run time is that of a single run."
+        "{runs} runs each, seed {seed}. The interval is a percentile bootstrap interval of the median; the run time is the \
+         median of three single runs."
     ));
     table
 }
@@ -143,8 +144,9 @@ fn ranking(block: &Block) -> Table {
     }
     table.note(
         "Two-sided Wilcoxon signed-rank test of the logarithms of the final costs, paired by run number (paired runs start \
-         from the same population), with Holm's correction for all pairs of this block. All methods have the same number of \
-         evaluations.",
+         from the same population), with Holm's correction for all pairs of this block. \"Lower in\" counts every run of the \
+         first method against every run of the second, ties as half (Vargha and Delaney's A). All methods have the same \
+         number of evaluations.",
     );
     table
 }
@@ -264,8 +266,9 @@ fn targets(comparison: &Comparison, block: &Block) -> Table {
         table.named_row(result.method.name(), [at(0.25), at(0.5), at(0.75), format!("{last} %"), seconds]);
     }
     table.note(
-        "Evaluations of a run after which this fraction of all pairs of a run and a target is reached. Targets are equally \
-         spaced in the logarithm.",
+        "Evaluations of a run after which this fraction of all pairs of a run and a target is reached. Several targets are \
+         equally spaced in the logarithm, the last being the lowest cost of all runs, so that the fractions depend on the \
+         methods compared.",
     );
     table
 }

@@ -33,7 +33,7 @@ pub struct SignalFacts {
     pub noise_sigma: f64,
     /// Peak, settling and steady state of an output; `None` for inputs.
     pub response: Option<crate::motor::StepResponse>,
-    /// True if the noise exceeds the settling band, so that there is no settling time.
+    /// True if three standard deviations of the noise exceed the settling band, so that there is no settling time.
     pub settling_hidden: bool,
 }
 

@@ -61,10 +61,12 @@ fn costs(summary: &SweepSummary, n: usize) -> Table {
     if summary.stride > 1 {
         table.note(format!("Quantiles are computed from one run in {}.", grouped(summary.stride)));
     }
+    table.note("Run time: mean; the runs of a batch share its time, so it ranks no methods.");
     table
 }
 
-/// Formats the mean time of a run.
+/// Formats the mean time of a run. Searches of one batch share its time equally, and a fit that does not depend on a factor
+/// is computed once for all of its levels.
 fn seconds(cell: &Cell) -> String {
     let mean = cell.seconds / count_u64(cell.runs);
     if mean > 0.0 { engineering(mean, "s", 3) } else { dash() }

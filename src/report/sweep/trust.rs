@@ -32,7 +32,7 @@ pub(super) fn trust(summary: &SweepSummary, n: usize) -> Option<Table> {
         table.row(row);
     }
     let meaning =
-        "Good: the standard errors are reliable; check: look at the reasons first; poor: they are not reliable.";
+        "Good: no test contradicts the standard errors; check: look at the reasons first; poor: they are not reliable.";
     table.note(format!("{meaning} The codes of each run are in results.jsonl."));
     if has_unknown {
         table.note("Unknown: results of an earlier version of the program.");

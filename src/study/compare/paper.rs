@@ -11,7 +11,7 @@ pub struct Printed {
     pub cost: Option<[f64; 3]>,
     /// Parameters (Tables 5 and 6), with Jaya's K and B swapped back.
     pub parameters: Parameters,
-    /// Mean relative errors over runs \[%\], which Tables 5 and 6 call "MSE".
+    /// Errors of the parameters \[%\], which Tables 5 and 6 call "MSE"; read here as mean relative errors over runs.
     pub error_percent: [f64; 5],
     /// Computation time \[min\] (Table 7).
     pub minutes: f64,
@@ -86,28 +86,43 @@ pub fn printed(method: &str) -> Option<&'static Printed> {
 pub const NOTES: [(&str, &str); 8] = [
     (
         "a",
-        "Table 4 calls the cost fitness; smaller is better. The values are those of channels divided by their \
-           peaks on nearly noise-free data, not of Eq. 13 as printed. The text mentions both \"ten times\" and \"fifty runs\"; \
-           the number of runs here is given above.",
+        "Table 4 calls the cost fitness; smaller is better. GWO's values agree with channels divided by their peaks on nearly \
+           noise-free data; Eq. 13 as printed (scale none) gives costs several hundred times as large. The text says \
+           that each method ran \"ten times\", the heading of Table 4 \"fifty runs\"; the number of runs here is given above.",
     ),
-    ("b", "GA's .044, 1.06 and .058 are inconsistent: the average of ten runs with one of 1.06 is at least .1456."),
+    (
+        "b",
+        "GA's .044, 1.06 and .058 are inconsistent: with one run of 1.06 and none below .044 the average of ten runs is at \
+           least .1456, that of fifty at least .0643.",
+    ),
     (
         "c",
-        "Jaya's K and B and their errors are swapped in Table 6: only K = .291812 gives its steady-state current of .0827 A. \
-           That K is outside the bounds of Table 2. The paper's results are those of Jaya without its greedy step.",
+        "Jaya's K and B are swapped in Table 6: only K = .291812 gives its steady-state current of .0827 A; their errors are \
+           taken to be swapped too. That K is outside the bounds of Table 2. The paper's costs of Jaya (Table 4) have the \
+           magnitude of Jaya without its greedy step.",
     ),
     (
         "d",
-        "\"MSE\" in Tables 5 and 6 is the mean relative error over runs. The mean squared error proper, with N the number of \
-           samples rather than of parameters, is given separately. B is in N·m·s/rad.",
+        "\"MSE\" in Tables 5 and 6 is a percentage, which Eq. 14 does not give; it has the magnitude of a mean relative error \
+           over runs and is compared with one here. The mean squared error of Eq. 14, with N the number of samples rather \
+           than of parameters, is given separately. B is in N·m·s/rad.",
     ),
-    ("e", "Paper: minutes in Simulink. Here: milliseconds of one run on this machine."),
+    (
+        "e",
+        "Paper: minutes in Simulink on a machine that it does not describe. Here: milliseconds of one run on this machine. The \
+           ratio compares programs and machines, not methods.",
+    ),
     (
         "f",
         "Steiglitz–McBride has no seeds: its spread is over records with new noise. The paper does not state the origin of its \
-           spread; its deviations, and Jaya's deviation of K, which exceeds the bounds, are not expected here.",
+           spread, so its deviations need not be those here. Jaya's deviation of K, .694, exceeds the width of its \
+           bounds, .095.",
     ),
-    ("g", "1.107 s is the settling time of neither the 2 % nor the 5 % band; both are shown."),
+    (
+        "g",
+        "The paper states no settling band; its times are listed under 2 %. The nominal motor has 1.107 s with neither the \
+           2 % nor the 5 % band.",
+    ),
     ("h", "The averages in the text (GWO .43 %, GA 28.59 %) are those of the columns of Tables 5 and 6."),
 ];
 

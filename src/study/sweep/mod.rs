@@ -90,8 +90,8 @@ impl Sweep {
         self.runs.study()
     }
 
-    /// Returns the shard, from 0 to `count` − 1, that a run belongs to. With many motors a shard has complete motors,
-    /// so that each recording is read once.
+    /// Returns the shard, from 0 to `count` − 1, that a run belongs to. With at least eight motors per shard a shard has
+    /// complete motors, so that each recording is read once.
     fn owner(&self, count: u64, id: u64) -> u64 {
         let motors = self.manifest.motors.len() as u64;
         let number = if motors >= count.saturating_mul(8) { id / self.runs.per_motor() } else { id };

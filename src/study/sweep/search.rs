@@ -20,9 +20,9 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Candidate-steps of a piece on the CPU: some tenths of a second, which is the most that a crash can lose.
+/// Target number of candidate-steps of a piece on the CPU, some tenths of a second; a killed process loses the current piece.
 const STEPS: u64 = 1_000_000_000;
-/// Fewest candidates of a generation per thread, whatever the time, so that threads are seldom idle.
+/// Fewest candidates of a generation per thread, regardless of [`STEPS`], so that threads are seldom idle.
 const CANDIDATES: usize = 3072;
 /// Fewest candidates of a generation on a GPU, which needs more to be fully used.
 const CANDIDATES_GPU: usize = 1 << 17;

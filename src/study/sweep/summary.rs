@@ -64,9 +64,9 @@ pub struct Cell {
     pub failed: u64,
     /// Number of results by level of trust.
     pub trust: TrustCounts,
-    /// Costs of the results, in the order of the runs.
+    /// Costs of the results, in the order of the runs, of every Nth run (see [`SweepSummary::stride`]).
     pub costs: Vec<f64>,
-    /// Estimates of each parameter, in the order of the runs: R, L, K, B, J, then the other parameters.
+    /// Estimates of each parameter, of the same runs: R, L, K, B, J, then the other parameters.
     pub parameters: Vec<(Named, Vec<f64>)>,
     /// Total time of the runs \[s\].
     pub seconds: f64,
@@ -132,7 +132,8 @@ pub struct SweepSummary {
     pub blocks: Vec<SweepBlock>,
     /// Number of motors of the study.
     pub motors: usize,
-    /// Best run of each motor with a result, in the order of the study. Runs with standard errors are preferred.
+    /// Best run of each motor with a result, in the order of the study, among the runs with the first criterion, scale and
+    /// noise. Runs with standard errors are preferred.
     pub results: Vec<NamedRun>,
     /// Parameters of the results: R, L, K, B, J, then those of extensions and of single recordings.
     pub parameters: Vec<Named>,

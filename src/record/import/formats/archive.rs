@@ -1,8 +1,8 @@
 //! Validation of the ZIP archive of a workbook before the spreadsheet library unpacks it.
 //!
-//! The library trusts declarations in the file, such as the number of strings and the positions of cells, and copies names
-//! for every cell style and every sheet. A file that would cost it more memory than the unpacked file has, or overflow a
-//! position, is refused here. Sizes are counted during decompression, not taken from the headers of the archive.
+//! The library trusts declarations in the file, such as the number of strings and the positions of cells, and copies names for
+//! every cell style and every sheet. A file for which it would need more memory than the size of the unpacked file, or overflow
+//! a position, is refused here. Sizes are counted during decompression, not taken from the headers of the archive.
 
 use super::cells::CELLS_MAX;
 use crate::text::excerpt;

@@ -1,5 +1,5 @@
 //! Formats other than CSV: workbooks, MAT-files and JSON. A file is converted to rows of text cells, which are then read like
-//! those of a CSV file.
+//! those of a CSV file. A new format is a file that returns `Cells`, and a row of `FORMATS`.
 
 #[cfg(feature = "formats")]
 mod archive;
