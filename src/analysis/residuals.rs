@@ -125,7 +125,7 @@ pub(crate) fn variance_inflation(uncertainty: &Uncertainty) -> f64 {
 }
 
 /// Smallest percentage of the variance of residuals explained by the input that matters \[%\].
-const EXPLAINED_MIN: f64 = 1.0;
+pub(crate) const EXPLAINED_MIN: f64 = 1.0;
 
 /// Returns the warning about residuals that depend on the input.
 pub(crate) fn residuals_follow_input(records: &[Record], tests: &[ResidualTests]) -> Option<Warning> {

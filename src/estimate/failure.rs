@@ -22,6 +22,8 @@ named! {
         NotAMotor = "not_a_motor" => "the estimated motor has a parameter that is not positive",
         /// A parameter is fixed, and Steiglitz–McBride estimates all five.
         Held = "parameter_held" => "it estimates all five parameters and cannot hold any of them fixed",
+        /// The model has extensions.
+        NotLinear = "not_linear" => "it needs the linear model",
         /// The estimated motor does not fit the recordings.
         PoorFit = "poor_fit" => "the estimated motor does not fit the recordings",
     }
@@ -38,7 +40,9 @@ impl SmFailure {
 impl From<SmFailure> for Error {
     fn from(failure: SmFailure) -> Self {
         let remedy = match failure {
-            SmFailure::ChannelMissing | SmFailure::Irregular | SmFailure::Held => text!("Use " [Method = "auto"] "."),
+            SmFailure::ChannelMissing | SmFailure::Irregular | SmFailure::Held | SmFailure::NotLinear => {
+                text!("Use " [Method = "auto"] ".")
+            }
             SmFailure::RankDeficient => "Record while the voltage changes.".into(),
             _ => text!("Use " [Method = "auto"] "; check the signs and units of the columns."),
         };

@@ -37,7 +37,7 @@ pub(super) struct Start {
 pub(super) fn start(prepared: &Prepared<'_>) -> Result<Start> {
     if !prepared.is_linear() {
         let (motors, space) = near(prepared)?;
-        return Ok(Start { estimate: Err(SmFailure::PoorFit), motors, space });
+        return Ok(Start { estimate: Err(SmFailure::NotLinear), motors, space });
     }
     let estimate = on_any_clock(prepared.records, &prepared.spec, prepared.plain())?;
     let space = match &estimate {

@@ -7,7 +7,7 @@ use super::result::Identification;
 use super::spec::IdentifySpec;
 use super::trust_level::{Trust, TrustLevel, TrustReason};
 use super::verify::Status;
-use crate::analysis::{ResidualTest, ResidualTests};
+use crate::analysis::{EXPLAINED_MIN, ResidualTest, ResidualTests};
 use crate::motor::{Extension, Parameter, With};
 use crate::numeric::{chi_square_limit, peak};
 use crate::record::{Record, Severity};
@@ -144,8 +144,6 @@ fn search(found: &Identification) -> Option<(TrustLevel, &'static str, &'static 
 
 /// Smallest correlation of residuals at lag 1 that matters.
 const CORRELATION_MIN: f64 = 0.02;
-/// Smallest percentage of the variance of residuals explained by the input that matters \[%\].
-const EXPLAINED_MIN: f64 = 1.0;
 /// Degrees of freedom of the whiteness test.
 const LAGS: usize = 20;
 

@@ -4,6 +4,7 @@
 //! runs in lock step and evaluates all their candidates in one call. The random numbers of a run depend on (seed, run)
 //! alone. A new search is a file with a rule, of which `gwo` is an example, and a row of [`SEARCHES`].
 
+mod configured_search;
 mod genetic;
 mod gwo;
 mod jaya;
@@ -14,10 +15,10 @@ mod random;
 mod run;
 mod sample;
 mod table;
-mod tuned;
 
 use crate::limit::{Limit, limit, limit_of};
 
+pub use configured_search::ConfiguredSearch;
 pub use genetic::GeneticOptions;
 pub use gwo::GwoOptions;
 pub use jaya::{JayaOptions, Sharing};
@@ -27,7 +28,6 @@ pub use pso::{PsoOptions, Wall};
 pub use run::{Best, Optimizer, Progress, Run, Stop};
 pub use sample::{POINTS_MAX, Sample, Sampling};
 pub use table::{Hyperparameter, Range, Search, SearchOptions, Values};
-pub use tuned::ConfiguredSearch;
 
 /// Size limits of searches and samples.
 pub const LIMITS: [Limit; 2] = [

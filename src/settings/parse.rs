@@ -59,7 +59,8 @@ pub fn motor(text: &str) -> Result<Extended> {
     let is_given = |parameter: &Parameter| list.iter().any(|(given, _)| given == parameter);
     if let Some(lacking) = Parameter::ALL.into_iter().find(|p| !text.split(',').any(is_m2) && !is_given(p)) {
         let message = text!([Parameters](" lacks {}, the {}", lacking.symbol(), lacking.name()));
-        let remedy = "Give all five: R=0.921042,L=0.007759,K=0.073472,B=0.000678,J=0.000136.";
+        let remedy =
+            "Give m2, the motor of the paper, or all five: R=0.921042,L=0.007759,K=0.073472,B=0.000678,J=0.000136.";
         return Err(Error::usage(message, remedy));
     }
     Ok(list.iter().fold(Extended::from(&Parameters::M2), |motor, (parameter, value)| motor.with(*parameter, *value)))

@@ -8,7 +8,7 @@ use crate::report::pages::{Reproduced, reproduce, section};
 use crate::report::plot::{Chart, Line, Mark, panels};
 use crate::report::spelling::command_line;
 use crate::report::table::{Table, dash};
-use crate::text::{engineering, significant};
+use crate::text::{engineering, printable, significant};
 use crate::warning::Warning;
 
 /// Returns the page of inspections; `band` is the settling band as a fraction of the steady state.
@@ -18,7 +18,7 @@ pub fn inspect_page(inspections: &[Inspection<'_>], band: f64, how: &Reproduced)
     let answer = match (inspections, count(Severity::Report), count(Severity::Mention)) {
         ([one], reports, mentions) => {
             let (what, odd) = (holds(one.record), counted(reports, mentions));
-            format!("{what}. {odd} {}", identifiability(&one.identifiability))
+            format!("{what}. {odd} {}", identifiability(one))
         }
         (many, reports, mentions) => format!("{} recordings. {}", many.len(), counted(reports, mentions)),
     };
@@ -70,15 +70,22 @@ fn counted(reports: usize, mentions: usize) -> String {
     }
 }
 
-fn identifiability(identifiability: &Identifiability) -> String {
-    match identifiability {
+fn identifiability(inspection: &Inspection<'_>) -> String {
+    match &inspection.identifiability {
         Identifiability::Identifies { .. } => {
-            let errors = identifiability.errors().unwrap_or_default();
+            let errors = inspection.identifiability.errors().unwrap_or_default();
             format!("The recording identifies {errors} (standard errors, if the model is adequate).")
         }
         Identifiability::Lacks { message, remedy } => {
             let message = message.spelled(command_line);
-            let message = message.rsplit_once(".csv: ").map_or(message.as_str(), |(_, message)| message);
+            // The heading names the file already.
+            let path = inspection
+                .record
+                .source()
+                .path
+                .as_ref()
+                .map(|path| format!("{}: ", printable(&path.display().to_string())));
+            let message = path.and_then(|path| message.strip_prefix(&path)).unwrap_or(&message);
             format!(
                 "The recording does not identify all five parameters: {message}. {}",
                 capital(&remedy.spelled(command_line))
@@ -91,7 +98,7 @@ fn identifiability(identifiability: &Identifiability) -> String {
 fn odd(inspection: &Inspection<'_>, several: bool) -> Vec<Part> {
     let mut parts = Vec::new();
     if several {
-        let text = format!("{}. {}", holds(inspection.record), identifiability(&inspection.identifiability));
+        let text = format!("{}. {}", holds(inspection.record), identifiability(inspection));
         parts.push(Part::Text(text));
     }
     if inspection.warnings.is_empty() {

@@ -40,8 +40,7 @@ pub(super) fn motors(summary: &SweepSummary, limits: &Limits) -> Option<Figure> 
         id: "motors".to_owned(),
         map: false,
         svg: histograms(&panels, 3),
-        alternative: "Histograms of resistance, inductance, motor constant, friction and inertia over the motors"
-            .to_owned(),
+        alternative: "Histograms of the parameters over the motors".to_owned(),
         caption,
     })
 }
