@@ -334,7 +334,7 @@ fn evaluate_gives_costs_of_any_candidates() {
         (&["--slice", "R,R"], 2, "two different"),
         (&["--slice", "R,L", "--fix", "R=0.9"], 2, "R is fixed"),
         (&["--slice", "R,L", "--sample", "lhs:9"], 2, "grid:N"),
-        (&[], 2, "--candidates"),
+        (&[], 2, "--candidates <FILE>|--sample <SAMPLE>|--slice <P,Q>"),
         (&["--candidates", "nowhere.csv"], 3, "cannot be read"),
         (&["--candidates", "x.parquet"], 3, if cfg!(feature = "parquet") { "cannot be read" } else { "Parquet" }),
     ] {
@@ -941,6 +941,7 @@ fn simulate_rejects_wrong_arguments() {
     simulate(&["--parameters", "R=1,L=1"], 2, "lacks K");
     simulate(&["--parameters", "R=0,L=1"], 2, "positive");
     simulate(&["--input", "step:10"], 2, "step:VOLTS@SECONDS");
+    simulate(&["--input", "stp:6@0.5"], 2, "neither step:VOLTS@SECONDS nor a file");
     simulate(&["--input", "step:x@1"], 2, "found \"x\"");
     simulate(&["--input", &folder.path("nowhere.csv")], 3, "cannot be read");
     simulate(&["--input", "step:10.5@0", "--duration", "0"], 2, "positive duration");

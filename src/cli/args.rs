@@ -2,7 +2,7 @@
 
 pub(crate) use super::flags::*;
 pub(crate) use super::sweep::args::*;
-use clap::{Args, Parser, Subcommand};
+use clap::{ArgGroup, Args, Parser, Subcommand};
 use motorfit::identify::Method;
 use motorfit::motor::Discretization;
 use motorfit::study::compare::Preset;
@@ -185,13 +185,13 @@ pub(crate) struct CompareArgs {
 }
 
 #[derive(Args)]
+#[command(group(ArgGroup::new("points").args(["candidates", "sample", "slice"]).required(true).multiple(true)))]
 pub(crate) struct EvaluateArgs {
     #[command(flatten)]
     pub recordings: Recordings,
     /// File of candidates, CSV or .parquet, with a column for each free parameter in SI units (R,L,K,B,J; with
     /// --per-recording R: R[0],R[1]); - reads CSV from stdin
-    #[arg(long, value_name = "FILE", required_unless_present_any = ["sample", "slice"])]
-    #[arg(conflicts_with_all = ["sample", "slice"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["sample", "slice"])]
     pub candidates: Option<PathBuf>,
     /// Sample candidates within the bounds: uniform:N, lhs:N (Latin hypercube), or grid:N (N values per parameter)
     #[arg(long, value_name = "SAMPLE")]

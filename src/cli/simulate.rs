@@ -91,6 +91,9 @@ fn describe(args: &SimulateArgs, quantity: Quantity, response: &StepResponse, st
 
 fn excitation(args: &SimulateArgs) -> Result<Excitation> {
     let Some(step) = args.input.strip_prefix("step:") else {
+        if args.input.contains('@') && !Path::new(&args.input).exists() {
+            return Err(neither(&args.input));
+        }
         let columns = parse_columns(args.columns.0.text(Setting::Columns).unwrap_or_default())?;
         let samples = read_inputs(Path::new(&args.input), &columns)?;
         return Ok(Excitation { time_s: samples.time_s, voltage: samples.voltage, torque: samples.torque });
@@ -99,12 +102,14 @@ fn excitation(args: &SimulateArgs) -> Result<Excitation> {
     Excitation::step(volts, at, args.duration, args.period)
 }
 
+fn neither(input: &str) -> Error {
+    let message = format!("--input: \"{}\" is neither step:VOLTS@SECONDS nor a file", excerpt(input));
+    Error::usage(message, "Write --input step:10.5@1, or the path of a CSV file with time and voltage.")
+}
+
 /// Returns the voltage of a step and its time \[s\].
 fn step_of(args: &SimulateArgs, step: &str) -> Result<(f64, f64)> {
-    let Some((volts, at)) = step.split_once('@') else {
-        let message = format!("--input: \"{}\" is not step:VOLTS@SECONDS", excerpt(&args.input));
-        return Err(Error::usage(message, "Write --input step:10.5@1."));
-    };
+    let Some((volts, at)) = step.split_once('@') else { return Err(neither(&args.input)) };
     let (volts, at) = (parse::number(volts, Setting::Input)?, parse::number(at, Setting::Input)?);
     if at > args.duration {
         let message = format!("the step at {at} s is after the end at {} s", args.duration);
