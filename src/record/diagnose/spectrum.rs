@@ -23,7 +23,7 @@ fn polar(angle: f64) -> Complex<f64> {
 }
 
 /// Transforms [`HALF`] complex values in place (J. W. Cooley, J. W. Tukey 1965; decimation in frequency). The result is in
-/// bit-reversed order. A general library takes a tenth of the time to compile this crate for one length.
+/// bit-reversed order. Compiling a general library for this one length took 11 % of the build time of this crate.
 fn transform(x: &mut [Complex<f64>], roots: &[Complex<f64>]) {
     let mut span = HALF / 2;
     while span > 0 {
