@@ -2,10 +2,9 @@
 //!
 //! Cost: a pair of panels takes 64 multiply-adds a row, eight instructions of AVX-512. Symmetry saves half of the pairs.
 
-use crate::evaluate::Level;
+use crate::evaluate::{Level, at_level};
 use crate::motor::multiply_add;
 use crate::numeric::count;
-use multiversion::multiversion;
 use nalgebra::DMatrix;
 
 /// Columns of a panel: one vector of AVX-512, two of AVX2.
@@ -52,7 +51,7 @@ fn products_at(level: Level, columns: &[&[f64]], rows: &[usize]) -> DMatrix<f64>
         match level {
             Level::Avx512 => avx512(&panels, rows.len(), &mut sums),
             Level::Avx2 => avx2(&panels, rows.len(), &mut sums),
-            Level::Portable => panel_products::<HALF, false>(&panels, rows.len(), &mut sums),
+            Level::Portable => portable(&panels, rows.len(), &mut sums),
         }
     }
     let sum = |a: usize, b: usize| product(&sums, a, b);
@@ -74,14 +73,20 @@ fn product(sums: &[Square], a: usize, b: usize) -> f64 {
     if row == column { square[b % WIDE][a % WIDE] } else { square[a % WIDE][b % WIDE] }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
-fn avx512(panels: &[Panel], rows: usize, sums: &mut [Square]) {
-    panel_products::<WIDE, true>(panels, rows, sums);
+at_level! {
+    fn avx512(panels: &[Panel], rows: usize, sums: &mut [Square]) = avx512 {
+        panel_products::<WIDE, true>(panels, rows, sums);
+    } else avx2
 }
 
-#[multiversion(targets("x86_64+avx2+fma"))]
-fn avx2(panels: &[Panel], rows: usize, sums: &mut [Square]) {
-    panel_products::<HALF, true>(panels, rows, sums);
+at_level! {
+    fn avx2(panels: &[Panel], rows: usize, sums: &mut [Square]) = avx2 {
+        panel_products::<HALF, true>(panels, rows, sums);
+    } else portable
+}
+
+fn portable(panels: &[Panel], rows: usize, sums: &mut [Square]) {
+    panel_products::<HALF, false>(panels, rows, sums);
 }
 
 #[inline(always)]

@@ -10,9 +10,8 @@
 
 use super::gram::{BLOCK, HALF, Panel, Square, own_products};
 use super::linear_steps::{INITIAL, ROW, SplitTables, Step, Steps, WholeSteps};
-use crate::evaluate::{Level, Signals};
+use crate::evaluate::{Level, Signals, at_level};
 use crate::motor::{Method, Parameters, seeded, step_maps};
-use multiversion::multiversion;
 
 /// Index of the error in a row.
 const ERROR: usize = 7;
@@ -35,18 +34,20 @@ pub(super) fn products(signals: &Signals, parameters: &Parameters, initial: [f64
     match Level::best() {
         Level::Avx512 => avx512(&case),
         Level::Avx2 => avx2(&case),
-        Level::Portable => run::<HALF, false>(&case),
+        Level::Portable => portable(&case),
     }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
-fn avx512(case: &Case<'_>) -> [Products; 2] {
-    run::<ROW, true>(case)
+at_level! {
+    fn avx512(case: &Case<'_>) -> [Products; 2] = avx512 { run::<ROW, true>(case) } else avx2
 }
 
-#[multiversion(targets("x86_64+avx2+fma"))]
-fn avx2(case: &Case<'_>) -> [Products; 2] {
-    run::<HALF, true>(case)
+at_level! {
+    fn avx2(case: &Case<'_>) -> [Products; 2] = avx2 { run::<HALF, true>(case) } else portable
+}
+
+fn portable(case: &Case<'_>) -> [Products; 2] {
+    run::<HALF, false>(case)
 }
 
 #[inline(always)]

@@ -2,9 +2,8 @@
 
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
-use crate::evaluate::{Level, Signals};
+use crate::evaluate::{Level, Signals, at_level};
 use crate::motor::{Discretization, StepMaps, multiply_add, step_maps};
-use multiversion::multiversion;
 
 /// Points that are evaluated side by side: two vectors of AVX-512, which hide the latency between dependent steps.
 pub(super) const LANES: usize = 16;
@@ -20,18 +19,24 @@ pub(super) fn sums(signals: &Signals, motors: &Motors, method: Discretization) -
     match Level::best() {
         Level::Avx512 => avx512(signals, motors, method),
         Level::Avx2 => avx2(signals, motors, method),
-        Level::Portable => simulate::<false>(signals, motors, method),
+        Level::Portable => portable(signals, motors, method),
     }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
-fn avx512(signals: &Signals, motors: &Motors, method: Discretization) -> Sums {
-    simulate::<true>(signals, motors, method)
+at_level! {
+    fn avx512(signals: &Signals, motors: &Motors, method: Discretization) -> Sums = avx512 {
+        simulate::<true>(signals, motors, method)
+    } else avx2
 }
 
-#[multiversion(targets("x86_64+avx2+fma"))]
-fn avx2(signals: &Signals, motors: &Motors, method: Discretization) -> Sums {
-    simulate::<true>(signals, motors, method)
+at_level! {
+    fn avx2(signals: &Signals, motors: &Motors, method: Discretization) -> Sums = avx2 {
+        simulate::<true>(signals, motors, method)
+    } else portable
+}
+
+fn portable(signals: &Signals, motors: &Motors, method: Discretization) -> Sums {
+    simulate::<false>(signals, motors, method)
 }
 
 #[inline(always)]

@@ -2,9 +2,8 @@
 //! numbers; [`super::output_error`] serves the linear motor.
 
 use super::gram::BLOCK;
-use crate::evaluate::{Level, Problem};
+use crate::evaluate::{Level, Problem, at_level};
 use crate::motor::{Dual, Extended, ExtendedWalk, Number as _, Parameter, multiply_add};
-use multiversion::multiversion;
 use nalgebra::DMatrix;
 
 /// Sums of the products of rows, symmetric; the error is the last entry of a row.
@@ -22,8 +21,7 @@ pub(super) fn products(
 ) -> [Products; 2] {
     let case = Case { problem, recording, own, values, initial };
     match (Level::best(), case.unknowns()) {
-        (Level::Portable, 0..=8) => case.products::<8, 12, false>(),
-        (Level::Portable, _) => case.products::<ALL, 24, false>(),
+        (Level::Portable, _) => portable(&case),
         (_, 0..=8) => few(&case),
         (_, 9..=12) => some(&case),
         _ => all(&case),
@@ -31,19 +29,20 @@ pub(super) fn products(
 }
 
 // The numbers of derivatives and of entries of a row (derivatives and error) fill complete vectors.
-#[multiversion(targets("x86_64+avx2+fma"))]
-fn few(case: &Case<'_>) -> [Products; 2] {
-    case.products::<8, 12, true>()
+at_level! {
+    fn few(case: &Case<'_>) -> [Products; 2] = avx2 { case.products::<8, 12, true>() } else portable
 }
 
-#[multiversion(targets("x86_64+avx2+fma"))]
-fn some(case: &Case<'_>) -> [Products; 2] {
-    case.products::<12, 16, true>()
+at_level! {
+    fn some(case: &Case<'_>) -> [Products; 2] = avx2 { case.products::<12, 16, true>() } else portable
 }
 
-#[multiversion(targets("x86_64+avx2+fma"))]
-fn all(case: &Case<'_>) -> [Products; 2] {
-    case.products::<ALL, 24, true>()
+at_level! {
+    fn all(case: &Case<'_>) -> [Products; 2] = avx2 { case.products::<ALL, 24, true>() } else portable
+}
+
+fn portable(case: &Case<'_>) -> [Products; 2] {
+    if case.unknowns() <= 8 { case.products::<8, 12, false>() } else { case.products::<ALL, 24, false>() }
 }
 
 /// Largest number of derivatives: the parameters of the motor and its extensions, and the two initial states, rounded up to

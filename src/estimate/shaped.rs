@@ -8,29 +8,30 @@
 //! `P = a aᵀ + Fᵀ P F` with the filter's companion matrix F and its coefficients a.
 
 use super::sensitivity::{ALL, Case, Products, Sums};
-use crate::evaluate::Level;
+use crate::evaluate::{Level, at_level};
 use crate::motor::{ExtendedWalk, multiply_add};
-use multiversion::multiversion;
 use nalgebra::DMatrix;
 
 /// Returns `Xᵀ Γ X` of both channels for innovations of variance one. X holds the sensitivities to the case's unknowns at
 /// the samples that count, `filters` the coefficients of the autoregression of each channel.
 pub(super) fn shaped_products(case: &Case<'_>, filters: &[Vec<f64>; 2]) -> [Products; 2] {
     match (Level::best(), case.unknowns()) {
-        (Level::Portable, _) => run::<ALL, false>(case, filters),
+        (Level::Portable, _) => portable(case, filters),
         (_, 0..=8) => few(case, filters),
         _ => all(case, filters),
     }
 }
 
-#[multiversion(targets("x86_64+avx2+fma"))]
-fn few(case: &Case<'_>, filters: &[Vec<f64>; 2]) -> [Products; 2] {
-    run::<8, true>(case, filters)
+at_level! {
+    fn few(case: &Case<'_>, filters: &[Vec<f64>; 2]) -> [Products; 2] = avx2 { run::<8, true>(case, filters) } else portable
 }
 
-#[multiversion(targets("x86_64+avx2+fma"))]
-fn all(case: &Case<'_>, filters: &[Vec<f64>; 2]) -> [Products; 2] {
-    run::<ALL, true>(case, filters)
+at_level! {
+    fn all(case: &Case<'_>, filters: &[Vec<f64>; 2]) -> [Products; 2] = avx2 { run::<ALL, true>(case, filters) } else portable
+}
+
+fn portable(case: &Case<'_>, filters: &[Vec<f64>; 2]) -> [Products; 2] {
+    run::<ALL, false>(case, filters)
 }
 
 #[inline(always)]

@@ -4,25 +4,23 @@
 //! reads the inputs of each step from the recording. Otherwise it computes a chunk of samples at a time: the inputs of each
 //! candidate, then the states, then the sensor outputs, then the errors.
 
+use super::at_level::at_level;
 use super::input::{Inputs, Piece, PieceInput};
 use super::kernel::{Block, LANES, LANES_AVX512, SUM_BLOCK, Samples, add_loss};
 use super::problem::Problem;
 use super::signals::Signals;
 use super::step::{Input, Pair, Step};
 use crate::motor::{Aligned, CHUNK, Extended, MovingAverages, Parameter};
-use multiversion::multiversion;
 
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
-pub(super) fn avx512(block: &Block<'_>, costs: &mut [f64]) {
-    run::<LANES_AVX512, true>(block, costs);
+at_level! {
+    pub(super) fn avx512(block: &Block<'_>, costs: &mut [f64]) = avx512 { run::<LANES_AVX512, true>(block, costs) } else avx2
 }
 
 /// Candidates side by side at AVX2: one vector more than for the linear motor, because the latency of a step is longer.
 pub(super) const LANES_AVX2: usize = 12;
 
-#[multiversion(targets("x86_64+avx2+fma"))]
-pub(super) fn avx2(block: &Block<'_>, costs: &mut [f64]) {
-    run::<LANES_AVX2, true>(block, costs);
+at_level! {
+    pub(super) fn avx2(block: &Block<'_>, costs: &mut [f64]) = avx2 { run::<LANES_AVX2, true>(block, costs) } else portable
 }
 
 pub(super) fn portable(block: &Block<'_>, costs: &mut [f64]) {

@@ -5,15 +5,15 @@
 //! additions). Inputs that change from sample to sample add one product for each state and input. `Φ = I + D` is rounded once
 //! per candidate, which changes a trajectory by at most ε/(h·pole).
 //!
-//! The code uses plain arrays and no intrinsics; `multiversion` compiles it once per SIMD level.
+//! The code uses plain arrays and no intrinsics; `at_level` compiles it once per SIMD level.
 
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
+use super::at_level::at_level;
 use super::problem::Problem;
 use super::segment::Segment;
 use super::signals::Signals;
 use crate::motor::{StepMaps, multiply_add, step_maps};
-use multiversion::multiversion;
 
 /// A block of candidates and their problem.
 pub(super) struct Block<'a> {
@@ -28,15 +28,12 @@ pub(super) const LANES_AVX512: usize = 24;
 /// Candidates side by side at the other levels (measured).
 pub(super) const LANES: usize = 8;
 
-// `Level` requires the features of the first target, so the second is never chosen. It is there as a fallback that has FMA too.
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
-pub(super) fn avx512(block: &Block<'_>, costs: &mut [f64]) {
-    run::<LANES_AVX512, true>(block, costs);
+at_level! {
+    pub(super) fn avx512(block: &Block<'_>, costs: &mut [f64]) = avx512 { run::<LANES_AVX512, true>(block, costs) } else avx2
 }
 
-#[multiversion(targets("x86_64+avx2+fma"))]
-pub(super) fn avx2(block: &Block<'_>, costs: &mut [f64]) {
-    run::<LANES, true>(block, costs);
+at_level! {
+    pub(super) fn avx2(block: &Block<'_>, costs: &mut [f64]) = avx2 { run::<LANES, true>(block, costs) } else portable
 }
 
 /// Measured values of consecutive samples, and their weights, which are empty if all are 1.

@@ -5,6 +5,7 @@
 //! from the sums by the same code for every evaluator. A batch has groups, each with its own problem, so that many runs on many
 //! recordings are evaluated in one call.
 
+mod at_level;
 mod coarse_clock;
 mod cpu;
 mod delayed;
@@ -22,6 +23,7 @@ mod signals;
 mod simd;
 mod step;
 
+pub(crate) use at_level::at_level;
 pub use cpu::{Level, cpu_name, fma_loop};
 pub use evaluator::{Batch, Evaluator, Group, Pending};
 pub use initial::Initial;

@@ -1,0 +1,22 @@
+//! Functions that are compiled for one SIMD level.
+
+/// Defines functions that are compiled for AVX-512 or for AVX2 with FMA. Each names the function of the next lower level, which
+/// runs on a processor that lacks the instructions; callers ask [`Level`](super::Level) first, so that it never does. With a
+/// level more in `targets` instead, the whole body would be compiled for each of the targets and for none.
+macro_rules! at_level {
+    ($(#[$doc:meta])* $vis:vis fn $name:ident($($argument:ident: $of:ty),+) $(-> $result:ty)? = avx512 $body:block else $lower:ident) => {
+        $(#[$doc])*
+        #[multiversion::multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+fma"))]
+        $vis fn $name($($argument: $of),+) $(-> $result)? {
+            if multiversion::target::target_cfg_f!(target_feature = "avx512f") $body else { $lower($($argument),+) }
+        }
+    };
+    ($(#[$doc:meta])* $vis:vis fn $name:ident($($argument:ident: $of:ty),+) $(-> $result:ty)? = avx2 $body:block else $lower:ident) => {
+        $(#[$doc])*
+        #[multiversion::multiversion(targets("x86_64+avx2+fma"))]
+        $vis fn $name($($argument: $of),+) $(-> $result)? {
+            if multiversion::target::target_cfg_f!(target_feature = "avx2") $body else { $lower($($argument),+) }
+        }
+    };
+}
+pub(crate) use at_level;
