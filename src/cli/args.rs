@@ -2,25 +2,44 @@
 
 pub(crate) use super::flags::*;
 pub(crate) use super::sweep::args::*;
-use clap::{ArgGroup, Args, Parser, Subcommand};
+use clap::{ArgGroup, ArgMatches, Args, FromArgMatches};
 use motorfit::identify::Method;
 use motorfit::motor::Discretization;
 use motorfit::study::compare::Preset;
 use std::path::PathBuf;
 
-/// Identify the parameters of DC motors from recordings of voltage, current and speed
-///
-/// Estimates resistance R, inductance L, motor constant K, viscous friction B and inertia J, with standard errors.
-#[derive(Parser)]
-#[command(name = "motorfit", version, propagate_version = true, max_term_width = 100)]
-#[command(
-    after_help = "Exit codes: 0 done, 2 wrong usage, 3 bad data, 4 not identified (or some runs of a sweep\nfailed), 5 device not available, 130 interrupted (129 by SIGHUP, 143 by SIGTERM)."
-)]
+const ABOUT: &str = "Identify the parameters of DC motors from recordings of voltage, current and speed";
+const LONG_ABOUT: &str =
+    "Estimates resistance R, inductance L, motor constant K, viscous friction B and inertia J, with standard errors.";
+const EXIT_CODES: &str = "Exit codes: 0 done, 2 wrong usage, 3 bad data, 4 not identified (or some runs of a sweep\nfailed), \
+                          5 device not available, 130 interrupted (129 by SIGHUP, 143 by SIGTERM).";
+
+/// The arguments of the program.
 pub(crate) struct Cli {
-    #[command(subcommand)]
     pub command: Command,
-    #[command(flatten)]
     pub common: Common,
+}
+
+impl Cli {
+    /// Returns the program with its commands. Only the one named `wanted` gets its arguments, all of them without a name: they
+    /// take longer to build than the rest of a start.
+    pub(super) fn definition(wanted: Option<&str>) -> clap::Command {
+        let program = clap::Command::new("motorfit")
+            .version(env!("CARGO_PKG_VERSION"))
+            .propagate_version(true)
+            .max_term_width(100)
+            .about(ABOUT)
+            .long_about(format!("{ABOUT}\n\n{LONG_ABOUT}"))
+            .after_help(EXIT_CODES)
+            .subcommand_required(true)
+            .arg_required_else_help(true);
+        Common::augment_args(Command::add_to(program, wanted))
+    }
+
+    /// Reads the parsed arguments.
+    pub(super) fn parsed(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        Ok(Self { command: Command::parsed(matches)?, common: Common::from_arg_matches(matches)? })
+    }
 }
 
 #[derive(Args)]
@@ -58,35 +77,61 @@ pub(crate) struct Common {
     pub progress: ProgressKind,
 }
 
-#[derive(Subcommand)]
-pub(crate) enum Command {
-    /// Identify one motor from one or more recordings (several make one joint fit)
-    Identify(Box<IdentifyArgs>),
-    /// Compute the costs of any number of candidates, read from a file or sampled
-    Evaluate(Box<EvaluateArgs>),
-    /// Compare methods under equal budgets, with statistics, tables and plots
-    Compare(Box<CompareArgs>),
-    /// Run a study of methods, seeds and recordings as one batch; an interrupted sweep can be resumed
-    Sweep(Box<SweepArgs>),
-    /// Simulate a motor that starts at rest, and write a recording
-    Simulate(SimulateArgs),
-    /// Show the contents of recordings, how columns were interpreted, and suspect data
-    Inspect(InspectArgs),
-    /// Measure the throughput of CPU and GPU evaluation over population sizes
-    Bench(BenchArgs),
-    /// List the devices of this machine that can evaluate candidates
-    Devices(DevicesArgs),
-    /// Print a completion script for a shell
-    Completions {
-        /// Shell that runs the script
-        shell: clap_complete::Shell,
-    },
-    /// Print the manual pages (roff), or write one page per command into a folder
-    Man {
-        /// Folder for motorfit.1, motorfit-identify.1 and so on
-        #[arg(value_name = "DIR")]
-        dir: Option<PathBuf>,
-    },
+/// Defines the commands by their rows: purpose, name and arguments.
+macro_rules! commands {
+    ($($about:literal, $name:literal => $variant:ident($args:ty);)+) => {
+        pub(crate) enum Command {
+            $($variant(Box<$args>)),+
+        }
+
+        impl Command {
+            /// The names of the commands.
+            pub(super) const NAMES: &[&str] = &[$($name),+];
+
+            fn add_to(program: clap::Command, wanted: Option<&str>) -> clap::Command {
+                $(
+                    let command = clap::Command::new($name);
+                    let is_wanted = wanted.is_none_or(|wanted| wanted == $name);
+                    let command = if is_wanted { <$args as Args>::augment_args(command) } else { command };
+                    let program = program.subcommand(command.about($about));
+                )+
+                program
+            }
+
+            fn parsed(matches: &ArgMatches) -> Result<Self, clap::Error> {
+                match matches.subcommand() {
+                    $(Some(($name, own)) => Ok(Self::$variant(Box::new(<$args>::from_arg_matches(own)?))),)+
+                    _ => Err(clap::Error::new(clap::error::ErrorKind::MissingSubcommand)),
+                }
+            }
+        }
+    };
+}
+
+commands! {
+    "Identify one motor from one or more recordings (several make one joint fit)", "identify" => Identify(IdentifyArgs);
+    "Compute the costs of any number of candidates, read from a file or sampled", "evaluate" => Evaluate(EvaluateArgs);
+    "Compare methods under equal budgets, with statistics, tables and plots", "compare" => Compare(CompareArgs);
+    "Run a study of methods, seeds and recordings as one batch; an interrupted sweep can be resumed", "sweep" => Sweep(SweepArgs);
+    "Simulate a motor that starts at rest, and write a recording", "simulate" => Simulate(SimulateArgs);
+    "Show the contents of recordings, how columns were interpreted, and suspect data", "inspect" => Inspect(InspectArgs);
+    "Measure the throughput of CPU and GPU evaluation over population sizes", "bench" => Bench(BenchArgs);
+    "List the devices of this machine that can evaluate candidates", "devices" => Devices(DevicesArgs);
+    "Print a completion script for a shell", "completions" => Completions(CompletionsArgs);
+    "Print the manual pages (roff), or write one page per command into a folder", "man" => Man(ManArgs);
+}
+
+#[derive(Args)]
+pub(crate) struct CompletionsArgs {
+    /// Shell that runs the script
+    pub shell: clap_complete::Shell,
+}
+
+#[derive(Args)]
+pub(crate) struct ManArgs {
+    /// Folder for motorfit.1, motorfit-identify.1 and so on
+    #[arg(value_name = "DIR")]
+    pub dir: Option<PathBuf>,
 }
 
 #[derive(Args)]

@@ -1,8 +1,9 @@
 //! Help texts with examples before the options.
 
-use super::args::Cli;
+use super::args::{Cli, Command as Commands};
+use clap::Command;
 use clap::builder::StyledStr;
-use clap::{Command, CommandFactory as _};
+use std::ffi::OsString;
 
 /// Order of the sections: description, examples, usage, options.
 const TEMPLATE: &str = "{about-with-newline}\n{before-help}{usage-heading} {usage}\n\n{all-args}{after-help}";
@@ -53,9 +54,16 @@ const EXAMPLES: [(&str, &[&str]); 15] = [
     ("man", &["man | man -l -", "man ~/.local/share/man/man1"]),
 ];
 
-/// Returns the program's commands with their examples.
+/// Returns the program's commands with their arguments and examples.
 pub(super) fn command() -> Command {
-    with_examples(Cli::command(), "")
+    with_examples(Cli::definition(None), "", None)
+}
+
+/// Returns the program's commands for parsing `arguments`: only the command that is named there has its arguments and examples.
+pub(super) fn command_for(arguments: impl IntoIterator<Item = OsString>) -> Command {
+    let named = |argument: OsString| Some(*Commands::NAMES.iter().find(|name| argument == **name)?);
+    let wanted = arguments.into_iter().skip(1).find_map(named).unwrap_or_default();
+    with_examples(Cli::definition(Some(wanted)), "", Some(wanted))
 }
 
 /// Returns the examples of the command at a path of subcommands, without the name of the program.
@@ -63,15 +71,17 @@ pub(super) fn examples(path: &str) -> &'static [&'static str] {
     EXAMPLES.iter().find(|(of, _)| *of == path).map(|(_, examples)| *examples).unwrap_or_default()
 }
 
-fn with_examples(command: Command, path: &str) -> Command {
+/// Adds examples to the help of the command at a path of subcommands and of those below it; at the top only of `wanted`.
+fn with_examples(command: Command, path: &str, wanted: Option<&str>) -> Command {
     let command = match examples(path) {
         [] => command,
         examples => command.before_help(examples_text(examples)).help_template(TEMPLATE),
     };
-    let names: Vec<String> = command.get_subcommands().map(|of| of.get_name().to_owned()).collect();
+    let below = command.get_subcommands().map(|of| of.get_name().to_owned());
+    let names: Vec<String> = below.filter(|name| wanted.is_none_or(|wanted| wanted == name)).collect();
     names.into_iter().fold(command, |command, name| {
         let path = format!("{path} {name}");
-        command.mut_subcommand(&name, |of| with_examples(of, path.trim_start()))
+        command.mut_subcommand(&name, |of| with_examples(of, path.trim_start(), None))
     })
 }
 
@@ -106,6 +116,21 @@ mod tests {
                 let understood = super::command().try_get_matches_from(words);
                 assert!(understood.is_ok() && example.starts_with(path.as_str()), "{example}: {:?}", understood.err());
             }
+        }
+    }
+
+    #[test]
+    fn the_command_that_is_run_is_the_same_without_the_arguments_of_the_others() {
+        for name in Commands::NAMES {
+            let own = |mut all: Command| {
+                all.build();
+                all.find_subcommand_mut(name).unwrap().render_long_help().to_string()
+            };
+            let words = ["motorfit", "--color", "never", name, "log.csv"].map(OsString::from);
+            let (lean, full) = (super::command_for(words), super::command());
+            let others = |of: &Command| of.get_subcommands().map(|of| of.get_arguments().count()).sum::<usize>();
+            assert!(others(&lean) < others(&full), "{name}");
+            assert_eq!(own(lean), own(full));
         }
     }
 }

@@ -49,11 +49,13 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
         style.note("interrupted: the result is the best so far");
     }
     let next = found.trust.next.as_ref().map(|step| next::command(step, &args.recordings.records));
-    let mut document = identify_document(&records, &spec, &found);
-    document["trust"]["next"] = next.clone().into();
-    let document = json(&document);
+    let document = || {
+        let mut document = identify_document(&records, &spec, &found);
+        document["trust"]["next"] = next.clone().into();
+        json(&document)
+    };
     if args.json {
-        data(&document)?;
+        data(&document())?;
     } else {
         data(&(trust_line(&found, next.as_deref()) + &table(&records, &spec, &found, style)))?;
     }
@@ -61,7 +63,7 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
         draw(path, &records, &found, style)?;
     }
     if let Some(out) = out {
-        out.write(&report(&records, &spec, &found, document), style)?;
+        out.write(&report(&records, &spec, &found, document()), style)?;
     }
     Ok(match found.trust.level {
         _ if found.stop == Stop::Interrupted => Outcome::Interrupted,

@@ -79,10 +79,12 @@ fn headline(record: &Record) -> String {
 
 /// Returns a spec with the problem and the device of the flags.
 pub(super) fn spec(problem: &ProblemArgs, device: &DeviceArgs, style: &Style) -> Result<IdentifySpec> {
-    checked(settings::problem(&problem.0.and(&device.0))?, &problem.0, style)
+    let spec = checked(settings::problem(&problem.0.and(&device.0))?, &problem.0, style)?;
+    Ok(measured(spec, style))
 }
 
-/// Returns a spec with the stored throughput profile of this machine, or a usage error if a given flag has no effect.
+/// Returns a spec, with the stored throughput profile of this machine if its method is a search, or a usage error if a given
+/// flag has no effect.
 pub(super) fn checked(spec: IdentifySpec, given: &Given, style: &Style) -> Result<IdentifySpec> {
     if given.has(Setting::Noise) && spec.criterion.scale != Scale::Noise {
         let message = "--noise has no effect without --scale noise";
@@ -92,7 +94,8 @@ pub(super) fn checked(spec: IdentifySpec, given: &Given, style: &Style) -> Resul
         let message = "--time-origin has no effect without --criterion itse or itae";
         return Err(Error::usage(message, "Choose one of them or leave --time-origin out."));
     }
-    Ok(measured(spec, style))
+    // Other methods search only when their estimates fail, and briefly: not worth reading the measurements each time.
+    Ok(if spec.method.is_search() { measured(spec, style) } else { spec })
 }
 
 pub(super) fn device(args: &DeviceArgs, style: &Style) -> Result<IdentifySpec> {

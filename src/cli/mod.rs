@@ -39,9 +39,9 @@ mod prelude {
 }
 
 use args::{Cli, Command};
-use clap::FromArgMatches as _;
 use motorfit::{Error, ErrorKind};
 use output::Style;
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 /// Outcomes of a command that did not fail.
@@ -56,8 +56,11 @@ pub(crate) enum Outcome {
 }
 
 pub(crate) fn main() -> ExitCode {
-    let mut command = help::command();
-    let parsed = command.try_get_matches_from_mut(std::env::args_os()).and_then(|m| Cli::from_arg_matches(&m));
+    if is_version(std::env::args_os().skip(1)) {
+        return printed(&format!("motorfit {}\n", env!("CARGO_PKG_VERSION")));
+    }
+    let mut command = help::command_for(std::env::args_os());
+    let parsed = command.try_get_matches_from_mut(std::env::args_os()).and_then(|matches| Cli::parsed(&matches));
     let cli = match parsed {
         Ok(cli) => cli,
         Err(error) => return refuse(&error),
@@ -84,8 +87,8 @@ fn run(cli: &Cli, style: &Style) -> motorfit::Result<Outcome> {
         Command::Inspect(args) => inspect::run(args, style),
         Command::Bench(args) => bench::run(args, style),
         Command::Devices(args) => devices::run(args),
-        Command::Completions { shell } => shell::completions(*shell),
-        Command::Man { dir } => shell::man(dir.as_deref(), style),
+        Command::Completions(args) => shell::completions(args.shell),
+        Command::Man(args) => shell::man(args.dir.as_deref(), style),
     }
 }
 
@@ -98,13 +101,22 @@ fn exit_code(error: &Error) -> u8 {
     }
 }
 
+/// Returns true for the version alone, which needs no parser.
+fn is_version(mut arguments: impl Iterator<Item = OsString>) -> bool {
+    arguments.next().is_some_and(|first| first == "--version" || first == "-V") && arguments.next().is_none()
+}
+
+fn printed(text: &str) -> ExitCode {
+    match output::data(text) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(_) => ExitCode::from(3),
+    }
+}
+
 /// Prints help and version to stdout; any other error of clap is wrong usage, exit code 2.
 fn refuse(error: &clap::Error) -> ExitCode {
     if !error.use_stderr() {
-        return match output::data(&error.render().ansi().to_string()) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(_) => ExitCode::from(3),
-        };
+        return printed(&error.render().ansi().to_string());
     }
     output::usage(error);
     ExitCode::from(2)

@@ -52,7 +52,10 @@ pub fn identify_with(
     spec: &IdentifySpec,
     observe: &mut (dyn FnMut(&Progress) -> ControlFlow<()> + Send),
 ) -> Result<Identification> {
-    with_threads(spec.threads, || run(records, spec, observe))
+    let started = Instant::now();
+    let mut result = with_threads(spec.threads, || run(records, spec, observe))?;
+    result.seconds = started.elapsed().as_secs_f64();
+    Ok(result)
 }
 
 fn run(records: &[Record], spec: &IdentifySpec, observe: &mut Observer<'_>) -> Result<Identification> {
@@ -82,7 +85,6 @@ fn estimated(
     spec: &IdentifySpec,
     observe: &mut Observer<'_>,
 ) -> Result<(Identification, Option<NormalizedModel>, Evidence)> {
-    let started = Instant::now();
     let masked = without_undersampled(records, spec);
     let Chosen { prepared, start, selection } = choose(records, masked.as_deref(), spec)?;
     let left_out = left_out(records, prepared.records);
@@ -107,7 +109,6 @@ fn estimated(
     warnings.extend(warnings::of_result(&result, start.estimate.as_ref().err().copied()));
     result.warnings = warnings;
     analyse(&prepared, &mut result)?;
-    result.seconds = started.elapsed().as_secs_f64();
     Ok((result, prepared.normalized, evidence))
 }
 
