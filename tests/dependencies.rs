@@ -107,3 +107,31 @@ fn the_document_lists_direct_dependencies() {
         assert!(document.contains(id), "the document does not name {id}");
     }
 }
+
+/// Returns the number of crates that a build of the library with these features compiles on Linux, itself included.
+fn crates(features: &[&str]) -> usize {
+    let output = Command::new(env!("CARGO"))
+        .args(["tree", "--offline", "--locked", "--package", "motorfit", "--target", "x86_64-unknown-linux-gnu"])
+        .args(["--edges", "normal,build", "--prefix", "none", "--format", "{p}"])
+        .args(features)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap().lines().filter_map(|line| line.split(" (").next()).collect::<BTreeSet<_>>().len()
+}
+
+#[test]
+fn the_library_alone_stays_small() {
+    // A bound leaves no room: a crate more is a decision, which changes the bound here and the table in docs/dependencies.md.
+    let table = include_str!("../docs/dependencies.md");
+    for (features, bound) in [
+        (&["--no-default-features"][..], 64),
+        (&["--no-default-features", "--features", "cli"], 110),
+        (&[], 188),
+    ] {
+        let own = crates(features);
+        assert!(own <= bound, "{features:?}: {own} crates, expected at most {bound}");
+        assert!(table.contains(&format!("| {bound} |")), "docs/dependencies.md does not state {bound} crates for {features:?}");
+    }
+}
