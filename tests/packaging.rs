@@ -16,7 +16,8 @@ fn binstall_finds_the_archives_of_the_release() {
     let metadata = &manifest["package"]["metadata"]["binstall"];
     let version = env!("CARGO_PKG_VERSION");
     for (target, suffix) in TARGETS {
-        let format = metadata["overrides"].get(target).map_or(&metadata["pkg-fmt"], |own| &own["pkg-fmt"]).as_str().unwrap();
+        let format =
+            metadata["overrides"].get(target).map_or(&metadata["pkg-fmt"], |own| &own["pkg-fmt"]).as_str().unwrap();
         assert_eq!(format, if suffix == ".zip" { "zip" } else { "tgz" }, "{target}");
         let spelled = |template: &str| {
             template.replace("{ name }", "motorfit").replace("{ version }", version).replace("{ target }", target)
