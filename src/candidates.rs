@@ -5,6 +5,8 @@
 pub struct Candidates<'a> {
     values: &'a [f64],
     width: usize,
+    /// One for each candidate; empty without cutoffs.
+    cutoffs: &'a [f64],
 }
 
 impl<'a> Candidates<'a> {
@@ -19,7 +21,23 @@ impl<'a> Candidates<'a> {
             "{} values do not fill rows of {width}",
             values.len()
         );
-        Self { values, width }
+        Self { values, width, cutoffs: &[] }
+    }
+
+    /// Adds cutoffs, one for each candidate: an evaluator may return any cost above a candidate's cutoff if its cost is above it.
+    ///
+    /// # Panics
+    /// Panics if there is not one for each candidate.
+    #[must_use]
+    pub fn with_cutoffs(self, cutoffs: &'a [f64]) -> Self {
+        assert!(cutoffs.len() == self.count(), "{} cutoffs for {} candidates", cutoffs.len(), self.count());
+        Self { cutoffs, ..self }
+    }
+
+    /// Returns the cutoffs, one for each candidate; none if every cost is needed.
+    #[must_use]
+    pub fn cutoffs(&self) -> &'a [f64] {
+        self.cutoffs
     }
 
     /// Returns the number of candidates.
@@ -46,7 +64,8 @@ impl<'a> Candidates<'a> {
     /// Panics if the range is reversed or ends beyond [`Candidates::count`].
     #[must_use]
     pub fn rows(&self, from: usize, to: usize) -> Self {
-        Self { values: &self.values[from * self.width..to * self.width], width: self.width }
+        let cutoffs = self.cutoffs.get(from..to).unwrap_or_default();
+        Self { values: &self.values[from * self.width..to * self.width], width: self.width, cutoffs }
     }
 
     /// Returns the candidate at index `row`, one value per axis.

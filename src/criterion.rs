@@ -184,6 +184,18 @@ impl Criterion {
         if cost <= COST_MAX { cost } else { f64::INFINITY }
     }
 
+    /// Returns a total of the scaled sums above which the cost over `samples` samples is above `cost`: the inverse of
+    /// [`Self::cost`] and a margin for its rounding.
+    pub(crate) fn total_above(&self, cost: f64, samples: usize) -> f64 {
+        let total = match self.norm.row().1 {
+            Reduction::Root => cost * cost,
+            Reduction::Integral | Reduction::IntegralOverTime => cost,
+            Reduction::Mean => cost * count(samples),
+            Reduction::RootMean => cost * cost * count(samples),
+        };
+        total * (1.0 + 1e-12) + f64::MIN_POSITIVE
+    }
+
     /// Returns the divisor `s_c` of a channel (0 current, 1 speed), in the unit of the signal; not positive if the signal
     /// does not define it, as a constant signal under [`Scale::Std`].
     #[must_use]

@@ -1,8 +1,8 @@
 //! Functions that are compiled for one SIMD level.
 
-/// Defines functions that are compiled for AVX-512 or for AVX2 with FMA. Each names the function of the next lower level, which
-/// runs on a processor that lacks the instructions; callers ask [`Level`](super::Level) first, so that it never does. With a
-/// level more in `targets` instead, the whole body would be compiled for each of the targets and for none.
+/// Defines a function that is compiled for one SIMD level, AVX-512 or AVX2 with FMA. It names the function of the next lower level,
+/// which runs on a processor without the instructions; callers ask [`Level`](super::Level) first, so that it never does. A list of
+/// several levels in `targets` would compile the whole body for each of them, and once more for a processor without any.
 macro_rules! at_level {
     ($(#[$doc:meta])* $vis:vis fn $name:ident($($argument:ident: $of:ty),+) $(-> $result:ty)? = avx512 $body:block else $lower:ident) => {
         $(#[$doc])*

@@ -5,6 +5,7 @@
 //! candidate, then the states, then the sensor outputs, then the errors.
 
 use super::at_level::at_level;
+use super::cutoff::{Cut, Limits};
 use super::input::{Inputs, Piece, PieceInput};
 use super::kernel::{Block, LANES, LANES_AVX512, SUM_BLOCK, Samples, add_loss};
 use super::problem::Problem;
@@ -29,7 +30,8 @@ pub(super) fn portable(block: &Block<'_>, costs: &mut [f64]) {
 
 #[inline(always)]
 fn run<const L: usize, const FMA: bool>(block: &Block<'_>, costs: &mut [f64]) {
-    let Block { problem, candidates, width } = *block;
+    let Block { problem, candidates, width, cutoffs } = *block;
+    let limits = Limits::of(problem, cutoffs);
     let mut totals = [0.0; L];
     for (recording, signals) in problem.signals().iter().enumerate() {
         let motors: [Extended; L] = std::array::from_fn(|lane| {
@@ -37,9 +39,14 @@ fn run<const L: usize, const FMA: bool>(block: &Block<'_>, costs: &mut [f64]) {
             problem.motor(&candidates[row..row + width], recording)
         });
         let motors = Extended::side_by_side(&motors);
-        let sums = Simulation::<L>::new(problem, signals, &motors).sums::<FMA>(&motors);
+        let mut cut = limits.as_ref().map(|limits| Cut::new(limits, problem, signals, totals));
+        let sums = Simulation::<L>::new(problem, signals, &motors).sums::<FMA>(&motors, cut.as_mut());
+        let is_abandoned = cut.as_ref().is_some_and(|cut| cut.is_passed(&sums));
         for lane in 0..L {
             totals[lane] += problem.scaled(signals, [sums[0][lane], sums[1][lane]]);
+        }
+        if is_abandoned {
+            break;
         }
     }
     for (cost, total) in costs.iter_mut().zip(totals) {
@@ -82,13 +89,32 @@ impl<'a, const L: usize> Simulation<'a, L> {
         Self { problem, signals, steps, lanes, summed: 0, totals, sensors }
     }
 
-    /// Returns the weighted sums of errors over the active samples, shape `[channels][candidates]`.
+    /// Returns the weighted sums of errors over the active samples, shape `[channels][candidates]`; those so far once all
+    /// candidates are beyond the limits of `cut`.
     #[inline(always)]
-    fn sums<const FMA: bool>(mut self, motors: &Extended<[f64; L]>) -> Pair<L> {
+    fn sums<const FMA: bool>(mut self, motors: &Extended<[f64; L]>, mut cut: Option<&mut Cut<'_, L>>) -> Pair<L> {
         let mut inputs = Inputs::new(self.problem, self.signals, motors);
-        while let Some(piece) = inputs.next::<FMA>(&self.steps) {
-            self.advance::<FMA>(&piece);
-            self.summed += piece.range[1] - piece.range[0];
+        while let Some(mut piece) = inputs.next::<FMA>(&self.steps) {
+            let [start, end] = piece.range;
+            // Pieces with an input of their own for each sample are short.
+            let is_whole = matches!(piece.input, PieceInput::Each(_));
+            let mut from = start;
+            while from < end {
+                let to = match &cut {
+                    Some(cut) if !is_whole => cut.until(from, end),
+                    _ => end,
+                };
+                piece.range = [from, to];
+                self.advance::<FMA>(&piece);
+                if let Some(cut) = &mut cut
+                    && cut.is_due(to - from)
+                    && cut.is_passed(&self.so_far())
+                {
+                    return self.so_far();
+                }
+                from = to;
+            }
+            self.summed += end - start;
             if self.summed >= SUM_BLOCK {
                 self.flush();
             }
@@ -152,14 +178,22 @@ impl<'a, const L: usize> Simulation<'a, L> {
         }
     }
 
+    /// Returns the totals with the sums that are not in them yet.
+    #[inline(always)]
+    fn so_far(&self) -> Pair<L> {
+        let mut sums = self.totals;
+        for (sums, own) in sums.iter_mut().zip(&self.lanes.sums) {
+            for (sum, own) in sums.iter_mut().zip(own) {
+                *sum += own;
+            }
+        }
+        sums
+    }
+
     /// Adds the sums of a block of samples to the totals. Summation in blocks bounds the rounding error by the block length.
     #[inline(always)]
     fn flush(&mut self) {
-        for channel in 0..2 {
-            for lane in 0..L {
-                self.totals[channel][lane] += self.lanes.sums[channel][lane];
-            }
-        }
+        self.totals = self.so_far();
         self.lanes.sums = [[0.0; L]; 2];
         self.summed = 0;
     }

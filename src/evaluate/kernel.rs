@@ -10,6 +10,7 @@
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
 use super::at_level::at_level;
+use super::cutoff::{Cut, Limits};
 use super::problem::Problem;
 use super::segment::Segment;
 use super::signals::Signals;
@@ -21,6 +22,8 @@ pub(super) struct Block<'a> {
     /// The candidates, rows of `width` values.
     pub candidates: &'a [f64],
     pub width: usize,
+    /// One cutoff for each candidate; empty if every cost is needed.
+    pub cutoffs: &'a [f64],
 }
 
 /// Candidates side by side at AVX-512, the fastest number that its registers can take (measured).
@@ -61,7 +64,8 @@ pub(super) fn portable(block: &Block<'_>, costs: &mut [f64]) {
 /// Writes the costs of up to `L` candidates. Lanes without a candidate repeat the last one.
 #[inline(always)]
 fn run<const L: usize, const FMA: bool>(block: &Block<'_>, costs: &mut [f64]) {
-    let Block { problem, candidates, width } = *block;
+    let Block { problem, candidates, width, cutoffs } = *block;
+    let limits = Limits::of(problem, cutoffs);
     let mut totals = [0.0; L];
     for (recording, signals) in problem.signals().iter().enumerate() {
         let mut parameters = [[0.0; L]; 5];
@@ -72,15 +76,20 @@ fn run<const L: usize, const FMA: bool>(block: &Block<'_>, costs: &mut [f64]) {
                 parameters[p][lane] = value;
             }
         }
+        let mut cut = limits.as_ref().map(|limits| Cut::new(limits, problem, signals, totals));
         let absolute = problem.criterion().is_absolute();
         let sums = match (absolute, signals.weight.is_empty()) {
-            (false, true) => simulate::<L, FMA, false, false>(problem, signals, &parameters),
-            (false, false) => simulate::<L, FMA, false, true>(problem, signals, &parameters),
-            (true, true) => simulate::<L, FMA, true, false>(problem, signals, &parameters),
-            (true, false) => simulate::<L, FMA, true, true>(problem, signals, &parameters),
+            (false, true) => simulate::<L, FMA, false, false>(problem, signals, &parameters, cut.as_mut()),
+            (false, false) => simulate::<L, FMA, false, true>(problem, signals, &parameters, cut.as_mut()),
+            (true, true) => simulate::<L, FMA, true, false>(problem, signals, &parameters, cut.as_mut()),
+            (true, false) => simulate::<L, FMA, true, true>(problem, signals, &parameters, cut.as_mut()),
         };
+        let is_abandoned = cut.as_ref().is_some_and(|cut| cut.is_passed(&sums));
         for lane in 0..L {
             totals[lane] += problem.scaled(signals, [sums[0][lane], sums[1][lane]]);
+        }
+        if is_abandoned {
+            break;
         }
     }
     for (cost, total) in costs.iter_mut().zip(totals) {
@@ -96,12 +105,14 @@ struct Lanes<const L: usize> {
     gain: [[f64; L]; 2],
 }
 
-/// Returns the weighted sums of errors over the active samples of one recording, shape `[channels][candidates]`.
+/// Returns the weighted sums of errors over the active samples of one recording, shape `[channels][candidates]`; those so far
+/// once all candidates are beyond the limits of `cut`.
 #[inline(always)]
 fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
     problem: &Problem,
     signals: &Signals,
     parameters: &[[f64; L]; 5],
+    mut cut: Option<&mut Cut<'_, L>>,
 ) -> [[f64; L]; 2] {
     let method = problem.method();
     let uniform = signals.step_index.is_empty();
@@ -126,15 +137,34 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
         let mut start = run.start;
         while start < run.end {
             let end = run.end.min(start + SUM_BLOCK);
-            let samples = Samples::of(signals, start, end);
-            if *constant {
-                run_samples::<L, FMA, ABSOLUTE, WEIGHTED, 0>(&mut lanes, maps, samples, std::iter::repeat([0.0; 3]));
-            } else if method.uses_next_input() || !signals.torque.is_empty() {
-                let inputs = (start..end).map(|n| signals.inputs(n));
-                run_samples::<L, FMA, ABSOLUTE, WEIGHTED, 3>(&mut lanes, maps, samples, inputs);
-            } else {
-                let volts = signals.voltage[start..end].iter().map(|&voltage| [voltage, 0.0, 0.0]);
-                run_samples::<L, FMA, ABSOLUTE, WEIGHTED, 1>(&mut lanes, maps, samples, volts);
+            let mut from = start;
+            while from < end {
+                let to = match &cut {
+                    Some(cut) => cut.until(from, end),
+                    None => end,
+                };
+                let samples = Samples::of(signals, from, to);
+                if *constant {
+                    run_samples::<L, FMA, ABSOLUTE, WEIGHTED, 0>(
+                        &mut lanes,
+                        maps,
+                        samples,
+                        std::iter::repeat([0.0; 3]),
+                    );
+                } else if method.uses_next_input() || !signals.torque.is_empty() {
+                    let inputs = (from..to).map(|n| signals.inputs(n));
+                    run_samples::<L, FMA, ABSOLUTE, WEIGHTED, 3>(&mut lanes, maps, samples, inputs);
+                } else {
+                    let volts = signals.voltage[from..to].iter().map(|&voltage| [voltage, 0.0, 0.0]);
+                    run_samples::<L, FMA, ABSOLUTE, WEIGHTED, 1>(&mut lanes, maps, samples, volts);
+                }
+                if let Some(cut) = &mut cut
+                    && cut.is_due(to - from)
+                    && cut.is_passed(&so_far(&lanes, &totals))
+                {
+                    return so_far(&lanes, &totals);
+                }
+                from = to;
             }
             summed += end - start;
             start = end;
@@ -148,14 +178,22 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
     totals
 }
 
+/// Returns the totals with the sums that are not in them yet.
+#[inline(always)]
+fn so_far<const L: usize>(lanes: &Lanes<L>, totals: &[[f64; L]; 2]) -> [[f64; L]; 2] {
+    let mut sums = *totals;
+    for channel in 0..2 {
+        for lane in 0..L {
+            sums[channel][lane] += lanes.sums[channel][lane];
+        }
+    }
+    sums
+}
+
 /// Adds the sums of a block of samples to the totals. Summation in blocks bounds the rounding error by the block length.
 #[inline(always)]
 fn flush<const L: usize>(lanes: &mut Lanes<L>, totals: &mut [[f64; L]; 2]) {
-    for channel in 0..2 {
-        for lane in 0..L {
-            totals[channel][lane] += lanes.sums[channel][lane];
-        }
-    }
+    *totals = so_far(lanes, totals);
     lanes.sums = [[0.0; L]; 2];
 }
 

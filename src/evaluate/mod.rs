@@ -8,6 +8,7 @@
 mod at_level;
 mod coarse_clock;
 mod cpu;
+mod cutoff;
 mod delayed;
 mod evaluator;
 mod extended;

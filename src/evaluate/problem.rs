@@ -255,6 +255,11 @@ impl Problem {
     pub(crate) fn cost(&self, total: f64) -> f64 {
         self.criterion.cost(total, self.samples)
     }
+
+    /// Returns a total above which the cost is above `cost`.
+    pub(super) fn total_above(&self, cost: f64) -> f64 {
+        self.criterion.total_above(cost, self.samples)
+    }
 }
 
 /// Returns an error for parameters of a recording that does not exist, on which no cost would depend.

@@ -72,7 +72,8 @@ impl Simd {
     fn run(self, group: &Group<'_>, first: usize, costs: &mut [f64]) {
         let width = group.candidates.width();
         let candidates = &group.candidates.values()[first * width..(first + costs.len()) * width];
-        let block = Block { problem: group.problem, candidates, width };
+        let cutoffs = group.candidates.cutoffs().get(first..first + costs.len()).unwrap_or_default();
+        let block = Block { problem: group.problem, candidates, width, cutoffs };
         match (self.level, group.problem.features().is_linear()) {
             (Level::Avx512, true) => kernel::avx512(&block, costs),
             (Level::Avx2, true) => kernel::avx2(&block, costs),

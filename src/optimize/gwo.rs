@@ -32,6 +32,8 @@ struct Gwo {
     options: GwoOptions,
     /// Alpha, beta, delta: the three best candidates ever evaluated, the best first.
     leaders: Vec<Leader>,
+    /// Delta's cost for each candidate, once there are three leaders.
+    cutoffs: Vec<f64>,
     generation: usize,
 }
 
@@ -44,6 +46,15 @@ impl Rule for Gwo {
                 self.leaders.truncate(3);
             }
         }
+        if let [_, _, delta] = &self.leaders[..] {
+            self.cutoffs.clear();
+            self.cutoffs.resize(population.setup.population, delta.cost);
+        }
+    }
+
+    /// A candidate replaces a leader only if its cost is below delta's.
+    fn cutoffs(&self) -> &[f64] {
+        &self.cutoffs
     }
 
     /// Moves every candidate by Eq. 10.

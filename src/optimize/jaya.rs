@@ -53,6 +53,11 @@ impl Rule for Jaya {
         }
     }
 
+    /// A candidate is accepted only if its cost is not above that of the one it replaces.
+    fn cutoffs(&self) -> &[f64] {
+        if self.options.greedy { &self.costs } else { &[] }
+    }
+
     /// Moves every candidate by Eq. 12.
     fn advance(&mut self, trial: &mut Population) {
         let Population { setup, numbers, values, .. } = trial;

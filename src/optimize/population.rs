@@ -167,8 +167,14 @@ pub(super) trait Rule: Send {
         Ok(())
     }
 
-    /// Takes the costs of the population, none of which is NaN or −∞.
+    /// Takes the costs of the population, none of which is NaN or −∞. Those above their cutoffs are only known to be.
     fn learn(&mut self, population: &Population, costs: Vec<f64>);
+
+    /// Returns the cost of each candidate above which the rule makes no difference, at least the lowest so far; empty if it uses
+    /// every cost.
+    fn cutoffs(&self) -> &[f64] {
+        &[]
+    }
 
     /// Replaces the population by the next one.
     fn advance(&mut self, population: &mut Population);
@@ -193,7 +199,9 @@ impl<R: Rule> Optimizer for Moving<R> {
         if std::mem::take(&mut self.told) {
             self.rule.advance(&mut self.population);
         }
-        Candidates::new(&self.population.values, self.population.width())
+        let candidates = Candidates::new(&self.population.values, self.population.width());
+        let cutoffs = self.rule.cutoffs();
+        if cutoffs.is_empty() { candidates } else { candidates.with_cutoffs(cutoffs) }
     }
 
     fn tell(&mut self, costs: &[f64]) {

@@ -85,6 +85,11 @@ impl Rule for Pso {
         }
     }
 
+    /// A position is remembered only if its cost is below that of the particle's best.
+    fn cutoffs(&self) -> &[f64] {
+        &self.costs
+    }
+
     /// Moves every particle by Eq. 3 of Clerc and Kennedy.
     fn advance(&mut self, swarm: &mut Population) {
         let Population { setup, numbers, values, .. } = swarm;

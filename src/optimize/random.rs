@@ -9,14 +9,27 @@ pub(super) const SEARCH: Search = Search {
     text: "Random search",
     settings: &[],
     defaults: Values::default,
-    begin: |setup, _| Ok(Box::new(Moving::new(Random, setup)?)),
+    begin: |setup, _| Ok(Box::new(Moving::new(Random::default(), setup)?)),
     debug: |_| "Random".to_owned(),
 };
 
-struct Random;
+#[derive(Default)]
+struct Random {
+    /// The lowest cost for each candidate.
+    cutoffs: Vec<f64>,
+}
 
 impl Rule for Random {
-    fn learn(&mut self, _: &Population, _: Vec<f64>) {}
+    fn learn(&mut self, _: &Population, costs: Vec<f64>) {
+        let before = self.cutoffs.first().copied().unwrap_or(f64::INFINITY);
+        let lowest = costs.iter().copied().fold(before, f64::min);
+        self.cutoffs.clear();
+        self.cutoffs.resize(costs.len(), lowest);
+    }
+
+    fn cutoffs(&self) -> &[f64] {
+        &self.cutoffs
+    }
 
     fn advance(&mut self, population: &mut Population) {
         population.scatter();

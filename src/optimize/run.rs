@@ -14,7 +14,7 @@ pub struct Best<'a> {
 
 /// A population search with the ask/tell interface.
 pub trait Optimizer: Send {
-    /// Returns the candidates to be evaluated next; the same ones until `tell`.
+    /// Returns the candidates to be evaluated next; the same ones until `tell`. They may have cutoffs.
     fn ask(&mut self) -> Candidates<'_>;
 
     /// Takes the costs of the candidates of the last `ask`, in their order; +∞ for one whose evaluation failed. NaN and −∞

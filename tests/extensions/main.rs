@@ -10,6 +10,7 @@
 mod support;
 
 mod contract;
+mod cutoffs;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod meaning;

@@ -156,12 +156,17 @@ pub fn candidates(calls: &mut Calls) {
                 "candidates::Candidates::count" => made.count(),
                 "candidates::Candidates::width" => made.width(),
                 "candidates::Candidates::values" => made.values().len(),
+                "candidates::Candidates::cutoffs" => made.cutoffs().len(),
             );
             for (from, to) in COUNTS.into_iter().zip(COUNTS.into_iter().rev()) {
                 calls.may_panic("candidates::Candidates::row", || made.row(from).len());
                 calls.may_panic("candidates::Candidates::rows", || made.rows(from, to).count());
+                calls.may_panic("candidates::Candidates::with_cutoffs", || {
+                    made.with_cutoffs(&values[..from.min(size)]).count()
+                });
             }
             drive!(calls, (width, size); "candidates::Candidates::rows" => made.rows(0, made.count()));
+            drive!(calls, (width, size); "candidates::Candidates::with_cutoffs" => made.with_cutoffs(&values[..made.count()]));
         }
     }
     drive!(calls, "NaN";

@@ -1,0 +1,82 @@
+//! Abandons a block of candidates whose costs are all known to be above the cutoffs of the search.
+//!
+//! Errors are never negative, and rounding to nearest preserves order, so that the cost of the sums so far is a lower bound of the
+//! cost, to the last bit.
+
+#![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
+
+use super::problem::Problem;
+use super::signals::Signals;
+
+/// Totals above which the candidates of a block have costs above their cutoffs.
+pub(super) struct Limits<const L: usize>([f64; L]);
+
+impl<const L: usize> Limits<L> {
+    /// Returns the limits for the cutoffs of up to `L` candidates, the last of which fills the lanes without a candidate; `None`
+    /// if there are no cutoffs or none is finite.
+    #[inline(always)]
+    pub(super) fn of(problem: &Problem, cutoffs: &[f64]) -> Option<Self> {
+        let last = cutoffs.len().checked_sub(1)?;
+        let mut totals = [f64::INFINITY; L];
+        for (lane, total) in totals.iter_mut().enumerate() {
+            let cutoff = cutoffs[lane.min(last)];
+            if !cutoff.is_nan() {
+                *total = problem.total_above(cutoff);
+            }
+        }
+        totals.iter().any(|total| total.is_finite()).then_some(Self(totals))
+    }
+}
+
+/// Number of samples before the first comparison with the limits. Later ones are due after half as many samples again, because a
+/// comparison takes as long as some ten samples.
+const FIRST: usize = 128;
+
+/// The limits of a block on one recording.
+pub(super) struct Cut<'a, const L: usize> {
+    limits: &'a Limits<L>,
+    /// The totals over the recordings before.
+    before: [f64; L],
+    factor: [f64; 2],
+    idle: [f64; 2],
+    /// Number of samples simulated, and that at which the sums are compared next.
+    done: usize,
+    due: usize,
+}
+
+impl<'a, const L: usize> Cut<'a, L> {
+    #[inline(always)]
+    pub(super) fn new(limits: &'a Limits<L>, problem: &Problem, signals: &Signals, before: [f64; L]) -> Self {
+        Self { limits, before, factor: signals.factor, idle: problem.idle_sums(signals), done: 0, due: FIRST }
+    }
+
+    /// Returns the end of the samples from `from` to `end` before the next comparison.
+    #[inline(always)]
+    pub(super) fn until(&self, from: usize, end: usize) -> usize {
+        end.min(from + (self.due - self.done))
+    }
+
+    /// Counts simulated samples and returns true if a comparison is due.
+    #[inline(always)]
+    pub(super) fn is_due(&mut self, samples: usize) -> bool {
+        self.done += samples;
+        let is_due = self.done >= self.due;
+        if is_due {
+            self.due = self.done + FIRST.max(self.done / 2);
+        }
+        is_due
+    }
+
+    /// Returns true if every candidate is beyond its limit, or diverged, with its sums so far.
+    #[inline(always)]
+    pub(super) fn is_passed(&self, sums: &[[f64; L]; 2]) -> bool {
+        let (factor, idle) = (self.factor, self.idle);
+        let mut within = false;
+        for lane in 0..L {
+            // The operations of `Problem::scaled` in their order, so that the bound holds to the last bit.
+            let scaled = factor[0] * (idle[0] + sums[0][lane]) + factor[1] * (idle[1] + sums[1][lane]);
+            within |= self.before[lane] + scaled <= self.limits.0[lane];
+        }
+        !within
+    }
+}
