@@ -24,7 +24,8 @@ impl<'a> Candidates<'a> {
         Self { values, width, cutoffs: &[] }
     }
 
-    /// Adds cutoffs, one for each candidate: an evaluator may return any cost above a candidate's cutoff if its cost is above it.
+    /// Adds cutoffs, one for each candidate. For a candidate whose cost is above its cutoff, an evaluator may return any other value
+    /// between the two.
     ///
     /// # Panics
     /// Panics if there is not one for each candidate.

@@ -21,8 +21,8 @@ pub(crate) struct Cli {
 }
 
 impl Cli {
-    /// Returns the program with its commands. Only the one named `wanted` gets its arguments, all of them without a name: they
-    /// take longer to build than the rest of a start.
+    /// Returns the program with its commands. Only the command `wanted` gets its arguments; without a name all commands do, which
+    /// takes 0.2 ms.
     pub(super) fn definition(wanted: Option<&str>) -> clap::Command {
         let program = clap::Command::new("motorfit")
             .version(env!("CARGO_PKG_VERSION"))

@@ -94,7 +94,7 @@ pub(super) fn checked(spec: IdentifySpec, given: &Given, style: &Style) -> Resul
         let message = "--time-origin has no effect without --criterion itse or itae";
         return Err(Error::usage(message, "Choose one of them or leave --time-origin out."));
     }
-    // Other methods search only when their estimates fail, and briefly: not worth reading the measurements each time.
+    // Other methods search only if their estimates fail. Limits on the work then select the device, without a measurement.
     Ok(if spec.method.is_search() { measured(spec, style) } else { spec })
 }
 

@@ -1,11 +1,11 @@
 //! Abandons a block of candidates whose costs are all known to be above the cutoffs of the search.
 //!
-//! Errors are never negative, and rounding to nearest preserves order, so that the cost of the sums so far is a lower bound of the
-//! cost, to the last bit.
+//! Errors are not negative and rounding to nearest preserves order, so the cost of the sums so far is a lower bound of the cost,
+//! exactly.
 
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
-use super::problem::Problem;
+use super::problem::{Problem, Scaling};
 use super::signals::Signals;
 
 /// Totals above which the candidates of a block have costs above their cutoffs.
@@ -37,8 +37,7 @@ pub(super) struct Cut<'a, const L: usize> {
     limits: &'a Limits<L>,
     /// The totals over the recordings before.
     before: [f64; L],
-    factor: [f64; 2],
-    idle: [f64; 2],
+    scaling: Scaling,
     /// Number of samples simulated, and that at which the sums are compared next.
     done: usize,
     due: usize,
@@ -47,7 +46,7 @@ pub(super) struct Cut<'a, const L: usize> {
 impl<'a, const L: usize> Cut<'a, L> {
     #[inline(always)]
     pub(super) fn new(limits: &'a Limits<L>, problem: &Problem, signals: &Signals, before: [f64; L]) -> Self {
-        Self { limits, before, factor: signals.factor, idle: problem.idle_sums(signals), done: 0, due: FIRST }
+        Self { limits, before, scaling: problem.scaling(signals), done: 0, due: FIRST }
     }
 
     /// Returns the end of the samples from `from` to `end` before the next comparison.
@@ -70,11 +69,9 @@ impl<'a, const L: usize> Cut<'a, L> {
     /// Returns true if every candidate is beyond its limit, or diverged, with its sums so far.
     #[inline(always)]
     pub(super) fn is_passed(&self, sums: &[[f64; L]; 2]) -> bool {
-        let (factor, idle) = (self.factor, self.idle);
         let mut within = false;
         for lane in 0..L {
-            // The operations of `Problem::scaled` in their order, so that the bound holds to the last bit.
-            let scaled = factor[0] * (idle[0] + sums[0][lane]) + factor[1] * (idle[1] + sums[1][lane]);
+            let scaled = self.scaling.total([sums[0][lane], sums[1][lane]]);
             within |= self.before[lane] + scaled <= self.limits.0[lane];
         }
         !within

@@ -82,7 +82,7 @@ impl Pending {
 ///
 /// A cost is finite and at most 1e30, or +∞ for a candidate that diverges, and never NaN. It depends only on the candidate and
 /// its problem, not on the rest of the batch; for an evaluator in deviations also on the reference of its group. In place of a cost
-/// above the candidate's cutoff it may return any other one above it.
+/// above the candidate's cutoff it may return any value between the two.
 pub trait Evaluator: Send {
     /// Evaluates a batch and writes the cost of every candidate, group after group, to `costs`, shape `[candidates]`.
     ///

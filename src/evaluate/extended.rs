@@ -7,7 +7,7 @@
 use super::at_level::at_level;
 use super::cutoff::{Cut, Limits};
 use super::input::{Inputs, Piece, PieceInput};
-use super::kernel::{Block, LANES, LANES_AVX512, SUM_BLOCK, Samples, add_loss};
+use super::kernel::{Block, LANES, LANES_AVX512, SUM_BLOCK, Samples, add_loss, so_far};
 use super::problem::Problem;
 use super::signals::Signals;
 use super::step::{Input, Pair, Step};
@@ -108,9 +108,9 @@ impl<'a, const L: usize> Simulation<'a, L> {
                 self.advance::<FMA>(&piece);
                 if let Some(cut) = &mut cut
                     && cut.is_due(to - from)
-                    && cut.is_passed(&self.so_far())
+                    && cut.is_passed(&so_far(&self.totals, &self.lanes.sums))
                 {
-                    return self.so_far();
+                    return so_far(&self.totals, &self.lanes.sums);
                 }
                 from = to;
             }
@@ -178,22 +178,10 @@ impl<'a, const L: usize> Simulation<'a, L> {
         }
     }
 
-    /// Returns the totals with the sums that are not in them yet.
-    #[inline(always)]
-    fn so_far(&self) -> Pair<L> {
-        let mut sums = self.totals;
-        for (sums, own) in sums.iter_mut().zip(&self.lanes.sums) {
-            for (sum, own) in sums.iter_mut().zip(own) {
-                *sum += own;
-            }
-        }
-        sums
-    }
-
     /// Adds the sums of a block of samples to the totals. Summation in blocks bounds the rounding error by the block length.
     #[inline(always)]
     fn flush(&mut self) {
-        self.totals = self.so_far();
+        self.totals = so_far(&self.totals, &self.lanes.sums);
         self.lanes.sums = [[0.0; L]; 2];
         self.summed = 0;
     }

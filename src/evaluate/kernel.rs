@@ -160,9 +160,9 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
                 }
                 if let Some(cut) = &mut cut
                     && cut.is_due(to - from)
-                    && cut.is_passed(&so_far(&lanes, &totals))
+                    && cut.is_passed(&so_far(&totals, &lanes.sums))
                 {
-                    return so_far(&lanes, &totals);
+                    return so_far(&totals, &lanes.sums);
                 }
                 from = to;
             }
@@ -178,22 +178,22 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
     totals
 }
 
-/// Returns the totals with the sums that are not in them yet.
+/// Returns the totals with the sums that are not in them yet, shape `[channels][candidates]`.
 #[inline(always)]
-fn so_far<const L: usize>(lanes: &Lanes<L>, totals: &[[f64; L]; 2]) -> [[f64; L]; 2] {
-    let mut sums = *totals;
+pub(super) fn so_far<const L: usize>(totals: &[[f64; L]; 2], sums: &[[f64; L]; 2]) -> [[f64; L]; 2] {
+    let mut so_far = *totals;
     for channel in 0..2 {
         for lane in 0..L {
-            sums[channel][lane] += lanes.sums[channel][lane];
+            so_far[channel][lane] += sums[channel][lane];
         }
     }
-    sums
+    so_far
 }
 
 /// Adds the sums of a block of samples to the totals. Summation in blocks bounds the rounding error by the block length.
 #[inline(always)]
 fn flush<const L: usize>(lanes: &mut Lanes<L>, totals: &mut [[f64; L]; 2]) {
-    *totals = so_far(lanes, totals);
+    *totals = so_far(totals, &lanes.sums);
     lanes.sums = [[0.0; L]; 2];
 }
 

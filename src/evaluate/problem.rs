@@ -245,8 +245,13 @@ impl Problem {
     #[must_use]
     #[inline]
     pub(crate) fn scaled(&self, signals: &Signals, sums: [f64; 2]) -> f64 {
-        let idle = self.idle_sums(signals);
-        signals.factor[0] * (idle[0] + sums[0]) + signals.factor[1] * (idle[1] + sums[1])
+        self.scaling(signals).total(sums)
+    }
+
+    /// Returns what scales the sums of one recording.
+    #[inline]
+    pub(super) fn scaling(&self, signals: &Signals) -> Scaling {
+        Scaling { factor: signals.factor, idle: self.idle_sums(signals) }
     }
 
     /// Returns the cost for a total over all recordings.
@@ -259,6 +264,21 @@ impl Problem {
     /// Returns a total above which the cost is above `cost`.
     pub(super) fn total_above(&self, cost: f64) -> f64 {
         self.criterion.total_above(cost, self.samples)
+    }
+}
+
+/// The factors of both channels of one recording, and the sums of errors before its first active sample.
+#[derive(Clone, Copy)]
+pub(super) struct Scaling {
+    factor: [f64; 2],
+    idle: [f64; 2],
+}
+
+impl Scaling {
+    /// Returns the contribution of the recording to the total of a candidate.
+    #[inline(always)]
+    pub(super) fn total(self, sums: [f64; 2]) -> f64 {
+        self.factor[0] * (self.idle[0] + sums[0]) + self.factor[1] * (self.idle[1] + sums[1])
     }
 }
 

@@ -151,6 +151,11 @@ impl Population {
         &self.values[agent * self.width()..(agent + 1) * self.width()]
     }
 
+    /// Returns the lowest cost of the candidates evaluated; +∞ before there is one.
+    pub(super) fn lowest(&self) -> f64 {
+        self.best_cost
+    }
+
     fn note(&mut self, costs: &[f64]) {
         let Some((agent, &cost)) = costs.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)) else { return };
         if cost < self.best_cost {
@@ -167,11 +172,11 @@ pub(super) trait Rule: Send {
         Ok(())
     }
 
-    /// Takes the costs of the population, none of which is NaN or −∞. Those above their cutoffs are only known to be.
+    /// Takes the costs of the population, none of which is NaN or −∞. A cost above its cutoff is a lower bound.
     fn learn(&mut self, population: &Population, costs: Vec<f64>);
 
-    /// Returns the cost of each candidate above which the rule makes no difference, at least the lowest so far; empty if it uses
-    /// every cost.
+    /// Returns for each candidate a cost above which `learn` ignores it, at least the lowest cost so far; empty if every cost is
+    /// used.
     fn cutoffs(&self) -> &[f64] {
         &[]
     }
@@ -201,7 +206,7 @@ impl<R: Rule> Optimizer for Moving<R> {
         }
         let candidates = Candidates::new(&self.population.values, self.population.width());
         let cutoffs = self.rule.cutoffs();
-        if cutoffs.is_empty() { candidates } else { candidates.with_cutoffs(cutoffs) }
+        if cutoffs.len() == candidates.count() { candidates.with_cutoffs(cutoffs) } else { candidates }
     }
 
     fn tell(&mut self, costs: &[f64]) {

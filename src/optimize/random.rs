@@ -20,13 +20,12 @@ struct Random {
 }
 
 impl Rule for Random {
-    fn learn(&mut self, _: &Population, costs: Vec<f64>) {
-        let before = self.cutoffs.first().copied().unwrap_or(f64::INFINITY);
-        let lowest = costs.iter().copied().fold(before, f64::min);
+    fn learn(&mut self, population: &Population, costs: Vec<f64>) {
         self.cutoffs.clear();
-        self.cutoffs.resize(costs.len(), lowest);
+        self.cutoffs.resize(costs.len(), population.lowest());
     }
 
+    /// Only the best candidate counts.
     fn cutoffs(&self) -> &[f64] {
         &self.cutoffs
     }
