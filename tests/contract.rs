@@ -10,8 +10,9 @@ mod support;
 use motorfit::Result;
 use motorfit::candidates::Candidates;
 use motorfit::criterion::{Criterion, Norm, Scale};
-use motorfit::evaluate::{Batch, Evaluator, Group, Level, Model, Problem, Scalar, Simd};
+use motorfit::evaluate::{Batch, Evaluator, Group, Initial, Level, Model, Problem, Scalar, Simd};
 use motorfit::motor::{Discretization, Parameters};
+use motorfit::record::Record;
 use std::sync::Arc;
 use support::suite::{check, edges, mixed_records, suite, zero_output};
 use support::{SCALES, batch, changed, costs, criterion, driven, m2_record, near, problem, uniform};
@@ -159,6 +160,49 @@ fn a_long_recording() {
                 let bound = 1e-12 * oracle + 1e-13 * zero;
                 assert!((ours - oracle).abs() <= bound, "{ours:e} against {oracle:e} at {}", level.name());
             }
+        }
+    }
+}
+
+/// Returns recordings on irregular clocks: three distinct steps; some 600, with torque; steps of 0.6 to 9.5 periods.
+fn irregular_records() -> Vec<Record> {
+    let clock = |count: u32, step: fn(u32) -> f64| {
+        let mut now = 0.0;
+        let next = |n: u32| {
+            now += 1e-3 * step(n);
+            now
+        };
+        (0..count).map(next).collect::<Vec<f64>>()
+    };
+    let switched =
+        |count: u32| (0..count).map(|n| if (n / 41 * 7919) % 3 == 0 { 8.0 } else { -3.0 }).collect::<Vec<_>>();
+    let torque = (0..1500_u32).map(|n| if n > 400 { 0.02 } else { 0.0 }).collect();
+    vec![
+        driven(clock(900, |n| 1.0 + 0.1 * f64::from(n * 7 % 3)), switched(900), None),
+        driven(clock(1500, |n| 0.7 + 0.001 * f64::from(n * 7919 % 601)), switched(1500), Some(torque)),
+        driven(
+            clock(700, |n| if n % 50 == 7 { 9.5 } else { 0.6 + 0.01 * f64::from(n * 31 % 80) }),
+            switched(700),
+            None,
+        ),
+    ]
+}
+
+#[test]
+fn irregular_clocks_at_every_level() {
+    let records = irregular_records();
+    let steps: Vec<usize> = records.iter().map(|record| record.steps().step_s.len()).collect();
+    assert_eq!(steps, [3, 597, 81]);
+    for discretization in [Discretization::Zoh, Discretization::Foh, Discretization::Rk4, Discretization::Euler] {
+        let model = Model { discretization, initial: Initial::Measured };
+        for (record, level) in records.iter().flat_map(|record| Level::available().map(move |level| (record, level))) {
+            let problem = problem(std::slice::from_ref(record), model, Criterion::default());
+            for values in [uniform(61, 4), near(25, 0.3, 5), near(25, 1e-3, 5)] {
+                check(&mut Simd::at(level), &problem, &values).unwrap_or_else(|e| panic!("{discretization:?}: {e}"));
+            }
+            let poisoned = [f64::NAN, 0.0, f64::INFINITY].map(|poison| [poison, 0.01, 0.05, 1e-4, 1e-4]).concat();
+            let costs = costs(&mut Simd::at(level), &problem, &[poisoned, Parameters::M2.to_array().to_vec()].concat());
+            assert!(costs[0].is_infinite() && costs[2].is_infinite() && costs[3] < 1.0, "{costs:?}");
         }
     }
 }

@@ -7,7 +7,8 @@
 use super::at_level::at_level;
 use super::cutoff::{Cut, Limits};
 use super::input::{Inputs, Piece, PieceInput};
-use super::kernel::{Block, LANES, LANES_AVX512, SUM_BLOCK, Samples, add_loss, so_far};
+use super::kernel::{Block, LANES, LANES_AVX512};
+use super::lanes::{SUM_BLOCK, Samples, add_loss, so_far};
 use super::problem::Problem;
 use super::signals::Signals;
 use super::step::{Input, Pair, Step};

@@ -1,7 +1,7 @@
 //! The inputs of `L` candidates side by side, in pieces of consecutive samples with the same step length.
 
 use super::delayed::DelayedInputs;
-use super::kernel::SUM_BLOCK;
+use super::lanes::SUM_BLOCK;
 use super::problem::Problem;
 use super::segment::Segment;
 use super::signals::Signals;

@@ -11,10 +11,12 @@
 
 use super::at_level::at_level;
 use super::cutoff::{Cut, Limits};
+use super::irregular::Clock;
+use super::lanes::{Lanes, SUM_BLOCK, Samples, add_losses, advance, gain, phi, so_far};
 use super::problem::Problem;
 use super::segment::Segment;
 use super::signals::Signals;
-use crate::motor::{StepMaps, multiply_add, step_maps};
+use crate::motor::{StepMaps, step_maps};
 
 /// A block of candidates and their problem.
 pub(super) struct Block<'a> {
@@ -38,23 +40,6 @@ at_level! {
 at_level! {
     pub(super) fn avx2(block: &Block<'_>, costs: &mut [f64]) = avx2 { run::<LANES, true>(block, costs) } else portable
 }
-
-/// Measured values of consecutive samples, and their weights, which are empty if all are 1.
-#[derive(Clone, Copy)]
-pub(super) struct Samples<'a> {
-    pub measured: &'a [[f64; 2]],
-    pub weight: &'a [[f64; 2]],
-}
-
-impl<'a> Samples<'a> {
-    #[inline(always)]
-    pub(super) fn of(signals: &'a Signals, start: usize, end: usize) -> Self {
-        Self { measured: &signals.measured[start..end], weight: signals.weight.get(start..end).unwrap_or_default() }
-    }
-}
-
-/// Number of samples whose errors are summed before the sum is added to the total.
-pub(super) const SUM_BLOCK: usize = 1024;
 
 /// Runs a block with separate multiplications and additions, since `mul_add` is a library call without FMA instructions.
 pub(super) fn portable(block: &Block<'_>, costs: &mut [f64]) {
@@ -97,14 +82,6 @@ fn run<const L: usize, const FMA: bool>(block: &Block<'_>, costs: &mut [f64]) {
     }
 }
 
-/// States, sums of errors and coefficients of a block of candidates.
-struct Lanes<const L: usize> {
-    x: [[f64; L]; 2],
-    sums: [[f64; L]; 2],
-    phi: [[f64; L]; 4],
-    gain: [[f64; L]; 2],
-}
-
 /// Returns the weighted sums of errors over the active samples of one recording, shape `[channels][candidates]`; those so far
 /// once all candidates are beyond the limits of `cut`.
 #[inline(always)]
@@ -115,25 +92,23 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
     mut cut: Option<&mut Cut<'_, L>>,
 ) -> [[f64; L]; 2] {
     let method = problem.method();
-    let uniform = signals.step_index.is_empty();
-    // Only irregular recordings need a table of step maps; regular ones avoid the allocation.
-    let first = step_maps(parameters, signals.step_s[0], method);
-    let table: Vec<StepMaps<L>> =
-        if uniform { Vec::new() } else { signals.step_s.iter().map(|&h| step_maps(parameters, h, method)).collect() };
+    let maps = step_maps(parameters, signals.step_s[0], method);
+    let is_regular = signals.step_index.is_empty();
+    let is_simple = !method.uses_next_input() && signals.torque.is_empty();
+    // A closure would not be compiled for the SIMD level.
+    let clock = if is_regular { None } else { Some(Clock::new::<FMA>(signals, parameters, method)) };
     let mut lanes =
-        Lanes { x: signals.initial.map(|x| [x; L]), sums: [[0.0; L]; 2], phi: phi(&first), gain: first.torque };
+        Lanes { x: signals.initial.map(|x| [x; L]), sums: [[0.0; L]; 2], phi: phi(&maps), gain: maps.torque };
     // NaN step maps must give a NaN cost even if the input is zero.
     let mut totals = [[0.0; L]; 2];
     for lane in 0..L {
-        totals[0][lane] = 0.0 * first.d.iter().map(|d| d[lane]).sum::<f64>();
+        totals[0][lane] = 0.0 * maps.d.iter().map(|d| d[lane]).sum::<f64>();
     }
+    let whole = [signals.active_segment()];
+    let segments = if is_regular { signals.active_segments() } else { &whole };
     let mut summed = 0;
-    for Segment { run, constant } in signals.active_segments() {
-        let maps = if uniform { &first } else { &table[usize::from(run.step)] };
-        if !uniform {
-            lanes.phi = phi(maps);
-        }
-        lanes.gain = gain::<L, 3>(maps, [run.voltage[0], run.voltage[1], run.torque]);
+    for Segment { run, constant } in segments {
+        lanes.gain = gain::<L, 3>(&maps, [run.voltage[0], run.voltage[1], run.torque]);
         let mut start = run.start;
         while start < run.end {
             let end = run.end.min(start + SUM_BLOCK);
@@ -144,19 +119,21 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
                     None => end,
                 };
                 let samples = Samples::of(signals, from, to);
-                if *constant {
+                if let Some(clock) = &clock {
+                    clock.run::<FMA, ABSOLUTE, WEIGHTED>(&mut lanes, [from, to]);
+                } else if *constant {
                     run_samples::<L, FMA, ABSOLUTE, WEIGHTED, 0>(
                         &mut lanes,
-                        maps,
+                        &maps,
                         samples,
                         std::iter::repeat([0.0; 3]),
                     );
-                } else if method.uses_next_input() || !signals.torque.is_empty() {
-                    let inputs = (from..to).map(|n| signals.inputs(n));
-                    run_samples::<L, FMA, ABSOLUTE, WEIGHTED, 3>(&mut lanes, maps, samples, inputs);
-                } else {
+                } else if is_simple {
                     let volts = signals.voltage[from..to].iter().map(|&voltage| [voltage, 0.0, 0.0]);
-                    run_samples::<L, FMA, ABSOLUTE, WEIGHTED, 1>(&mut lanes, maps, samples, volts);
+                    run_samples::<L, FMA, ABSOLUTE, WEIGHTED, 1>(&mut lanes, &maps, samples, volts);
+                } else {
+                    let inputs = (from..to).map(|n| signals.inputs(n));
+                    run_samples::<L, FMA, ABSOLUTE, WEIGHTED, 3>(&mut lanes, &maps, samples, inputs);
                 }
                 if let Some(cut) = &mut cut
                     && cut.is_due(to - from)
@@ -176,18 +153,6 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
     }
     flush(&mut lanes, &mut totals);
     totals
-}
-
-/// Returns the totals with the sums that are not in them yet, shape `[channels][candidates]`.
-#[inline(always)]
-pub(super) fn so_far<const L: usize>(totals: &[[f64; L]; 2], sums: &[[f64; L]; 2]) -> [[f64; L]; 2] {
-    let mut so_far = *totals;
-    for channel in 0..2 {
-        for lane in 0..L {
-            so_far[channel][lane] += sums[channel][lane];
-        }
-    }
-    so_far
 }
 
 /// Adds the sums of a block of samples to the totals. Summation in blocks bounds the rounding error by the block length.
@@ -213,73 +178,8 @@ fn run_samples<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIG
         if CHANGING > 0 {
             drive = gain::<L, CHANGING>(maps, inputs);
         }
-        let errors = step::<L, FMA>(&mut x, &phi, &drive, *measured);
-        for channel in 0..2 {
-            for lane in 0..L {
-                let sum = &mut sums[channel][lane];
-                *sum = add_loss::<FMA, ABSOLUTE, WEIGHTED>(*sum, errors[channel][lane], weight[channel]);
-            }
-        }
+        add_losses::<L, FMA, ABSOLUTE, WEIGHTED>(&mut sums, &x, *measured, weight);
+        advance::<L, FMA>(&mut x, &phi, &drive);
     }
     (lanes.x, lanes.sums) = (x, sums);
-}
-
-#[inline(always)]
-pub(super) fn phi<const L: usize>(maps: &StepMaps<L>) -> [[f64; L]; 4] {
-    let mut phi = maps.d;
-    for lane in 0..L {
-        phi[0][lane] += 1.0;
-        phi[3][lane] += 1.0;
-    }
-    phi
-}
-
-/// Returns the contribution of the inputs to both states. With `CHANGING` = 1 only the first input is used.
-#[inline(always)]
-fn gain<const L: usize, const CHANGING: usize>(maps: &StepMaps<L>, inputs: [f64; 3]) -> [[f64; L]; 2] {
-    let mut gain = [[0.0; L]; 2];
-    for axis in 0..2 {
-        for lane in 0..L {
-            gain[axis][lane] = maps.taps[0][axis][lane] * inputs[0];
-            if CHANGING > 1 {
-                gain[axis][lane] += maps.taps[1][axis][lane] * inputs[1];
-                gain[axis][lane] += maps.torque[axis][lane] * inputs[2];
-            }
-        }
-    }
-    gain
-}
-
-/// Returns the errors of one sample, shape `[channels][candidates]`, and advances the states by one step.
-#[inline(always)]
-fn step<const L: usize, const FMA: bool>(
-    [i, w]: &mut [[f64; L]; 2],
-    phi: &[[f64; L]; 4],
-    gain: &[[f64; L]; 2],
-    measured: [f64; 2],
-) -> [[f64; L]; 2] {
-    let mut errors = [[0.0; L]; 2];
-    for lane in 0..L {
-        errors[0][lane] = measured[0] - i[lane];
-        errors[1][lane] = measured[1] - w[lane];
-        let next =
-            multiply_add::<FMA>(phi[0][lane], i[lane], multiply_add::<FMA>(phi[1][lane], w[lane], gain[0][lane]));
-        w[lane] = multiply_add::<FMA>(phi[2][lane], i[lane], multiply_add::<FMA>(phi[3][lane], w[lane], gain[1][lane]));
-        i[lane] = next;
-    }
-    errors
-}
-
-#[inline(always)]
-pub(super) fn add_loss<const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
-    sum: f64,
-    e: f64,
-    weight: f64,
-) -> f64 {
-    match (ABSOLUTE, WEIGHTED) {
-        (false, false) => multiply_add::<FMA>(e, e, sum),
-        (false, true) => multiply_add::<FMA>(weight * e, e, sum),
-        (true, false) => sum + e.abs(),
-        (true, true) => multiply_add::<FMA>(weight, e.abs(), sum),
-    }
 }

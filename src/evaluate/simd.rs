@@ -13,7 +13,7 @@ use rayon::prelude::*;
 const PARALLEL_MIN: usize = 250_000;
 /// Number of candidate-steps of a linear motor with AVX-512 that takes about 0.1 ms.
 const PARALLEL_MIN_AVX512: usize = 750_000;
-/// Smallest ratio of the time of a step with extensions to that of the linear motor.
+/// Smallest ratio of the time of a step with extensions, or on an irregular clock, to that of the linear motor.
 const EXTENDED_COST: usize = 2;
 
 /// The SIMD evaluator, in f64 on all threads of the current rayon pool. With a single thread, and for small batches of one
@@ -50,7 +50,8 @@ impl Simd {
     }
 
     fn takes_one_thread(self, problem: &Problem, candidates: usize) -> bool {
-        let factor = if problem.features().is_linear() { 1 } else { EXTENDED_COST };
+        let is_regular = problem.signals().iter().all(|signals| signals.step_index.is_empty());
+        let factor = if problem.features().is_linear() && is_regular { 1 } else { EXTENDED_COST };
         let least = if self.level == Level::Avx512 { PARALLEL_MIN_AVX512 } else { PARALLEL_MIN };
         candidates.saturating_mul(problem.active()).saturating_mul(factor) < least
     }

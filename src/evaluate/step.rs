@@ -6,7 +6,7 @@
 //! nine loads per vector and two of measured values, at two per cycle, take 14.5 cycles, or 1.21 per candidate; the two vectors
 //! of the linear motor take 1, from a latency of 8 cycles. A voltage that changes at each sample adds two products.
 
-use super::kernel::phi;
+use super::lanes::phi;
 use crate::motor::{Extended, Method, ModelFeatures, Parameter, Reactions, StepMaps, multiply_add, step_maps};
 
 /// A pair of numbers (current, speed) for each candidate.

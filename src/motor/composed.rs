@@ -18,7 +18,7 @@ const STEPS_MIN: usize = 32;
 pub(crate) struct SplitSteps {
     unit_s: f64,
     /// Distinct coarse parts as multiples of [`COARSE`] units, and distinct fine parts as multiples of one unit.
-    multiples: [Vec<usize>; 2],
+    pub multiples: [Vec<usize>; 2],
     /// For each step the indices of its coarse and of its fine part in `multiples`.
     pub part_indices: Vec<[usize; 2]>,
     /// For each step the fraction of its length that the coarse part takes.
@@ -46,13 +46,18 @@ impl SplitSteps {
         Some(Self { unit_s, multiples, part_indices, coarse_fraction })
     }
 
+    /// Returns the length \[s\] of which the coarse parts (0) or the fine parts (1) are multiples.
+    pub(crate) fn base_s(&self, part: usize) -> f64 {
+        if part == 0 { count(COARSE) * self.unit_s } else { self.unit_s }
+    }
+
     /// Returns the maps of the distinct coarse parts and those of the distinct fine parts.
     #[inline(always)]
     pub(crate) fn tables<T: Number>(&self, motor: &[[T; 1]; 5], method: Method) -> [Vec<StepMaps<1, T>>; 2] {
         let [coarse, fine] = &self.multiples;
         let mut tables: [Vec<StepMaps<1, T>>; 2] = [Vec::with_capacity(coarse.len()), Vec::with_capacity(fine.len())];
         for (part, table) in tables.iter_mut().enumerate() {
-            let base_s = if part == 0 { count(COARSE) * self.unit_s } else { self.unit_s };
+            let base_s = self.base_s(part);
             let base = step_maps(motor, base_s, method);
             let mut last = None;
             // A loop, because iterator adapters would not be compiled for the target features of the caller.

@@ -204,7 +204,7 @@ pub fn step_maps<T: Number, const N: usize>(
 /// Returns the number of halvings of a step after which the spectral radius of `M` is at most 1; zero if the radius is not
 /// finite, and the map then becomes NaN.
 #[inline(always)]
-fn halvings_needed(m: [f64; 4]) -> u32 {
+pub(super) fn halvings_needed(m: [f64; 4]) -> u32 {
     let half_trace = 0.5 * (m[0] + m[3]);
     let determinant = m[0] * m[3] - m[1] * m[2];
     let discriminant = half_trace * half_trace - determinant;
@@ -216,32 +216,51 @@ fn halvings_needed(m: [f64; 4]) -> u32 {
     ((radius.to_bits() >> 52) & 0x7ff) as u32 - 1022
 }
 
+/// Returns the coefficients of I and M in `φ₁(M)` and `φ₂(M)`, from the trace and the determinant of M. Those of `φ₂` are zero if
+/// the method does not use them.
+#[inline(always)]
+pub(super) fn coefficients<T: Number, const N: usize>(
+    trace: &[T; N],
+    determinant: &[T; N],
+    method: Discretization,
+) -> [[[T; N]; 2]; 2] {
+    let zero = T::constant(0.0);
+    let (mut alpha, mut beta) = ([T::constant(1.0); N], [zero; N]);
+    let (mut p, mut q) = ([[zero; N]; 2], [[zero; N]; 2]);
+    let mut inverse_factorial = 1.0;
+    for term in 0..method.terms() {
+        inverse_factorial /= f64::from(term + 1); // 1/(n+1)!
+        let next = inverse_factorial / f64::from(term + 2); // 1/(n+2)!
+        if method.uses_next_input() {
+            for n in 0..N {
+                q[0][n] = q[0][n] + alpha[n] * next;
+                q[1][n] = q[1][n] + beta[n] * next;
+            }
+        }
+        for n in 0..N {
+            p[0][n] = p[0][n] + alpha[n] * inverse_factorial;
+            p[1][n] = p[1][n] + beta[n] * inverse_factorial;
+            let raised = alpha[n] + trace[n] * beta[n];
+            alpha[n] = -determinant[n] * beta[n];
+            beta[n] = raised;
+        }
+    }
+    [p, q]
+}
+
 /// Returns `D` and the unscaled gains: `taps[0] = φ₁ e₁` (zero-order hold), or `(φ₁ − φ₂) e₁` with `taps[1] = φ₂ e₁`
 /// (first-order hold), and `torque = φ₁ e₂`. With the current as input the taps are those of `e₂`.
 #[inline(always)]
 fn series<T: Number, const N: usize>(m: &[[T; N]; 4], method: Discretization, input: Input) -> StepMaps<N, T> {
     let zero = T::constant(0.0);
     let mut maps = StepMaps { d: [[zero; N]; 4], taps: [[[zero; N]; 2]; 2], torque: [[zero; N]; 2] };
-    let terms = method.terms();
     let foh = method.uses_next_input();
-    let (mut alpha, mut beta) = ([T::constant(1.0); N], [zero; N]);
-    let (mut p, mut q) = ([[zero; N]; 2], [[zero; N]; 2]);
-    let mut inverse_factorial = 1.0;
-    for term in 0..terms {
-        inverse_factorial /= f64::from(term + 1); // 1/(n+1)!
-        let next = inverse_factorial / f64::from(term + 2); // 1/(n+2)!
-        for n in 0..N {
-            p[0][n] = p[0][n] + alpha[n] * inverse_factorial;
-            p[1][n] = p[1][n] + beta[n] * inverse_factorial;
-            q[0][n] = q[0][n] + alpha[n] * next;
-            q[1][n] = q[1][n] + beta[n] * next;
-            let trace = m[0][n] + m[3][n];
-            let determinant = m[0][n] * m[3][n] - m[1][n] * m[2][n];
-            let raised = alpha[n] + trace * beta[n];
-            alpha[n] = -determinant * beta[n];
-            beta[n] = raised;
-        }
+    let (mut trace, mut determinant) = ([zero; N], [zero; N]);
+    for n in 0..N {
+        trace[n] = m[0][n] + m[3][n];
+        determinant[n] = m[0][n] * m[3][n] - m[1][n] * m[2][n];
     }
+    let [p, q] = coefficients(&trace, &determinant, method);
     for n in 0..N {
         let phi1 = [p[0][n] + p[1][n] * m[0][n], p[1][n] * m[1][n], p[1][n] * m[2][n], p[0][n] + p[1][n] * m[3][n]];
         // D = M φ₁

@@ -26,6 +26,7 @@ mod sensor;
 mod settings;
 mod simulate;
 mod space;
+mod transition_integral;
 mod walk;
 
 pub(crate) use composed::SplitSteps;
@@ -50,4 +51,5 @@ pub(crate) use sensor::{MovingAverage, WINDOW_MAX};
 pub use settings::{InputHistory, SimulationSettings};
 pub use simulate::{SimulationInput, simulate, walk};
 pub use space::{Axis, PER_RECORDING_MAX, RECORDING_MAX, Scope, Space};
+pub(crate) use transition_integral::{Dynamics, TransitionIntegrals};
 pub use walk::ExtendedWalk;

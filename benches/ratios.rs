@@ -1,0 +1,129 @@
+//! Measures the cost of each kind of problem relative to the linear motor on a step recording, on one thread, for candidates
+//! spread over the search space and for a GWO search. All ratios are medians of alternating calls.
+#![allow(missing_docs, reason = "a bench has no public interface")]
+#![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a bench prints and may stop")]
+#![allow(clippy::cast_precision_loss, reason = "small numbers")]
+
+mod support;
+
+use motorfit::criterion::{Criterion, Norm};
+use motorfit::device::BatchSearchEvaluator;
+use motorfit::evaluate::{Level, Model, Problem, Simd};
+use motorfit::experiment::{Excitation, simulated};
+use motorfit::identify::Method;
+use motorfit::motor::{Discretization, Parameter, Parameters, Space};
+use motorfit::named::Named as _;
+use motorfit::optimize::{Budget, Run, SearchSettings, minimize};
+use motorfit::record::Record;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use support::{candidates_of, evaluate, m2_record, median, restless_record, seconds};
+
+/// A kind of problem.
+struct Workload {
+    name: &'static str,
+    problem: Arc<Problem>,
+}
+
+/// Returns the paper's experiment on a clock whose step `n` is longer than the period by `off(n)` periods.
+fn irregular(off: impl Fn(u32) -> f64) -> Record {
+    let mut time = 0.0;
+    let step = |n: u32| {
+        let now = time;
+        time += 1e-3 * (1.0 + off(n));
+        now
+    };
+    let time_s: Vec<f64> = (0..3001).map(step).collect();
+    let voltage = time_s.iter().map(|t| if *t >= 0.9995 { 10.5 } else { 0.0 }).collect();
+    simulated(&Parameters::M2, &Excitation { time_s, voltage, torque: None }, Discretization::Zoh).unwrap()
+}
+
+fn workloads() -> Vec<Workload> {
+    use Parameter as P;
+    let extended = |record: &Record, extensions: &[(Parameter, f64, f64)]| {
+        let space = Space::table2_with(extensions, &[]).unwrap();
+        let record = std::slice::from_ref(record);
+        Arc::new(Problem::new(record, Model::default(), space, Criterion::default()).unwrap())
+    };
+    let with = |norm: Norm| {
+        let criterion = Criterion { norm, ..Criterion::default() };
+        Arc::new(Problem::new(&[m2_record()], Model::default(), Space::table2(), criterion).unwrap())
+    };
+    let step = m2_record();
+    let restless = restless_record();
+    let three = irregular(|n| 0.1 * (f64::from(n * 7 % 3) - 1.0));
+    let many = irregular(|n| 0.002 * (f64::from(n * 7919 % 201) - 100.0));
+    let all = irregular(|n| 0.001 * (f64::from(n * 7919 % 3001) * 0.2).floor() - 0.3);
+    let steps = |record: &Record| record.steps().step_s.len();
+    println!("distinct steps: {}, {}, {}", steps(&three), steps(&many), steps(&all));
+    let coulomb = (P::Coulomb, 0.0, 0.05);
+    let dead_time = (P::DeadTime, 0.0, 0.02);
+    let latency = (P::Latency, 0.0, 0.05);
+    let average = (P::SpeedAverage, 1.0, 40.0);
+    vec![
+        Workload { name: "step", problem: extended(&step, &[]) },
+        Workload { name: "voltage changes at each sample", problem: extended(&restless, &[]) },
+        Workload { name: "criterion itae", problem: with(Norm::Itae) },
+        Workload { name: "3 steps", problem: extended(&three, &[]) },
+        Workload { name: "201 steps", problem: extended(&many, &[]) },
+        Workload { name: "601 steps", problem: extended(&all, &[]) },
+        Workload { name: "friction", problem: extended(&step, &[coulomb]) },
+        Workload { name: "friction, brushes", problem: extended(&step, &[coulomb, (P::BrushDrop, 0.0, 1.0)]) },
+        Workload { name: "friction, 3 steps", problem: extended(&three, &[coulomb]) },
+        Workload { name: "friction, 201 steps", problem: extended(&many, &[coulomb]) },
+        Workload { name: "dead time", problem: extended(&step, &[dead_time]) },
+        Workload { name: "dead time, changing voltage", problem: extended(&restless, &[dead_time]) },
+        Workload { name: "dead time, 201 steps", problem: extended(&many, &[dead_time]) },
+        Workload { name: "latency", problem: extended(&step, &[latency]) },
+        Workload { name: "dead time, latency", problem: extended(&step, &[dead_time, latency]) },
+        Workload { name: "moving average", problem: extended(&step, &[average]) },
+        Workload { name: "two moving averages", problem: extended(&step, &[average, (P::CurrentAverage, 1.0, 40.0)]) },
+        Workload { name: "dead time, moving average", problem: extended(&step, &[dead_time, average]) },
+    ]
+}
+
+const CANDIDATES: usize = 960;
+const ROUNDS: u64 = 15;
+
+/// Searches with 1000 agents for 20 generations on the calling thread.
+fn search(problem: &Arc<Problem>, run: u64) {
+    let bounds = problem.space().bounds();
+    let setup = SearchSettings { bounds, population: 1000, generations: 20, seed: 1, run };
+    let mut runs = vec![Run::new(Method::named("method", "gwo").unwrap().optimizer(setup).unwrap())];
+    let mut evaluator = BatchSearchEvaluator::new(Box::new(Simd::alone()), vec![problem.clone()]);
+    let budget = Budget { generations: 20, slice: usize::MAX };
+    minimize(&mut runs, budget, &mut evaluator, &mut |_| ControlFlow::Continue(())).unwrap();
+}
+
+/// Returns the median over rounds of the time of a call for one workload relative to that for the first, per simulated sample.
+fn relative(all: &[Workload], n: usize, mut call: impl FnMut(usize, u64)) -> f64 {
+    let mut time = |of: usize, round: u64| seconds(|| call(of, round)) / all[of].problem.active() as f64;
+    let ratios = (0..=ROUNDS).map(|round| {
+        let (before, own, after) = (time(0, round), time(n, round), time(0, round));
+        2.0 * own / (before + after)
+    });
+    // The first round allocates buffers.
+    median(ratios.skip(1).collect())
+}
+
+fn main() {
+    let all = workloads();
+    let only = std::env::args().skip(1).find(|a| !a.starts_with('-')).unwrap_or_default();
+    let values: Vec<Vec<f64>> = all.iter().map(|w| candidates_of(w.problem.space(), CANDIDATES)).collect();
+    let levels: Vec<Level> = Level::available().filter(|level| *level != Level::Portable).collect();
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let names: Vec<&str> = levels.iter().map(|level| level.name()).collect();
+    println!("| problem | evaluation, {} | GWO, 1000 × 20 |", names.join(" | evaluation, "));
+    println!("|---|{}---|", "---|".repeat(levels.len()));
+    for (n, workload) in all.iter().enumerate().filter(|(_, workload)| workload.name.contains(&only)) {
+        print!("| {} |", workload.name);
+        for &level in &levels {
+            let mut costs = vec![0.0; CANDIDATES];
+            let ratio = one.install(|| {
+                relative(&all, n, |of, _| evaluate(&mut Simd::at(level), &all[of].problem, &values[of], &mut costs))
+            });
+            print!(" {ratio:.2} |");
+        }
+        println!(" {:.2} |", relative(&all, n, |of, round| search(&all[of].problem, round)));
+    }
+}

@@ -1,0 +1,167 @@
+//! The linear motor on an irregular clock: the integrals of each step are read from a table, or composed of those of its parts.
+//!
+//! Operations per candidate and step on the FMA ports: 6 for `A x + g` and `B g − d x`, 4 to advance the state, 3 for the input
+//! and 2 for the errors, which are 15 where a regular clock takes 6 to 8; a composition takes 8 more.
+
+use super::lanes::{Lanes, Samples, add_losses};
+use super::signals::Signals;
+use crate::motor::{Dynamics, Input, Method, SplitSteps, TransitionIntegrals, multiply_add};
+use crate::numeric::count;
+
+/// The steps of an irregular clock for a block of candidates.
+pub(super) enum Clock<'a, const L: usize> {
+    /// Only a voltage under a zero-order hold acts.
+    ZeroOrderHold(Table<'a, L, 1>),
+    /// Any input.
+    General(Table<'a, L, 2>),
+}
+
+impl<'a, const L: usize> Clock<'a, L> {
+    #[inline(always)]
+    pub(super) fn new<const FMA: bool>(signals: &'a Signals, parameters: &[[f64; L]; 5], method: Method) -> Self {
+        if method.uses_next_input() || method.input == Input::Current || !signals.torque.is_empty() {
+            Self::General(Table::new::<FMA>(signals, parameters, method))
+        } else {
+            Self::ZeroOrderHold(Table::new::<FMA>(signals, parameters, method))
+        }
+    }
+
+    /// Simulates the samples `from..to` and adds their errors to the sums.
+    #[inline(always)]
+    pub(super) fn run<const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
+        &self,
+        lanes: &mut Lanes<L>,
+        range: [usize; 2],
+    ) {
+        match self {
+            Self::ZeroOrderHold(table) => table.run::<FMA, ABSOLUTE, WEIGHTED>(lanes, range),
+            Self::General(table) => table.run::<FMA, ABSOLUTE, WEIGHTED>(lanes, range),
+        }
+    }
+}
+
+/// The dynamics of a block of candidates and the integrals of their steps.
+pub(super) struct Table<'a, const L: usize, const K: usize> {
+    signals: &'a Signals,
+    dynamics: Dynamics<L>,
+    steps: Steps<'a, L, K>,
+    /// True if the voltage is linear over a step.
+    is_linear: bool,
+}
+
+enum Steps<'a, const L: usize, const K: usize> {
+    /// The integrals of each distinct step.
+    Whole(Vec<TransitionIntegrals<L, K>>),
+    /// The integrals of coarse and of fine parts.
+    Parts(&'a SplitSteps, [Vec<TransitionIntegrals<L, K>>; 2]),
+}
+
+impl<'a, const L: usize, const K: usize> Table<'a, L, K> {
+    #[inline(always)]
+    fn new<const FMA: bool>(signals: &'a Signals, parameters: &[[f64; L]; 5], method: Method) -> Self {
+        let dynamics = Dynamics::new(parameters, method.input);
+        let steps = if let Some(split) = &signals.split {
+            Steps::Parts(split, parts::<L, K, FMA>(split, &dynamics, method))
+        } else {
+            let mut whole = vec![TransitionIntegrals::zero(); signals.step_s.len()];
+            for (whole, &h) in whole.iter_mut().zip(&signals.step_s) {
+                *whole = TransitionIntegrals::new(&dynamics, h, method);
+            }
+            Steps::Whole(whole)
+        };
+        Self { signals, dynamics, steps, is_linear: method.uses_next_input() }
+    }
+
+    #[inline(always)]
+    fn run<const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
+        &self,
+        lanes: &mut Lanes<L>,
+        [from, to]: [usize; 2],
+    ) {
+        let Self { signals, dynamics, steps, .. } = self;
+        let samples = Samples::of(signals, from, to);
+        // The black box forces the lanes through memory; otherwise the compiler splits them into scalars.
+        let (lanes, dynamics) = (std::hint::black_box(lanes), std::hint::black_box(dynamics));
+        let Lanes { mut x, mut sums, .. } = *lanes;
+        for (n, measured) in samples.measured.iter().enumerate() {
+            let weight = if WEIGHTED { samples.weight[n] } else { [1.0; 2] };
+            add_losses::<L, FMA, ABSOLUTE, WEIGHTED>(&mut sums, &x, *measured, weight);
+            let step = usize::from(signals.step_index[from + n]);
+            let inputs = if K > 1 { self.inputs(from + n, step) } else { [signals.voltage[from + n], 0.0, 0.0] };
+            match steps {
+                Steps::Whole(whole) => advance::<L, K, FMA>(&mut x, dynamics, &whole[step], inputs),
+                Steps::Parts(split, [coarse, fine]) => {
+                    let [one, two] = split.part_indices[step];
+                    let composed = coarse[one].then::<FMA>(&fine[two], dynamics);
+                    advance::<L, K, FMA>(&mut x, dynamics, &composed, inputs);
+                }
+            }
+        }
+        (lanes.x, lanes.sums) = (x, sums);
+    }
+
+    /// Returns the voltage at sample `n` \[V\], its slope until the next sample \[V/s\] and the torque \[N·m\].
+    #[inline(always)]
+    fn inputs(&self, n: usize, step: usize) -> [f64; 3] {
+        let [start, end, torque] = self.signals.inputs(n);
+        [start, if self.is_linear { (end - start) / self.signals.step_s[step] } else { 0.0 }, torque]
+    }
+}
+
+/// Advances the states by one step.
+#[inline(always)]
+fn advance<const L: usize, const K: usize, const FMA: bool>(
+    x: &mut [[f64; L]; 2],
+    Dynamics { a, voltage, torque, determinant, .. }: &Dynamics<L>,
+    TransitionIntegrals(integrals): &TransitionIntegrals<L, K>,
+    [volts, slope, load]: [f64; 3],
+) {
+    let ([i, w], [r, q]) = (*x, &integrals[0]);
+    for axis in 0..2 {
+        for n in 0..L {
+            // A x + g and B g − d x
+            let [mut one, mut two] = [voltage[0][axis][n] * volts, voltage[1][axis][n] * volts];
+            if K > 1 {
+                one = multiply_add::<FMA>(torque[0][axis][n], load, one);
+                two = multiply_add::<FMA>(torque[1][axis][n], load, two);
+            }
+            let mut own = a[2 * axis + 1][n] * w[n];
+            if K > 1 || axis == 0 {
+                own = multiply_add::<FMA>(a[2 * axis + 1][n], w[n], one);
+            }
+            let rate = multiply_add::<FMA>(a[2 * axis][n], i[n], own);
+            let rest = multiply_add::<FMA>(-determinant[n], x[axis][n], two);
+            let mut next = multiply_add::<FMA>(r[n], rate, multiply_add::<FMA>(q[n], rest, x[axis][n]));
+            for [r, q] in &integrals[1..] {
+                next = multiply_add::<FMA>(r[n], voltage[0][axis][n] * slope, next);
+                next = multiply_add::<FMA>(q[n], voltage[1][axis][n] * slope, next);
+            }
+            x[axis][n] = next;
+        }
+    }
+}
+
+/// Returns the integrals of the distinct coarse parts and of the distinct fine parts.
+#[inline(always)]
+fn parts<const L: usize, const K: usize, const FMA: bool>(
+    split: &SplitSteps,
+    dynamics: &Dynamics<L>,
+    method: Method,
+) -> [Vec<TransitionIntegrals<L, K>>; 2] {
+    let mut parts = [Vec::new(), Vec::new()];
+    for (of, table) in parts.iter_mut().enumerate() {
+        let (multiples, base_s) = (&split.multiples[of], split.base_s(of));
+        let base = TransitionIntegrals::new(dynamics, base_s, method);
+        *table = vec![base; multiples.len()];
+        for at in 0..multiples.len() {
+            // Multiples increase, and most follow their predecessor.
+            let n = multiples[at];
+            table[at] = if at > 0 && n == multiples[at - 1] + 1 {
+                table[at - 1].then::<FMA>(&base, dynamics)
+            } else {
+                TransitionIntegrals::new(dynamics, count(n) * base_s, method)
+            };
+        }
+    }
+    parts
+}
