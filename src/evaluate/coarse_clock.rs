@@ -5,7 +5,7 @@ use super::problem::Problem;
 use super::signals::Signals;
 use crate::motor::Discretization;
 use crate::numeric::{count, whole};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Number of grid intervals per period to which times are rounded. A sample moves by at most 1/16 of a period, unless steps are
 /// shorter than an interval; this moves a basin of the cost by far less than its width.
@@ -58,6 +58,7 @@ impl Signals {
         let step_s = distinct.iter().map(|n| count(*n) * unit_s).collect();
         let mut copy = self.clone();
         (copy.step_s, copy.step_index, copy.split) = (step_s, step_index, None);
+        copy.times = OnceLock::new();
         copy.set_runs(method);
         Some(copy)
     }

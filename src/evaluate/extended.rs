@@ -138,15 +138,15 @@ impl<'a, const L: usize> Simulation<'a, L> {
 
     #[inline(always)]
     fn pass<const FMA: bool>(&mut self, piece: &Piece<'_, L>, inputs: impl Iterator<Item = impl Input<L>>) {
-        if self.problem.features().has(Parameter::BrushDrop) {
-            self.pass_with::<FMA, true>(piece, inputs);
-        } else {
-            self.pass_with::<FMA, false>(piece, inputs);
+        match [Parameter::BrushDrop, Parameter::Coulomb].map(|of| self.problem.features().has(of)) {
+            [true, _] => self.pass_with::<FMA, true, true>(piece, inputs),
+            [false, true] => self.pass_with::<FMA, false, true>(piece, inputs),
+            [false, false] => self.pass_with::<FMA, false, false>(piece, inputs),
         }
     }
 
     #[inline(always)]
-    fn pass_with<const FMA: bool, const BRUSHES: bool>(
+    fn pass_with<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(
         &mut self,
         piece: &Piece<'_, L>,
         inputs: impl Iterator<Item = impl Input<L>>,
@@ -157,15 +157,15 @@ impl<'a, const L: usize> Simulation<'a, L> {
         let kind = (problem.criterion().is_absolute(), !signals.weight.is_empty());
         if sensors.iter().all(Option::is_none) {
             return match kind {
-                (false, false) => lanes.follow::<FMA, BRUSHES, false, false>(step, samples, inputs),
-                (false, true) => lanes.follow::<FMA, BRUSHES, false, true>(step, samples, inputs),
-                (true, false) => lanes.follow::<FMA, BRUSHES, true, false>(step, samples, inputs),
-                (true, true) => lanes.follow::<FMA, BRUSHES, true, true>(step, samples, inputs),
+                (false, false) => lanes.follow::<FMA, BRUSHES, FRICTION, false, false>(step, samples, inputs),
+                (false, true) => lanes.follow::<FMA, BRUSHES, FRICTION, false, true>(step, samples, inputs),
+                (true, false) => lanes.follow::<FMA, BRUSHES, FRICTION, true, false>(step, samples, inputs),
+                (true, true) => lanes.follow::<FMA, BRUSHES, FRICTION, true, true>(step, samples, inputs),
             };
         }
         let mut seen = Aligned([[[0.0; L]; 2]; CHUNK]);
         let seen = &mut seen.0[..end - start];
-        lanes.observe::<FMA, BRUSHES>(step, inputs, seen);
+        lanes.observe::<FMA, BRUSHES, FRICTION>(step, inputs, seen);
         for (channel, sensor) in sensors.iter_mut().enumerate() {
             if let Some(sensor) = sensor {
                 sensor.show(start, channel, seen);
@@ -197,7 +197,13 @@ struct Lanes<const L: usize> {
 impl<const L: usize> Lanes<L> {
     /// Simulates `samples` and adds their errors to the sums.
     #[inline(always)]
-    fn follow<const FMA: bool, const BRUSHES: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
+    fn follow<
+        const FMA: bool,
+        const BRUSHES: bool,
+        const FRICTION: bool,
+        const ABSOLUTE: bool,
+        const WEIGHTED: bool,
+    >(
         &mut self,
         step: &Step<L>,
         samples: Samples<'_>,
@@ -211,7 +217,7 @@ impl<const L: usize> Lanes<L> {
                 let [error_i, error_w] = [measured[0] - i[lane], measured[1] - w[lane]];
                 sum_i[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_i[lane], error_i, weight[0]);
                 sum_w[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_w[lane], error_w, weight[1]);
-                [i[lane], w[lane]] = step.next::<FMA, BRUSHES>([i[lane], w[lane]], input, lane);
+                [i[lane], w[lane]] = step.next::<FMA, BRUSHES, FRICTION>([i[lane], w[lane]], input, lane);
             }
         }
         self.x = [i, w];
@@ -220,7 +226,7 @@ impl<const L: usize> Lanes<L> {
 
     /// Simulates and writes the state before each step to `seen`.
     #[inline(always)]
-    fn observe<const FMA: bool, const BRUSHES: bool>(
+    fn observe<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(
         &mut self,
         step: &Step<L>,
         inputs: impl Iterator<Item = impl Input<L>>,
@@ -230,7 +236,7 @@ impl<const L: usize> Lanes<L> {
         for (seen, input) in seen.iter_mut().zip(inputs) {
             *seen = [i, w];
             for lane in 0..L {
-                [i[lane], w[lane]] = step.next::<FMA, BRUSHES>([i[lane], w[lane]], input, lane);
+                [i[lane], w[lane]] = step.next::<FMA, BRUSHES, FRICTION>([i[lane], w[lane]], input, lane);
             }
         }
         self.x = [i, w];

@@ -39,11 +39,13 @@ pub(super) struct Inputs<'a, const L: usize> {
     gains: Aligned<[Pair<L>; CHUNK]>,
     /// Index of the next sample.
     at: usize,
+    /// True if sensors average, for which pieces have at most [`CHUNK`] samples.
+    is_averaged: bool,
 }
 
 enum Kind<'a, const L: usize> {
-    /// Delayed inputs, and the range of samples whose contributions are computed.
-    Delayed(DelayedInputs<'a, L>, [usize; 2]),
+    /// Delayed inputs, the range of samples whose contributions are computed, and true if they are constant.
+    Delayed(DelayedInputs<'a, L>, [usize; 2], bool),
     OnTime(OnTime<'a, L>),
 }
 
@@ -52,27 +54,36 @@ impl<'a, const L: usize> Inputs<'a, L> {
     pub(super) fn new(problem: &'a Problem, signals: &'a Signals, motors: &'a Extended<[f64; L]>) -> Self {
         let at = problem.first_active(signals);
         let kind = if problem.features().is_delayed() {
-            Kind::Delayed(DelayedInputs::new(problem, signals, motors), [at; 2])
+            Kind::Delayed(DelayedInputs::new(problem, signals, motors), [at; 2], false)
         } else {
             Kind::OnTime(OnTime::new(problem, signals, motors))
         };
-        Self { signals, kind, gains: Aligned([[[0.0; L]; 2]; CHUNK]), at }
+        let is_averaged = problem.features().is_averaged();
+        Self { signals, kind, gains: Aligned([[[0.0; L]; 2]; CHUNK]), at, is_averaged }
     }
 
     /// Returns the next piece, `None` at the end of the recording.
     #[inline(always)]
     pub(super) fn next<const FMA: bool>(&mut self, steps: &[Step<L>]) -> Option<Piece<'_, L>> {
-        let Self { signals, kind, gains: Aligned(gains), at } = self;
+        let Self { signals, kind, gains: Aligned(gains), at, is_averaged } = self;
         let start = *at;
         let (step, end, input) = match kind {
-            Kind::Delayed(delayed, ready) => {
+            Kind::Delayed(delayed, ready, is_constant) => {
                 if start == ready[1] {
-                    *ready = [start, signals.len().min(start + CHUNK)];
-                    delayed.fill::<FMA>(steps, *ready, gains);
+                    if start == signals.len() {
+                        return None;
+                    }
+                    *ready = [start; 2];
+                    (ready[1], *is_constant) = delayed.next::<FMA>(steps, start, gains);
                 }
                 let step = signals.step_of(start);
-                let end = (start..ready[1]).find(|&n| signals.step_of(n) != step).unwrap_or(ready[1]);
-                (step, end, PieceInput::Each(&gains[start - ready[0]..end - ready[0]]))
+                if *is_constant {
+                    let end = if *is_averaged { ready[1].min(start + CHUNK) } else { ready[1] };
+                    (step, end, PieceInput::Constant(&gains[0]))
+                } else {
+                    let end = (start..ready[1]).find(|&n| signals.step_of(n) != step).unwrap_or(ready[1]);
+                    (step, end, PieceInput::Each(&gains[start - ready[0]..end - ready[0]]))
+                }
             }
             Kind::OnTime(on_time) => on_time.next::<FMA>(steps, start, gains)?,
         };

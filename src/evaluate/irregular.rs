@@ -65,7 +65,7 @@ impl<'a, const L: usize, const K: usize> Table<'a, L, K> {
         } else {
             let mut whole = vec![TransitionIntegrals::zero(); signals.step_s.len()];
             for (whole, &h) in whole.iter_mut().zip(&signals.step_s) {
-                *whole = TransitionIntegrals::new(&dynamics, h, method);
+                *whole = TransitionIntegrals::new(&dynamics, [h; L], method);
             }
             Steps::Whole(whole)
         };
@@ -151,7 +151,7 @@ fn parts<const L: usize, const K: usize, const FMA: bool>(
     let mut parts = [Vec::new(), Vec::new()];
     for (of, table) in parts.iter_mut().enumerate() {
         let (multiples, base_s) = (&split.multiples[of], split.base_s(of));
-        let base = TransitionIntegrals::new(dynamics, base_s, method);
+        let base = TransitionIntegrals::new(dynamics, [base_s; L], method);
         *table = vec![base; multiples.len()];
         for at in 0..multiples.len() {
             // Multiples increase, and most follow their predecessor.
@@ -159,7 +159,7 @@ fn parts<const L: usize, const K: usize, const FMA: bool>(
             table[at] = if at > 0 && n == multiples[at - 1] + 1 {
                 table[at - 1].then::<FMA>(&base, dynamics)
             } else {
-                TransitionIntegrals::new(dynamics, count(n) * base_s, method)
+                TransitionIntegrals::new(dynamics, [count(n) * base_s; L], method)
             };
         }
     }

@@ -25,6 +25,7 @@ mod segment;
 mod signals;
 mod simd;
 mod step;
+mod taps;
 
 pub(crate) use at_level::at_level;
 pub use cpu::{Level, cpu_name, fma_loop};

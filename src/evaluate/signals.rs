@@ -3,12 +3,12 @@
 use super::initial::{Initial, initial_state};
 use super::segment::{Run, Segment};
 use crate::criterion::Criterion;
-use crate::motor::{Discretization, InputHistory, SimulationInput, SplitSteps};
+use crate::motor::{Discretization, InputHistory, SimulationInput, SplitSteps, sample_times};
 use crate::numeric::{count, noise_sigma, peak, rms, standard_deviation};
 use crate::record::Record;
 use crate::setting::text;
 use crate::{Error, ErrorKind, Result};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// Ratio of residuals to the standard deviation of a channel's noise up to which residuals count as noise.
 const NOISY: f64 = 2.0;
@@ -24,6 +24,10 @@ pub struct Signals {
     pub(crate) split: Option<SplitSteps>,
     /// Median step \[s\].
     pub(super) period_s: f64,
+    /// Times of the samples from the first \[s\], computed on first use.
+    pub(super) times: OnceLock<Arc<[f64]>>,
+    /// Ends of the runs of equal voltages, computed on first use.
+    voltage_ends: OnceLock<Vec<usize>>,
     /// The input: the voltage \[V\], or the current \[A\] if no voltage was recorded.
     pub(crate) voltage: Vec<f64>,
     /// Voltage at the start and at the end of each step of a resampled recording, which is linear over a step and may jump
@@ -84,6 +88,8 @@ impl Signals {
             step_index: steps.step_index.clone(),
             split: method.is_exact().then(|| SplitSteps::new(&steps.step_s, steps.unit_s())).flatten(),
             period_s: steps.period_s,
+            times: OnceLock::new(),
+            voltage_ends: OnceLock::new(),
             voltage: record.input().to_vec(),
             lines: lines(record, method),
             torque: samples.torque.clone().unwrap_or_default(),
@@ -222,6 +228,19 @@ impl Signals {
         let Self { step_s, step_index, torque, lines: [start, end], .. } = self;
         let voltage = if start.is_empty() { &self.voltage } else { start };
         SimulationInput { step_s, step_index, voltage, voltage_end: end, torque }
+    }
+
+    /// Returns the times of the samples relative to the first \[s\].
+    pub(crate) fn times(&self) -> Arc<[f64]> {
+        self.times.get_or_init(|| sample_times(&self.drive())).clone()
+    }
+
+    /// Returns the ends of the runs of equal voltages.
+    pub(super) fn voltage_ends(&self) -> &[usize] {
+        self.voltage_ends.get_or_init(|| {
+            let changes = (1..self.len()).filter(|&n| self.voltage[n].to_bits() != self.voltage[n - 1].to_bits());
+            changes.chain([self.len()]).collect()
+        })
     }
 
     /// Returns true if the voltage is linear over each step and may jump between steps, as in a resampled recording.

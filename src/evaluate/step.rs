@@ -39,7 +39,7 @@ impl<const L: usize> Step<L> {
 
     /// Returns the state of a candidate after one step.
     #[inline(always)]
-    pub(super) fn next<const FMA: bool, const BRUSHES: bool>(
+    pub(super) fn next<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(
         &self,
         [i, w]: [f64; 2],
         input: impl Input<L>,
@@ -49,7 +49,7 @@ impl<const L: usize> Step<L> {
         let [gain_i, gain_w] = [input.gain::<FMA>(self, 0, lane), input.gain::<FMA>(self, 1, lane)];
         let current = multiply_add::<FMA>(phi[0][lane], i, multiply_add::<FMA>(phi[1][lane], w, gain_i));
         let speed = multiply_add::<FMA>(phi[2][lane], i, multiply_add::<FMA>(phi[3][lane], w, gain_w));
-        reactions.friction_step::<FMA>([BRUSHES, true], [current, speed], lane)
+        reactions.friction_step::<FMA>([BRUSHES, FRICTION], [current, speed], lane)
     }
 
     /// Returns the contribution to both states of the voltages at both ends of the step and of a torque.

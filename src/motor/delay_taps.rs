@@ -4,13 +4,13 @@
 //! clock at three times the cost. Steps that the taps do not cover (at the end of the start latency and where linear pieces
 //! begin) are computed by it beforehand. Shader: `shaders/delay.wgsl`.
 
-use super::delay::{DelayedVoltage, StepVoltage, sample_times};
+use super::delay::{DelayedVoltage, StepVoltage};
 use super::drive::DriveNonlinearity;
 use super::extended::Extended;
 use super::parameter::Parameter;
-use super::remainder::Remainder;
 use super::settings::{InputHistory, SimulationSettings};
 use super::simulate::SimulationInput;
+use super::transition_integral::{Dynamics, TransitionIntegrals};
 use std::sync::Arc;
 
 /// Index that no step has.
@@ -32,72 +32,226 @@ pub(crate) struct DelayTaps {
     pub special: [(usize, [f64; 2]); 5],
 }
 
-/// Returns the times of the samples \[s\] if [`DelayTaps::new`] needs them, else an empty list; they are the same for all
-/// motors.
-pub(crate) fn tap_times(drive: &SimulationInput<'_>, settings: SimulationSettings) -> Arc<[f64]> {
-    let needed = settings.method.uses_next_input() || settings.features.has(Parameter::Latency);
-    if needed { sample_times(drive) } else { Arc::default() }
+/// Returns true if [`DelayTaps::new`] needs the times of the samples.
+pub(crate) fn needs_times(settings: SimulationSettings) -> bool {
+    settings.method.uses_next_input()
+}
+
+/// The gains of the three samples for `L` motors side by side, and their responses to the voltage over a step.
+pub(crate) struct TapGains<const L: usize> {
+    /// Change of both states per volt of each of the three samples.
+    pub gains: [[[f64; L]; 2]; 3],
+    /// Response to a unit step and to a unit ramp over a step.
+    step: [[f64; L]; 2],
+    ramp: [[f64; L]; 2],
+    /// Response to a unit step over the rest of the step in which the first movement begins.
+    movement: [[f64; L]; 2],
+}
+
+impl<const L: usize> TapGains<L> {
+    /// Computes the gains for the steps of a recording on an even clock.
+    #[inline(always)]
+    pub(crate) fn new(motors: &Extended<[f64; L]>, h: f64, settings: SimulationSettings) -> Self {
+        // Closures would not be compiled for the SIMD level.
+        let (zero, method) = ([[0.0; L]; 2], settings.method);
+        let (dynamics, delay) = (Dynamics::new(&motors.motor, method.input), motors.get(Parameter::DeadTime));
+        let (mut left, mut rest, mut moving) = ([0.0; L], [0.0; L], [0.0; L]);
+        for n in 0..L {
+            left[n] = left_of_step(delay[n] / h);
+            rest[n] = left[n] * h;
+        }
+        let mut new = Self { gains: [zero; 3], step: zero, ramp: zero, movement: zero };
+        if method.uses_next_input() {
+            let [step, ramp] = TransitionIntegrals::<L, 2>::new(&dynamics, [h; L], method).responses(&dynamics);
+            let [_, ramp_rest] = TransitionIntegrals::<L, 2>::new(&dynamics, rest, method).responses(&dynamics);
+            for axis in 0..2 {
+                for n in 0..L {
+                    // At the start of the step the voltage has gone the fraction `left` of the way from the first sample to the
+                    // second.
+                    let [bend, bend_rest] = [ramp[axis][n] / h, ramp_rest[axis][n] / h];
+                    new.gains[0][axis][n] = (1.0 - left[n]) * step[axis][n] - bend + bend_rest;
+                    new.gains[1][axis][n] = left[n] * step[axis][n] + bend - 2.0 * bend_rest;
+                    new.gains[2][axis][n] = bend_rest;
+                }
+            }
+            return Self { step, ramp, ..new };
+        }
+        let [step] = TransitionIntegrals::<L, 1>::new(&dynamics, [h; L], method).responses(&dynamics);
+        let [step_rest] = TransitionIntegrals::<L, 1>::new(&dynamics, rest, method).responses(&dynamics);
+        for axis in 0..2 {
+            for n in 0..L {
+                new.gains[0][axis][n] = step[axis][n] - step_rest[axis][n];
+                new.gains[1][axis][n] = step_rest[axis][n];
+            }
+        }
+        if settings.features.has(Parameter::Latency) {
+            let latency = motors.get(Parameter::Latency);
+            for n in 0..L {
+                moving[n] = left_of_step((delay[n] + latency[n].max(0.0)) / h) * h;
+            }
+            [new.movement] = TransitionIntegrals::<L, 1>::new(&dynamics, moving, method).responses(&dynamics);
+        }
+        Self { step, ..new }
+    }
+}
+
+/// Returns the fraction of a step that remains when a change arrives that is delayed by a number of steps.
+#[inline(always)]
+fn left_of_step(steps: f64) -> f64 {
+    1.0 - (steps - steps.floor())
 }
 
 impl DelayTaps {
-    /// Computes the taps of a motor; `time` is the result of [`tap_times`].
+    /// Computes the taps of a motor; `time` holds the times of the samples \[s\] if [`needs_times`] is true.
     pub(crate) fn new(
         motor: &Extended,
         drive: SimulationInput<'_>,
         settings: SimulationSettings,
         time: Arc<[f64]>,
     ) -> Self {
-        let (h, lines) = (drive.step_s[0], settings.method.uses_next_input());
-        let responses = Remainder::new(motor, settings.method);
-        let whole_step = responses.over(h);
-        let steps = motor.get(Parameter::DeadTime) / h;
-        let whole = whole_steps(steps).unwrap_or(LONGER);
-        let fraction_left = 1.0 - (steps - steps.floor());
-        let gains = [0, 1].map(|axis| {
-            taps([whole_step, responses.over(fraction_left * h)].map(|of| of.map(|r| r[axis])), fraction_left, h)
-        });
-        let movement = settings.features.has(Parameter::Latency).then(|| {
-            let steps = (motor.get(Parameter::DeadTime) + motor.get(Parameter::Latency)) / h;
-            whole_steps(steps).map_or(NEVER, |steps| settings.history.first_movement.saturating_add_signed(steps))
-        });
-        let mut voltage = DelayedVoltage::new(motor, drive, settings, time);
+        let gains = TapGains::new(&motor.map(|value| [value]), drive.step_s[0], settings);
+        Self::with_gains(motor, (&gains, 0), drive, settings, time)
+    }
+
+    /// Makes the taps of a motor with the gains of a lane.
+    pub(crate) fn with_gains<const L: usize>(
+        motor: &Extended,
+        of: (&TapGains<L>, usize),
+        drive: SimulationInput<'_>,
+        settings: SimulationSettings,
+        time: Arc<[f64]>,
+    ) -> Self {
+        let (TapGains { gains, .. }, lane) = of;
+        let (h, dead_time) = (drive.step_s[0], motor.get(Parameter::DeadTime));
+        let whole = whole_steps(dead_time / h).unwrap_or(LONGER);
+        let gains = [0, 1].map(|axis| [gains[0][axis][lane], gains[1][axis][lane], gains[2][axis][lane]]);
+        let latency = settings.features.has(Parameter::Latency).then(|| motor.get(Parameter::Latency).max(0.0));
+        let first_movement = settings.history.first_movement;
+        let steps = latency.map(|latency| whole_steps((dead_time + latency) / h));
+        let movement = steps.map(|steps| steps.map_or(NEVER, |steps| first_movement.saturating_add_signed(steps)));
+        // With a negative dead time the movement may begin before the recording.
+        let is_earlier = steps.flatten().is_some_and(|steps| first_movement.checked_add_signed(steps).is_none());
         let mut delay = Self { whole, gains, movement, special: NONE };
+        let nonlinearity = DriveNonlinearity::of(motor);
         for (entry, back) in [2, 1].into_iter().enumerate() {
             if let Some(at) = movement.and_then(|at| at.checked_sub(back)).filter(|at| *at < drive.voltage.len()) {
-                delay.special[entry] = (at, delay.before_movement(at, &voltage, settings.history));
+                delay.special[entry] = (at, delay.before_movement(at, drive.voltage, nonlinearity, settings.history));
             }
         }
-        let begin = if lines { [whole - 1, whole].map(|at| usize::try_from(at).ok()) } else { [None; 2] };
-        // A lower bound of the piece that acts in the step saves the search from the first piece.
-        let piece = settings.history.first_movement.saturating_sub(2);
-        for (entry, (at, mut piece)) in (2..).zip([(movement, piece), (begin[0], 0), (begin[1], 0)]) {
-            if let Some(at) = at.filter(|at| *at < drive.voltage.len()) {
-                let StepVoltage { ends: [start, end], added } = voltage.step_voltage(at, &mut piece);
-                let [held, ramp] = whole_step;
-                let added = added.unwrap_or_default();
-                let change = [0, 1].map(|axis| start * held[axis] + (end - start) / h * ramp[axis] + added[axis]);
-                delay.special[entry] = (at, change);
-            }
+        if settings.method.uses_next_input() {
+            delay.set_special(motor, of, drive, settings, time);
+        } else if let Some(at) = movement.filter(|at| *at < drive.voltage.len() && !is_earlier) {
+            let left = |delay_s: f64| left_of_step(delay_s / h);
+            let begins_later = left(dead_time) < left(dead_time + latency.unwrap_or(0.0));
+            let change = delay.at_movement((at, begins_later), of, drive.voltage, nonlinearity, settings.history);
+            delay.special[2] = (at, change);
         }
         delay
     }
 
+    /// Sets the steps of the first movement and of the beginning of linear pieces under a first-order hold.
+    fn set_special<const L: usize>(
+        &mut self,
+        motor: &Extended,
+        (TapGains { step, ramp, .. }, lane): (&TapGains<L>, usize),
+        drive: SimulationInput<'_>,
+        settings: SimulationSettings,
+        time: Arc<[f64]>,
+    ) {
+        let mut voltage = DelayedVoltage::new(motor, drive, settings, time);
+        let begin = [self.whole - 1, self.whole].map(|at| usize::try_from(at).ok());
+        // A lower bound of the piece that acts in the step saves the search from the first piece.
+        let piece = settings.history.first_movement.saturating_sub(2);
+        for (entry, (at, mut piece)) in (2..).zip([(self.movement, piece), (begin[0], 0), (begin[1], 0)]) {
+            if let Some(at) = at.filter(|at| *at < drive.voltage.len()) {
+                let StepVoltage { ends: [start, end], added } = voltage.step_voltage(at, &mut piece);
+                let (added, rate) = (added.unwrap_or_default(), (end - start) / drive.step_s[0]);
+                let change = [0, 1].map(|axis| start * step[axis][lane] + rate * ramp[axis][lane] + added[axis]);
+                self.special[entry] = (at, change);
+            }
+        }
+    }
+
+    /// Returns the change of both states in the step of the first movement under a zero-order hold: the voltage before it, then
+    /// that of the piece which is due by then, then that of the piece which begins in this step, if it is a later one.
+    fn at_movement<const L: usize>(
+        &self,
+        (at, begins_later): (usize, bool),
+        (TapGains { gains, step, movement, .. }, lane): (&TapGains<L>, usize),
+        voltage: &[f64],
+        drive: DriveNonlinearity<f64>,
+        history: InputHistory,
+    ) -> [f64; 2] {
+        let still = history.first_movement.checked_sub(1).map_or(history.voltage, |n| voltage[n]);
+        let begins = at.saturating_add_signed(-self.whole);
+        let of = |piece: usize| drive.output(voltage[piece.min(voltage.len() - 1)]);
+        let (still, due, next) = (drive.output(still), of(begins.saturating_sub(1)), of(begins));
+        [0, 1].map(|axis| {
+            let [over_step, moving, rest] = [step, movement, &gains[1]].map(|of| of[axis][lane]);
+            let later = if begins_later { [due - still, next - due] } else { [next - still, 0.0] };
+            over_step * still + moving * later[0] + rest * later[1]
+        })
+    }
+
     /// Returns the change of both states in a step before the first movement, some of whose three samples come after it.
-    fn before_movement(&self, at: usize, voltage: &DelayedVoltage<'_, f64>, history: InputHistory) -> [f64; 2] {
-        let mut three = [0.0; 3];
-        Commanded { voltage: &voltage.drive.voltage[..history.first_movement], history }.copy(
-            at,
-            self.whole + 1,
-            &mut three,
-        );
-        let given = three.map(|volts| voltage.nonlinearity.output(volts));
+    fn before_movement(
+        &self,
+        at: usize,
+        voltage: &[f64],
+        drive: DriveNonlinearity<f64>,
+        history: InputHistory,
+    ) -> [f64; 2] {
+        let (mut three, before) = ([0.0; 3], &voltage[..history.first_movement]);
+        Commanded { voltage: before, history }.copy(at, self.whole + 1, &mut three);
+        let given = three.map(|volts| drive.output(volts));
         self.gains.map(|taps| taps[0] * given[0] + (taps[1] * given[1] + taps[2] * given[2]))
     }
 
-    /// Writes the voltages at the motor \[V\] that enter the steps from `start` on; the three samples of step n begin at
-    /// index n − `start`.
+    /// Returns the end of the steps from `start` on whose commanded voltages are all equal; at most `start` if those of the step
+    /// `start` differ. `ends` holds the ends of the runs of equal voltages.
     #[inline(always)]
-    pub(crate) fn fill(&self, commanded: Commanded<'_>, drive: DriveNonlinearity<f64>, start: usize, row: &mut [f64]) {
+    pub(crate) fn constant_until(
+        &self,
+        Commanded { voltage, history }: Commanded<'_>,
+        ends: &[usize],
+        start: usize,
+    ) -> usize {
+        let moves = self.movement.filter(|at| start < *at);
+        let first = start.cast_signed().saturating_sub(self.whole + 1);
+        let known = if moves.is_some() { history.first_movement } else { voltage.len() };
+        // The last known voltage is kept.
+        let run_end = |n: usize| ends.get(ends.partition_point(|end| *end <= n)).copied().filter(|end| *end < known);
+        let end = match usize::try_from(first) {
+            Ok(first) => run_end(first),
+            Err(_) if known > 0 && voltage[0].to_bits() == history.voltage.to_bits() => run_end(0),
+            Err(_) => (known > 0).then_some(0),
+        };
+        let until = end.map_or(usize::MAX, |end| {
+            // Step n uses the samples up to n − `whole` + 1.
+            usize::try_from(end.cast_signed().saturating_add(self.whole).saturating_sub(1)).unwrap_or(0)
+        });
+        until.min(moves.unwrap_or(usize::MAX))
+    }
+
+    /// Returns the index of the first commanded voltage that enters the step `start` if it and the others up to `count` are
+    /// consecutive samples of the recording.
+    #[inline(always)]
+    pub(crate) fn source(
+        &self,
+        Commanded { voltage, history }: Commanded<'_>,
+        start: usize,
+        count: usize,
+    ) -> Option<usize> {
+        let moves = self.movement.unwrap_or(0).saturating_sub(start);
+        let known = if moves == 0 { voltage.len() } else { history.first_movement };
+        let first = usize::try_from(start.cast_signed() - self.whole - 1).ok()?;
+        (first + count <= known && (moves == 0 || moves >= count)).then_some(first)
+    }
+
+    /// Writes the commanded voltages \[V\] that enter the steps from `start` on; the three samples of step n begin at index
+    /// n − `start`.
+    #[inline(always)]
+    pub(crate) fn fill(&self, commanded: Commanded<'_>, start: usize, row: &mut [f64]) {
         let Commanded { voltage, history } = commanded;
         let back = self.whole + 1;
         // Until the first movement acts, the voltage is the one before it.
@@ -105,9 +259,6 @@ impl DelayTaps {
         let (still, moving) = row.split_at_mut(moves);
         Commanded { voltage: &voltage[..history.first_movement], history }.copy(start, back, still);
         commanded.copy(start + moves, back, moving);
-        for voltage in row {
-            *voltage = drive.output(*voltage);
-        }
     }
 }
 
@@ -134,20 +285,6 @@ impl Commanded<'_> {
         within.copy_from_slice(&known[..within.len()]);
         after.fill(voltage.last().copied().unwrap_or(history.voltage));
     }
-}
-
-/// Returns the gains of three samples in one state, from its responses `[step, ramp]` over a step and over the fraction
-/// `fraction_left` of it that remains when the next sample arrives. They equal those of [`DelayedVoltage::step_voltage`] for
-/// constant or linear pieces.
-fn taps([[held, ramp], [held_rest, ramp_rest]]: [[f64; 2]; 2], fraction_left: f64, h: f64) -> [f64; 3] {
-    // A zero-order hold has no ramp.
-    if ramp == 0.0 {
-        return [held - held_rest, held_rest, 0.0];
-    }
-    // At the start of the step the voltage has gone the fraction `fraction_left` of the way from the first sample to the
-    // second.
-    let [bend, bend_rest] = [ramp / h, ramp_rest / h];
-    [(1.0 - fraction_left) * held - bend + bend_rest, fraction_left * held + bend - 2.0 * bend_rest, bend_rest]
 }
 
 /// Returns a delay in steps, rounded down; `None` if it is longer than any recording.

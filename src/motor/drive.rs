@@ -60,6 +60,14 @@ impl<const L: usize> DriveNonlinearity<[f64; L]> {
         }
     }
 
+    /// Replaces the commanded voltage \[V\] of each motor by the voltage at the motor.
+    #[inline(always)]
+    pub(crate) fn drive(&self, voltages: &mut [f64; L]) {
+        for (lane, voltage) in voltages.iter_mut().enumerate() {
+            *voltage = self.lane(lane).output(*voltage);
+        }
+    }
+
     /// Returns the voltages \[V\] at all motors for one commanded voltage \[V\].
     #[inline(always)]
     pub(crate) fn outputs(&self, voltage: f64) -> [f64; L] {

@@ -53,12 +53,6 @@ impl<T: Number> Remainder<T> {
         self.cached = Some(cached);
         change
     }
-
-    /// Returns the step response and the ramp response of both states over a duration \[s\].
-    pub(super) fn over(&self, duration_s: f64) -> [[T; 2]; 2] {
-        let Responses { step_response, ramp, .. } = Responses::new(&self.motor, self.method, duration_s);
-        [step_response, ramp]
-    }
 }
 
 impl<T: Number> Responses<T> {

@@ -18,6 +18,7 @@ pub(crate) const WINDOW_MAX: f64 = 1e6;
 pub(crate) const CHUNK: usize = 64;
 
 /// Wrapper that aligns numbers to 64 bytes, so that each load of an AVX-512 vector is within one cache line.
+#[derive(Clone, Copy)]
 #[repr(align(64))]
 pub(crate) struct Aligned<T>(pub T);
 

@@ -71,19 +71,19 @@ impl<const N: usize, const K: usize> TransitionIntegrals<N, K> {
         Self([[[0.0; N]; 2]; K])
     }
 
-    /// Returns the integrals over a step of `h` seconds.
+    /// Returns the integrals over a step of `h` seconds, one value for each motor.
     #[inline(always)]
-    pub(crate) fn new(dynamics: &Dynamics<N>, h: f64, Method { discretization, .. }: Method) -> Self {
+    pub(crate) fn new(dynamics: &Dynamics<N>, h: [f64; N], Method { discretization, .. }: Method) -> Self {
         let Dynamics { a, trace, determinant, .. } = dynamics;
         let mut halvings = [0; N];
         if discretization.is_exact() {
             for n in 0..N {
-                halvings[n] = halvings_needed([a[0][n] * h, a[1][n] * h, a[2][n] * h, a[3][n] * h]);
+                halvings[n] = halvings_needed([a[0][n] * h[n], a[1][n] * h[n], a[2][n] * h[n], a[3][n] * h[n]]);
             }
         }
-        let (mut part, mut scaled) = ([h; N], [[0.0; N]; 2]);
+        let (mut part, mut scaled) = (h, [[0.0; N]; 2]);
         for n in 0..N {
-            part[n] = h * 0.5_f64.powi(halvings[n].cast_signed());
+            part[n] *= 0.5_f64.powi(halvings[n].cast_signed());
             scaled[0][n] = trace[n] * part[n];
             scaled[1][n] = determinant[n] * part[n] * part[n];
         }
@@ -111,6 +111,22 @@ impl<const N: usize, const K: usize> TransitionIntegrals<N, K> {
             }
         }
         integrals
+    }
+
+    /// Returns the integrals, applied to the vector b: the responses of both states to a unit step of the voltage, and to a unit
+    /// ramp.
+    #[inline(always)]
+    pub(crate) fn responses(&self, dynamics: &Dynamics<N>) -> [[[f64; N]; 2]; K] {
+        let mut responses = [[[0.0; N]; 2]; K];
+        for k in 0..K {
+            for axis in 0..2 {
+                for n in 0..N {
+                    let [b, bb] = [dynamics.voltage[0][axis][n], dynamics.voltage[1][axis][n]];
+                    responses[k][axis][n] = self.0[k][0][n] * b + self.0[k][1][n] * bb;
+                }
+            }
+        }
+        responses
     }
 
     /// Returns the integrals over this step followed by another.

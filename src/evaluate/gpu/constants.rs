@@ -16,7 +16,7 @@ const VOLTS_MAX: f64 = 1e30;
 /// The constants of a candidate for one recording, slot after slot.
 pub(super) type Constants = [[f64; FIELDS]; SLOTS];
 
-/// Returns the constants of a motor. `time` is the result of [`crate::motor::tap_times`].
+/// Returns the constants of a motor. `time` holds the times of the samples if [`crate::motor::needs_times`] is true.
 pub(super) fn constants(
     features: ShaderFeatures,
     problem: &Problem,

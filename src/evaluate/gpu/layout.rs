@@ -4,7 +4,7 @@ use super::constants::ring;
 use super::reference::{Reference, ReferenceStep};
 use super::variant::{BLOCK, LANES, Precision, UNIFORM_BYTES, Variant, WORKGROUP};
 use crate::evaluate::{Group, Problem, Run, Signals};
-use crate::motor::tap_times;
+use crate::motor::needs_times;
 use crate::numeric::single;
 use std::sync::Arc;
 
@@ -210,7 +210,8 @@ impl BatchLayout {
                 self.jobs.extend([steps, known, signals.len(), first_active, ring_at, ring - 1].map(word));
             }
         }
-        let time = if delayed { tap_times(&signals.drive(), problem.settings(signals)) } else { Arc::default() };
+        let is_timed = delayed && needs_times(problem.settings(signals));
+        let time = if is_timed { signals.times() } else { Arc::default() };
         let (first, reference) = (self.blocks, reference.steps);
         self.units.push(Unit { group: index, recording, first, blocks, map_first, reference, time });
         self.maps += blocks * each;
