@@ -66,6 +66,8 @@ struct Simulation<'a, const L: usize> {
     totals: Pair<L>,
     /// Moving averages of the current and speed sensors.
     sensors: [Option<MovingAverages<L>>; 2],
+    /// The states before each step of a piece, then the outputs of the sensors.
+    seen: Aligned<[Pair<L>; CHUNK]>,
 }
 
 impl<'a, const L: usize> Simulation<'a, L> {
@@ -87,7 +89,7 @@ impl<'a, const L: usize> Simulation<'a, L> {
             totals[0][lane] = 0.0 * steps[0].maps.d.iter().map(|d| d[lane]).sum::<f64>();
         }
         let lanes = Lanes { x: signals.initial.map(|x| [x; L]), sums: [[0.0; L]; 2] };
-        Self { problem, signals, steps, lanes, summed: 0, totals, sensors }
+        Self { problem, signals, steps, lanes, summed: 0, totals, sensors, seen: Aligned([[[0.0; L]; 2]; CHUNK]) }
     }
 
     /// Returns the weighted sums of errors over the active samples, shape `[channels][candidates]`; those so far once all
@@ -151,7 +153,7 @@ impl<'a, const L: usize> Simulation<'a, L> {
         piece: &Piece<'_, L>,
         inputs: impl Iterator<Item = impl Input<L>>,
     ) {
-        let (Self { problem, signals, steps, lanes, sensors, .. }, [start, end]) = (self, piece.range);
+        let (Self { problem, signals, steps, lanes, sensors, seen, .. }, [start, end]) = (self, piece.range);
         let step = &steps[piece.step];
         let samples = Samples::of(signals, start, end);
         let kind = (problem.criterion().is_absolute(), !signals.weight.is_empty());
@@ -163,12 +165,11 @@ impl<'a, const L: usize> Simulation<'a, L> {
                 (true, true) => lanes.follow::<FMA, BRUSHES, FRICTION, true, true>(step, samples, inputs),
             };
         }
-        let mut seen = Aligned([[[0.0; L]; 2]; CHUNK]);
         let seen = &mut seen.0[..end - start];
         lanes.observe::<FMA, BRUSHES, FRICTION>(step, inputs, seen);
         for (channel, sensor) in sensors.iter_mut().enumerate() {
             if let Some(sensor) = sensor {
-                sensor.show(start, channel, seen);
+                sensor.show(channel, seen);
             }
         }
         match kind {

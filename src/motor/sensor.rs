@@ -82,9 +82,15 @@ pub(crate) struct MovingAverages<const L: usize> {
     average: MovingAverage<[f64; L]>,
     /// Number of complete samples of each window, at most the length of the recording.
     reach: [usize; L],
+    /// The largest of `reach`.
+    longest: usize,
     sum: [f64; L],
-    /// Ring buffer of the last values, indexed by sample modulo its length and filled with the initial state.
-    ring: Vec<[f64; L]>,
+    /// Past values, the last of which is in row `end − 1`; at first the initial state. Rows move to the front when the last row is
+    /// in use.
+    past: Vec<Aligned<[f64; L]>>,
+    end: usize,
+    /// The sample before the last `reach` of each motor, at successive samples.
+    oldest: Vec<Aligned<[f64; L]>>,
 }
 
 impl<const L: usize> MovingAverages<L> {
@@ -98,34 +104,57 @@ impl<const L: usize> MovingAverages<L> {
         Self {
             average: MovingAverage { part: lanes.map(|(_, one)| one.part), share: lanes.map(|(_, one)| one.share) },
             reach,
+            longest,
             sum: whole.map(|whole| number(whole) * initial),
-            ring: vec![[initial; L]; (longest + CHUNK).next_power_of_two()],
+            past: vec![Aligned([initial; L]); longest + longest.clamp(CHUNK, samples.max(CHUNK))],
+            end: longest,
+            oldest: vec![Aligned([0.0; L]); CHUNK],
         }
     }
 
-    /// Replaces the states of at most [`CHUNK`] samples from `start` on by the outputs of the sensors.
+    /// Replaces the states of at most [`CHUNK`] successive samples by the outputs of the sensors.
     #[inline(always)]
-    pub(crate) fn show(&mut self, start: usize, channel: usize, seen: &mut [[[f64; L]; 2]]) {
-        let mask = self.ring.len() - 1;
-        for (n, seen) in (start..).zip(seen.iter()) {
-            self.ring[n & mask] = seen[channel];
+    pub(crate) fn show(&mut self, channel: usize, seen: &mut [[[f64; L]; 2]]) {
+        if self.end + seen.len() > self.past.len() {
+            self.past.copy_within(self.end - self.longest..self.end, 0);
+            self.end = self.longest;
         }
-        let mut oldest = Aligned([[0.0; L]; CHUNK]);
-        let oldest = &mut oldest.0[..seen.len()];
-        for lane in 0..L {
-            let (wrapped, last) = self.ring.split_at(start.wrapping_sub(self.reach[lane]) & mask);
-            for (oldest, value) in oldest.iter_mut().zip(last.iter().chain(wrapped)) {
-                oldest[lane] = value[lane];
-            }
+        let new = &mut self.past[self.end..self.end + seen.len()];
+        for (past, seen) in new.iter_mut().zip(seen.iter()) {
+            past.0 = seen[channel];
         }
-        let Self { average: MovingAverage { part, share }, sum, .. } = self;
-        for (seen, oldest) in seen.iter_mut().zip(oldest) {
-            let values = &mut seen[channel];
+        let oldest = &mut self.oldest[..seen.len()];
+        let (groups, _) = self.reach.as_chunks::<GROUP>();
+        for (group, reach) in groups.iter().enumerate() {
+            let sources = reach.map(|reach| &self.past[self.end - reach..][..seen.len()]);
+            interleave(sources, oldest, GROUP * group);
+        }
+        // Local copies stay in registers.
+        let (MovingAverage { part, share }, mut sum) = (self.average, self.sum);
+        for (seen, Aligned(oldest)) in seen.iter_mut().zip(oldest) {
+            let mut values = seen[channel];
             for lane in 0..L {
                 let average = MovingAverage { part: part[lane], share: share[lane] };
                 values[lane] = average.show(&mut sum[lane], values[lane], oldest[lane]);
             }
+            seen[channel] = values;
         }
+        self.sum = sum;
+        self.end += seen.len();
+    }
+}
+
+/// Number of motors whose past values are interleaved at a time: their addresses fit into registers.
+const GROUP: usize = 4;
+
+/// Writes the value of motor `first` + k in row n of source k to row n of `to`. The function is not compiled for the SIMD level:
+/// AVX-512 would gather and scatter, which takes longer.
+#[inline(never)]
+fn interleave<const L: usize>(sources: [&[Aligned<[f64; L]>]; GROUP], to: &mut [Aligned<[f64; L]>], first: usize) {
+    let [one, two, three, four] = sources.map(|source| &source[..to.len()]);
+    for (n, Aligned(to)) in to.iter_mut().enumerate() {
+        let values = [one[n].0[first], two[n].0[first + 1], three[n].0[first + 2], four[n].0[first + 3]];
+        to[first..][..GROUP].copy_from_slice(&values);
     }
 }
 
@@ -138,13 +167,13 @@ mod tests {
         const SAMPLES: usize = 1001;
         let windows = [1.0, 3.7, 64.0, 1000.0, 1001.0, 1002.5, 1024.0, 1e6];
         let mut kernel = MovingAverages::new(windows, 0.5, SAMPLES);
-        assert_eq!(kernel.ring.len(), (SAMPLES + CHUNK).next_power_of_two(), "not the million of the longest window");
+        assert_eq!(kernel.past.len(), 2 * SAMPLES, "not the million of the longest window");
         let mut oracle = windows.map(|window| Sensor::new(window, 0.5));
         let value = |n: usize| number(n * n % 97) - 40.0;
         for start in (0..SAMPLES).step_by(CHUNK) {
             let numbers = start..(start + CHUNK).min(SAMPLES);
             let mut seen: Vec<[[f64; 8]; 2]> = numbers.clone().map(|n| [[value(n); 8], [0.0; 8]]).collect();
-            kernel.show(start, 0, &mut seen);
+            kernel.show(0, &mut seen);
             for (n, seen) in numbers.zip(seen) {
                 for (lane, sensor) in oracle.iter_mut().enumerate() {
                     let shown: f64 = sensor.show(value(n));
