@@ -56,7 +56,7 @@ impl<'a, const L: usize> DelayedInputs<'a, L> {
             Clock::Even(taps) => {
                 // No piece crosses a multiple of the block of sums, so that sums do not depend on the pieces.
                 let last = signals.len().min(start + SUM_BLOCK - (start - *first) % SUM_BLOCK);
-                taps.next::<FMA>(signals, settings, &torques, [start, last], gains)
+                taps.next::<FMA>((signals, settings.history), &torques, [start, last], gains)
             }
             Clock::Uneven(lanes) => {
                 let end = signals.len().min(start + CHUNK);

@@ -11,8 +11,11 @@ use super::kernel::{Block, LANES, LANES_AVX512};
 use super::lanes::{SUM_BLOCK, Samples, add_loss, so_far};
 use super::problem::Problem;
 use super::signals::Signals;
-use super::step::{Input, Pair, Step};
-use crate::motor::{Aligned, CHUNK, Extended, MovingAverages, Parameter};
+use super::step::{Input, OwnStep, Pair, Step};
+use crate::motor::{
+    Aligned, CHUNK, Dynamics, Extended, Method, ModelFeatures, MovingAverages, Parameter, TransitionIntegrals,
+    step_maps,
+};
 
 at_level! {
     pub(super) fn avx512(block: &Block<'_>, costs: &mut [f64]) = avx512 { run::<LANES_AVX512, true>(block, costs) } else avx2
@@ -74,11 +77,7 @@ impl<'a, const L: usize> Simulation<'a, L> {
     #[inline(always)]
     fn new(problem: &'a Problem, signals: &'a Signals, motors: &Extended<[f64; L]>) -> Self {
         let (features, method) = (problem.features(), problem.method());
-        // A closure would not be compiled for the SIMD level, so this is a loop.
-        let mut steps = Vec::with_capacity(signals.step_s.len());
-        for &h in &signals.step_s {
-            steps.push(Step::new(motors, h, features, method));
-        }
+        let steps = steps(signals, motors, features, method);
         let sensors = [(Parameter::CurrentAverage, 0), (Parameter::SpeedAverage, 1)].map(|(of, channel)| {
             let new = || MovingAverages::new(motors.get(of), signals.initial[channel], signals.len());
             features.has(of).then(new)
@@ -100,7 +99,7 @@ impl<'a, const L: usize> Simulation<'a, L> {
         while let Some(mut piece) = inputs.next::<FMA>(&self.steps) {
             let [start, end] = piece.range;
             // Pieces with an input of their own for each sample are short.
-            let is_whole = matches!(piece.input, PieceInput::Each(_));
+            let is_whole = matches!(piece.input, PieceInput::Each(_) | PieceInput::EachStep(_));
             let mut from = start;
             while from < end {
                 let to = match &cut {
@@ -129,32 +128,39 @@ impl<'a, const L: usize> Simulation<'a, L> {
     #[inline(always)]
     fn advance<const FMA: bool>(&mut self, piece: &Piece<'_, L>) {
         let (signals, [start, end]) = (self.signals, piece.range);
+        // The steps leave the simulation while its states change.
+        let steps = std::mem::take(&mut self.steps);
+        let at = (&steps[piece.step], piece.range);
         match piece.input {
-            PieceInput::Constant(gain) => self.pass::<FMA>(piece, std::iter::repeat(gain)),
-            PieceInput::Each(gains) => self.pass::<FMA>(piece, gains.iter()),
-            PieceInput::ZeroOrderHold => self.pass::<FMA>(piece, signals.voltage[start..end].iter().copied()),
-            PieceInput::FirstOrderHold => self.pass::<FMA>(piece, (start..end).map(|n| signals.voltages_at(n))),
-            PieceInput::WithLoad => self.pass::<FMA>(piece, (start..end).map(|n| signals.inputs(n))),
+            PieceInput::Constant(gain) => self.pass::<FMA>(at, std::iter::repeat(gain)),
+            PieceInput::Each(gains) => self.pass::<FMA>(at, gains.iter()),
+            PieceInput::EachStep(gains) => {
+                let own = |(step, gain): (&u16, _)| OwnStep { step: &steps[usize::from(*step)], gain };
+                self.pass::<FMA>(at, signals.step_index[start..end].iter().zip(gains).map(own));
+            }
+            PieceInput::ZeroOrderHold => self.pass::<FMA>(at, signals.voltage[start..end].iter().copied()),
+            PieceInput::FirstOrderHold => self.pass::<FMA>(at, (start..end).map(|n| signals.voltages_at(n))),
+            PieceInput::WithLoad => self.pass::<FMA>(at, (start..end).map(|n| signals.inputs(n))),
         }
+        self.steps = steps;
     }
 
     #[inline(always)]
-    fn pass<const FMA: bool>(&mut self, piece: &Piece<'_, L>, inputs: impl Iterator<Item = impl Input<L>>) {
+    fn pass<const FMA: bool>(&mut self, at: (&Step<L>, [usize; 2]), inputs: impl Iterator<Item = impl Input<L>>) {
         match [Parameter::BrushDrop, Parameter::Coulomb].map(|of| self.problem.features().has(of)) {
-            [true, _] => self.pass_with::<FMA, true, true>(piece, inputs),
-            [false, true] => self.pass_with::<FMA, false, true>(piece, inputs),
-            [false, false] => self.pass_with::<FMA, false, false>(piece, inputs),
+            [true, _] => self.pass_with::<FMA, true, true>(at, inputs),
+            [false, true] => self.pass_with::<FMA, false, true>(at, inputs),
+            [false, false] => self.pass_with::<FMA, false, false>(at, inputs),
         }
     }
 
     #[inline(always)]
     fn pass_with<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(
         &mut self,
-        piece: &Piece<'_, L>,
+        (step, [start, end]): (&Step<L>, [usize; 2]),
         inputs: impl Iterator<Item = impl Input<L>>,
     ) {
-        let (Self { problem, signals, steps, lanes, sensors, seen, .. }, [start, end]) = (self, piece.range);
-        let step = &steps[piece.step];
+        let Self { problem, signals, lanes, sensors, seen, .. } = self;
         let samples = Samples::of(signals, start, end);
         let kind = (problem.criterion().is_absolute(), !signals.weight.is_empty());
         if sensors.iter().all(Option::is_none) {
@@ -189,6 +195,30 @@ impl<'a, const L: usize> Simulation<'a, L> {
     }
 }
 
+/// Returns the distinct steps. Iterator adapters would not be compiled for the SIMD level, so these are loops.
+#[inline(always)]
+fn steps<const L: usize>(
+    signals: &Signals,
+    motors: &Extended<[f64; L]>,
+    features: ModelFeatures,
+    method: Method,
+) -> Vec<Step<L>> {
+    let mut steps = Vec::with_capacity(signals.step_s.len());
+    let Some(split) = &signals.split else {
+        for &h in &signals.step_s {
+            steps.push(Step::new(motors, step_maps(&motors.motor, h, method), features));
+        }
+        return steps;
+    };
+    let dynamics = Dynamics::new(&motors.motor, method.input);
+    let [coarse, fine] = TransitionIntegrals::<L, 2>::of_parts::<false>(split, &dynamics, method);
+    for (&[one, two], &h) in split.part_indices.iter().zip(&signals.step_s) {
+        let maps = coarse[one].then::<false>(&fine[two], &dynamics).maps(&dynamics, h, method);
+        steps.push(Step::new(motors, maps, features));
+    }
+    steps
+}
+
 /// States and sums of errors of a block of candidates.
 struct Lanes<const L: usize> {
     x: Pair<L>,
@@ -218,8 +248,8 @@ impl<const L: usize> Lanes<L> {
                 let [error_i, error_w] = [measured[0] - i[lane], measured[1] - w[lane]];
                 sum_i[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_i[lane], error_i, weight[0]);
                 sum_w[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_w[lane], error_w, weight[1]);
-                [i[lane], w[lane]] = step.next::<FMA, BRUSHES, FRICTION>([i[lane], w[lane]], input, lane);
             }
+            input.own_step(step).advance::<FMA, BRUSHES, FRICTION>([&mut i, &mut w], input);
         }
         self.x = [i, w];
         self.sums = [sum_i, sum_w];
@@ -236,9 +266,7 @@ impl<const L: usize> Lanes<L> {
         let [mut i, mut w] = self.x;
         for (seen, input) in seen.iter_mut().zip(inputs) {
             *seen = [i, w];
-            for lane in 0..L {
-                [i[lane], w[lane]] = step.next::<FMA, BRUSHES, FRICTION>([i[lane], w[lane]], input, lane);
-            }
+            input.own_step(step).advance::<FMA, BRUSHES, FRICTION>([&mut i, &mut w], input);
         }
         self.x = [i, w];
     }

@@ -1,4 +1,4 @@
-//! The inputs of `L` candidates side by side, in pieces of consecutive samples with the same step length.
+//! The inputs of `L` candidates side by side, in pieces of consecutive samples.
 
 use super::delayed::DelayedInputs;
 use super::lanes::SUM_BLOCK;
@@ -8,9 +8,9 @@ use super::signals::Signals;
 use super::step::{Pair, Step, loaded};
 use crate::motor::{Aligned, CHUNK, DriveNonlinearity, Extended, Parameter};
 
-/// Consecutive samples with the same step length.
+/// Consecutive samples.
 pub(super) struct Piece<'g, const L: usize> {
-    /// Index of the step length.
+    /// Index of the step length, unless samples have inputs of their own.
     pub step: usize,
     /// First sample, and one past the last.
     pub range: [usize; 2],
@@ -23,6 +23,8 @@ pub(super) enum PieceInput<'g, const L: usize> {
     Constant(&'g Pair<L>),
     /// The contribution to both states at each sample.
     Each(&'g [Pair<L>]),
+    /// The contribution to both states at each sample of an irregular clock.
+    EachStep(&'g [Pair<L>]),
     /// The recorded voltage under a zero-order hold.
     ZeroOrderHold,
     /// The recorded voltage under a first-order hold.
@@ -76,13 +78,11 @@ impl<'a, const L: usize> Inputs<'a, L> {
                     *ready = [start; 2];
                     (ready[1], *is_constant) = delayed.next::<FMA>(steps, start, gains);
                 }
-                let step = signals.step_of(start);
                 if *is_constant {
                     let end = if *is_averaged { ready[1].min(start + CHUNK) } else { ready[1] };
-                    (step, end, PieceInput::Constant(&gains[0]))
+                    (0, end, PieceInput::Constant(&gains[0]))
                 } else {
-                    let end = (start..ready[1]).find(|&n| signals.step_of(n) != step).unwrap_or(ready[1]);
-                    (step, end, PieceInput::Each(&gains[start - ready[0]..end - ready[0]]))
+                    (0, ready[1], each(signals, &gains[..ready[1] - start]))
                 }
             }
             Kind::OnTime(on_time) => on_time.next::<FMA>(steps, start, gains)?,
@@ -133,6 +133,15 @@ impl<'a, const L: usize> OnTime<'a, L> {
         start: usize,
         gains: &'g mut [Pair<L>; CHUNK],
     ) -> Option<(u16, usize, PieceInput<'g, L>)> {
+        if !self.signals.step_index.is_empty() {
+            let end = self.signals.len().min(start + CHUNK);
+            for (n, gain) in (start..end).zip(gains.iter_mut()) {
+                let (step, inputs) = (&steps[usize::from(self.signals.step_of(n))], self.signals.inputs(n));
+                *gain =
+                    if self.is_nonlinear { self.gain::<FMA>(step, inputs) } else { step.loaded_gain::<FMA>(inputs) };
+            }
+            return (end > start).then_some((0, end, each(self.signals, &gains[..end - start])));
+        }
         if self.now.is_none_or(|segment| segment.run.end == start) {
             self.now = self.segments.next();
             if let Some(Segment { run, constant: true }) = self.now {
@@ -164,4 +173,9 @@ impl<'a, const L: usize> OnTime<'a, L> {
         let end = if self.uses_end { self.drives.outputs(end) } else { [0.0; L] };
         step.gain::<FMA>(&[self.drives.outputs(start), end], &loaded(self.load, torque))
     }
+}
+
+/// Returns the input of samples with contributions of their own.
+fn each<'g, const L: usize>(signals: &Signals, gains: &'g [Pair<L>]) -> PieceInput<'g, L> {
+    if signals.step_index.is_empty() { PieceInput::Each(gains) } else { PieceInput::EachStep(gains) }
 }

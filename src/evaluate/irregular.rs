@@ -6,7 +6,6 @@
 use super::lanes::{Lanes, Samples, add_losses};
 use super::signals::Signals;
 use crate::motor::{Dynamics, Input, Method, SplitSteps, TransitionIntegrals, multiply_add};
-use crate::numeric::count;
 
 /// The steps of an irregular clock for a block of candidates.
 pub(super) enum Clock<'a, const L: usize> {
@@ -61,7 +60,7 @@ impl<'a, const L: usize, const K: usize> Table<'a, L, K> {
     fn new<const FMA: bool>(signals: &'a Signals, parameters: &[[f64; L]; 5], method: Method) -> Self {
         let dynamics = Dynamics::new(parameters, method.input);
         let steps = if let Some(split) = &signals.split {
-            Steps::Parts(split, parts::<L, K, FMA>(split, &dynamics, method))
+            Steps::Parts(split, TransitionIntegrals::of_parts::<FMA>(split, &dynamics, method))
         } else {
             let mut whole = vec![TransitionIntegrals::zero(); signals.step_s.len()];
             for (whole, &h) in whole.iter_mut().zip(&signals.step_s) {
@@ -139,29 +138,4 @@ fn advance<const L: usize, const K: usize, const FMA: bool>(
             x[axis][n] = next;
         }
     }
-}
-
-/// Returns the integrals of the distinct coarse parts and of the distinct fine parts.
-#[inline(always)]
-fn parts<const L: usize, const K: usize, const FMA: bool>(
-    split: &SplitSteps,
-    dynamics: &Dynamics<L>,
-    method: Method,
-) -> [Vec<TransitionIntegrals<L, K>>; 2] {
-    let mut parts = [Vec::new(), Vec::new()];
-    for (of, table) in parts.iter_mut().enumerate() {
-        let (multiples, base_s) = (&split.multiples[of], split.base_s(of));
-        let base = TransitionIntegrals::new(dynamics, [base_s; L], method);
-        *table = vec![base; multiples.len()];
-        for at in 0..multiples.len() {
-            // Multiples increase, and most follow their predecessor.
-            let n = multiples[at];
-            table[at] = if at > 0 && n == multiples[at - 1] + 1 {
-                table[at - 1].then::<FMA>(&base, dynamics)
-            } else {
-                TransitionIntegrals::new(dynamics, [count(n) * base_s; L], method)
-            };
-        }
-    }
-    parts
 }

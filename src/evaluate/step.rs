@@ -7,7 +7,7 @@
 //! of the linear motor take 1, from a latency of 8 cycles. A voltage that changes at each sample adds two products.
 
 use super::lanes::phi;
-use crate::motor::{Extended, Method, ModelFeatures, Parameter, Reactions, StepMaps, multiply_add, step_maps};
+use crate::motor::{Extended, ModelFeatures, Parameter, Reactions, StepMaps, multiply_add};
 
 /// A pair of numbers (current, speed) for each candidate.
 pub(super) type Pair<const L: usize> = [[f64; L]; 2];
@@ -24,8 +24,7 @@ pub(super) struct Step<const L: usize> {
 
 impl<const L: usize> Step<L> {
     #[inline(always)]
-    pub(super) fn new(motors: &Extended<[f64; L]>, h: f64, features: ModelFeatures, method: Method) -> Self {
-        let maps = step_maps(&motors.motor, h, method);
+    pub(super) fn new(motors: &Extended<[f64; L]>, maps: StepMaps<L>, features: ModelFeatures) -> Self {
         let [offset, load] = [Parameter::Offset, Parameter::Load].map(|of| motors.get(of));
         let mut bias = [[0.0; L]; 2];
         for (axis, bias) in bias.iter_mut().enumerate() {
@@ -37,9 +36,21 @@ impl<const L: usize> Step<L> {
         Self { phi: phi(&maps), reactions: Reactions::new(motors, &maps, features), maps, bias }
     }
 
+    /// Advances the states of all candidates by one step.
+    #[inline(always)]
+    pub(super) fn advance<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(
+        &self,
+        [i, w]: [&mut [f64; L]; 2],
+        input: impl Input<L>,
+    ) {
+        for lane in 0..L {
+            [i[lane], w[lane]] = self.next::<FMA, BRUSHES, FRICTION>([i[lane], w[lane]], input, lane);
+        }
+    }
+
     /// Returns the state of a candidate after one step.
     #[inline(always)]
-    pub(super) fn next<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(
+    fn next<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(
         &self,
         [i, w]: [f64; 2],
         input: impl Input<L>,
@@ -50,6 +61,19 @@ impl<const L: usize> Step<L> {
         let current = multiply_add::<FMA>(phi[0][lane], i, multiply_add::<FMA>(phi[1][lane], w, gain_i));
         let speed = multiply_add::<FMA>(phi[2][lane], i, multiply_add::<FMA>(phi[3][lane], w, gain_w));
         reactions.friction_step::<FMA>([BRUSHES, FRICTION], [current, speed], lane)
+    }
+
+    /// Returns the contribution to both states of a voltage at both ends of the step and of a torque, the same for all candidates,
+    /// with offset and load of each.
+    #[inline(always)]
+    pub(super) fn loaded_gain<const FMA: bool>(&self, inputs: [f64; 3]) -> Pair<L> {
+        let mut gain = [[0.0; L]; 2];
+        for (axis, gain) in gain.iter_mut().enumerate() {
+            for (lane, gain) in gain.iter_mut().enumerate() {
+                *gain = inputs.gain::<FMA>(self, axis, lane);
+            }
+        }
+        gain
     }
 
     /// Returns the contribution to both states of the voltages at both ends of the step and of a torque.
@@ -80,6 +104,37 @@ pub(super) fn loaded<const L: usize>(mut loads: [f64; L], torque: f64) -> [f64; 
 pub(super) trait Input<const L: usize>: Copy {
     /// Returns its contribution to a state of a candidate.
     fn gain<const FMA: bool>(self, step: &Step<L>, axis: usize, lane: usize) -> f64;
+
+    /// Returns the step of the sample, which is `common` unless the input comes with its own.
+    #[inline(always)]
+    fn own_step<'s>(self, common: &'s Step<L>) -> &'s Step<L>
+    where
+        Self: 's,
+    {
+        common
+    }
+}
+
+/// An input given by its contributions, with the step of its sample.
+#[derive(Clone, Copy)]
+pub(super) struct OwnStep<'a, const L: usize> {
+    pub step: &'a Step<L>,
+    pub gain: &'a Pair<L>,
+}
+
+impl<const L: usize> Input<L> for OwnStep<'_, L> {
+    #[inline(always)]
+    fn gain<const FMA: bool>(self, _: &Step<L>, axis: usize, lane: usize) -> f64 {
+        self.gain[axis][lane]
+    }
+
+    #[inline(always)]
+    fn own_step<'s>(self, _: &'s Step<L>) -> &'s Step<L>
+    where
+        Self: 's,
+    {
+        self.step
+    }
 }
 
 /// An input given by its contributions, which were computed before.

@@ -3,8 +3,8 @@
 use super::signals::Signals;
 use super::step::{Pair, loaded};
 use crate::motor::{
-    Aligned, CHUNK, Commanded, DelayTaps, DriveNonlinearity, Extended, Parameter, SimulationSettings, TapGains,
-    multiply_add, needs_times,
+    Aligned, CHUNK, Commanded, DelayTaps, DriveNonlinearity, Extended, InputHistory, Parameter, SimulationSettings,
+    TapGains, multiply_add, needs_times,
 };
 use std::sync::Arc;
 
@@ -92,13 +92,12 @@ impl<const L: usize> Taps<L> {
     #[inline(always)]
     pub(super) fn next<const FMA: bool>(
         &mut self,
-        signals: &Signals,
-        settings: &SimulationSettings,
+        (signals, history): (&Signals, InputHistory),
         torques: &Torques<'_, L>,
         [start, last]: [usize; 2],
         gains: &mut [Pair<L>; CHUNK],
     ) -> (usize, bool) {
-        let commanded = Commanded { voltage: &signals.voltage, history: settings.history };
+        let commanded = Commanded { voltage: &signals.voltage, history };
         let constant =
             if signals.torque.is_empty() { self.constant_until(commanded, signals, start).min(last) } else { start };
         let is_constant = constant >= start + CONSTANT_MIN;

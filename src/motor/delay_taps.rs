@@ -133,17 +133,19 @@ impl DelayTaps {
         let is_earlier = steps.flatten().is_some_and(|steps| first_movement.checked_add_signed(steps).is_none());
         let mut delay = Self { whole, gains, movement, special: NONE };
         let nonlinearity = DriveNonlinearity::of(motor);
+        let commanded = Commanded { voltage: drive.voltage, history: settings.history };
         for (entry, back) in [2, 1].into_iter().enumerate() {
             if let Some(at) = movement.and_then(|at| at.checked_sub(back)).filter(|at| *at < drive.voltage.len()) {
-                delay.special[entry] = (at, delay.before_movement(at, drive.voltage, nonlinearity, settings.history));
+                delay.special[entry] = (at, delay.before_movement(at, commanded, nonlinearity));
             }
         }
         if settings.method.uses_next_input() {
-            delay.set_special(motor, of, drive, settings, time);
+            let voltage = DelayedVoltage::new(motor, drive, settings, time);
+            delay.set_special(voltage, of, settings.history.first_movement);
         } else if let Some(at) = movement.filter(|at| *at < drive.voltage.len() && !is_earlier) {
             let left = |delay_s: f64| left_of_step(delay_s / h);
             let begins_later = left(dead_time) < left(dead_time + latency.unwrap_or(0.0));
-            let change = delay.at_movement((at, begins_later), of, drive.voltage, nonlinearity, settings.history);
+            let change = delay.at_movement((at, begins_later), of, commanded, nonlinearity);
             delay.special[2] = (at, change);
         }
         delay
@@ -152,16 +154,14 @@ impl DelayTaps {
     /// Sets the steps of the first movement and of the beginning of linear pieces under a first-order hold.
     fn set_special<const L: usize>(
         &mut self,
-        motor: &Extended,
+        mut voltage: DelayedVoltage<'_, f64>,
         (TapGains { step, ramp, .. }, lane): (&TapGains<L>, usize),
-        drive: SimulationInput<'_>,
-        settings: SimulationSettings,
-        time: Arc<[f64]>,
+        first_movement: usize,
     ) {
-        let mut voltage = DelayedVoltage::new(motor, drive, settings, time);
+        let drive = voltage.drive;
         let begin = [self.whole - 1, self.whole].map(|at| usize::try_from(at).ok());
         // A lower bound of the piece that acts in the step saves the search from the first piece.
-        let piece = settings.history.first_movement.saturating_sub(2);
+        let piece = first_movement.saturating_sub(2);
         for (entry, (at, mut piece)) in (2..).zip([(self.movement, piece), (begin[0], 0), (begin[1], 0)]) {
             if let Some(at) = at.filter(|at| *at < drive.voltage.len()) {
                 let StepVoltage { ends: [start, end], added } = voltage.step_voltage(at, &mut piece);
@@ -178,9 +178,8 @@ impl DelayTaps {
         &self,
         (at, begins_later): (usize, bool),
         (TapGains { gains, step, movement, .. }, lane): (&TapGains<L>, usize),
-        voltage: &[f64],
+        Commanded { voltage, history }: Commanded<'_>,
         drive: DriveNonlinearity<f64>,
-        history: InputHistory,
     ) -> [f64; 2] {
         let still = history.first_movement.checked_sub(1).map_or(history.voltage, |n| voltage[n]);
         let begins = at.saturating_add_signed(-self.whole);
@@ -197,9 +196,8 @@ impl DelayTaps {
     fn before_movement(
         &self,
         at: usize,
-        voltage: &[f64],
+        Commanded { voltage, history }: Commanded<'_>,
         drive: DriveNonlinearity<f64>,
-        history: InputHistory,
     ) -> [f64; 2] {
         let (mut three, before) = ([0.0; 3], &voltage[..history.first_movement]);
         Commanded { voltage: before, history }.copy(at, self.whole + 1, &mut three);

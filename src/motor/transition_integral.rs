@@ -8,8 +8,10 @@
 
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
-use super::discretize::{Input, Method, coefficients, halvings_needed};
+use super::composed::SplitSteps;
+use super::discretize::{Input, Method, StepMaps, coefficients, halvings_needed};
 use super::dual::multiply_add;
+use crate::numeric::count;
 
 /// The dynamics `dx/dt = A x + b v + c T` of `N` motors side by side, x = `[i, ω]`.
 #[derive(Clone, Copy)]
@@ -111,6 +113,58 @@ impl<const N: usize, const K: usize> TransitionIntegrals<N, K> {
             }
         }
         integrals
+    }
+
+    /// Returns the integrals over the distinct coarse parts of steps and over the distinct fine parts.
+    #[inline(always)]
+    pub(crate) fn of_parts<const FMA: bool>(
+        split: &SplitSteps,
+        dynamics: &Dynamics<N>,
+        method: Method,
+    ) -> [Vec<Self>; 2] {
+        let mut parts = [Vec::new(), Vec::new()];
+        for (of, table) in parts.iter_mut().enumerate() {
+            let (multiples, base_s) = (&split.multiples[of], split.base_s(of));
+            let base = Self::new(dynamics, [base_s; N], method);
+            *table = vec![base; multiples.len()];
+            for at in 0..multiples.len() {
+                // Multiples increase, and most follow their predecessor.
+                let n = multiples[at];
+                table[at] = if at > 0 && n == multiples[at - 1] + 1 {
+                    table[at - 1].then::<FMA>(&base, dynamics)
+                } else {
+                    Self::new(dynamics, [count(n) * base_s; N], method)
+                };
+            }
+        }
+        parts
+    }
+
+    /// Returns the step maps for a step of `h` seconds, over which these are the integrals: `D = A S = r A − d q I`. A first-order
+    /// hold needs `K` = 2.
+    #[inline(always)]
+    pub(crate) fn maps(&self, dynamics: &Dynamics<N>, h: f64, method: Method) -> StepMaps<N> {
+        let (Dynamics { a, torque, determinant, .. }, [r, q]) = (dynamics, &self.0[0]);
+        let zero = [[0.0; N]; 2];
+        let mut maps = StepMaps { d: [[0.0; N]; 4], taps: [zero; 2], torque: zero };
+        let responses = self.responses(dynamics);
+        for n in 0..N {
+            let rest = determinant[n] * q[n];
+            maps.d[0][n] = r[n] * a[0][n] - rest;
+            maps.d[1][n] = r[n] * a[1][n];
+            maps.d[2][n] = r[n] * a[2][n];
+            maps.d[3][n] = r[n] * a[3][n] - rest;
+            for axis in 0..2 {
+                let end = if K > 1 && method.uses_next_input() { responses[K - 1][axis][n] / h } else { 0.0 };
+                maps.taps[1][axis][n] = end;
+                maps.taps[0][axis][n] = responses[0][axis][n] - end;
+                maps.torque[axis][n] = r[n] * torque[0][axis][n] + q[n] * torque[1][axis][n];
+            }
+        }
+        if method.input == Input::Current {
+            maps.d[0] = [-1.0; N];
+        }
+        maps
     }
 
     /// Returns the integrals, applied to the vector b: the responses of both states to a unit step of the voltage, and to a unit

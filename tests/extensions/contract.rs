@@ -140,3 +140,31 @@ fn extensions_that_change_nothing_cost_the_same() {
         }
     }
 }
+
+/// Pieces of constant input end where the input of any candidate of a block changes, and no cost may depend on that.
+#[test]
+fn a_cost_does_not_depend_on_the_candidates_beside_it() {
+    // Runs of 1 to 700 samples, longer than a block of sums and shorter than a piece.
+    let edges = [1_u32, 2, 40, 90, 790, 791, 1500, 2200, 2230, 2900];
+    let time_s = (0..3500_u32).map(|n| f64::from(n) * 1e-3).collect();
+    let voltage =
+        (0..3500_u32).map(|n| 3.0 * f64::from(edges.iter().filter(|edge| **edge <= n).count() as u8 % 4)).collect();
+    let records = [driven(time_s, voltage, None), mixed_records().remove(2)];
+    for set in sets() {
+        let space = space(&set, records.len());
+        for discretization in [Discretization::Zoh, Discretization::Foh] {
+            let model = Model { discretization, initial: Initial::Zero };
+            let problem = Arc::new(Problem::new(&records, model, space.clone(), Criterion::default()).unwrap());
+            let values = candidates(&space, 50, 7);
+            for level in Level::available() {
+                let together = costs(&mut Simd::at(level), &problem, &values);
+                let oracle = costs(&mut Scalar, &problem, &values);
+                for (row, candidate) in values.chunks(space.free().len()).enumerate() {
+                    let alone = costs(&mut Simd::at(level), &problem, candidate)[0];
+                    assert_eq!(alone.to_bits(), together[row].to_bits(), "{set:?} {discretization:?}, candidate {row}");
+                    agree(alone, oracle[row], oracle[row]).unwrap_or_else(|e| panic!("{set:?} {row}: {e}"));
+                }
+            }
+        }
+    }
+}
