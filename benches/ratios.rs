@@ -1,5 +1,6 @@
 //! Measures the cost of each kind of problem relative to the linear motor on a step recording, on one thread, for candidates
-//! spread over the search space and for a GWO search. All ratios are medians of alternating calls.
+//! spread over the search space and for a GWO search; complete runs relative to the estimate and its refinement; and small
+//! populations relative to large ones. All ratios are medians of alternating calls. `benches/results/ratios` keeps the output.
 #![allow(missing_docs, reason = "a bench has no public interface")]
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a bench prints and may stop")]
 #![allow(clippy::cast_precision_loss, reason = "small numbers")]
@@ -8,16 +9,17 @@ mod support;
 
 use motorfit::criterion::{Criterion, Norm};
 use motorfit::device::BatchSearchEvaluator;
+use motorfit::estimate::{RefineOptions, refine, steiglitz_mcbride};
 use motorfit::evaluate::{Level, Model, Problem, Simd};
-use motorfit::experiment::{Excitation, simulated};
-use motorfit::identify::Method;
+use motorfit::experiment::{Excitation, simulated, with_noise};
+use motorfit::identify::{IdentifySpec, Method, Polish, identify};
 use motorfit::motor::{Discretization, Parameter, Parameters, Space};
 use motorfit::named::Named as _;
-use motorfit::optimize::{Budget, Run, SearchSettings, minimize};
+use motorfit::optimize::{Budget, GwoOptions, Run, SearchSettings, minimize};
 use motorfit::record::Record;
 use std::ops::ControlFlow;
 use std::sync::Arc;
-use support::{candidates_of, evaluate, m2_record, median, restless_record, seconds};
+use support::{candidates, candidates_of, evaluate, m2_problem, m2_record, median, ratio, restless_record, seconds};
 
 /// A kind of problem.
 struct Workload {
@@ -55,7 +57,7 @@ fn workloads() -> Vec<Workload> {
     let many = irregular(|n| 0.002 * (f64::from(n * 7919 % 201) - 100.0));
     let all = irregular(|n| 0.001 * (f64::from(n * 7919 % 3001) * 0.2).floor() - 0.3);
     let steps = |record: &Record| record.steps().step_s.len();
-    println!("distinct steps: {}, {}, {}", steps(&three), steps(&many), steps(&all));
+    assert_eq!([steps(&three), steps(&many), steps(&all)], [3, 201, 601]);
     let coulomb = (P::Coulomb, 0.0, 0.05);
     let dead_time = (P::DeadTime, 0.0, 0.02);
     let latency = (P::Latency, 0.0, 0.05);
@@ -106,12 +108,45 @@ fn relative(all: &[Workload], n: usize, mut call: impl FnMut(usize, u64)) -> f64
     median(ratios.skip(1).collect())
 }
 
+/// Prints complete runs relative to Steiglitz–McBride with the refinement, and small populations relative to large ones.
+fn fixed_costs() {
+    let record = with_noise(&m2_record(), [0.012_015_7, 1.038_37], 1).unwrap();
+    let (space, options) = (Space::table2(), RefineOptions::default());
+    let records = std::slice::from_ref(&record);
+    let estimate = || {
+        let start = steiglitz_mcbride(&record, Model::default()).unwrap().unwrap();
+        drop(refine(records, &space, &start.parameters.to_array(), &options).unwrap());
+    };
+    let search = IdentifySpec { method: GwoOptions::default().into(), polish: Polish::None, ..IdentifySpec::default() };
+    println!("\n| complete run, 3001 samples, one thread | of the estimate with its refinement |\n|---|---|");
+    for (name, spec) in [("identify", IdentifySpec::default()), ("GWO 100 × 100 and its verdict", search)] {
+        println!("| {name} | {:.2} |", ratio(31, estimate, || drop(identify(records, &spec).unwrap())));
+    }
+    println!("\n| agents | rate of evaluation, of that with 9600 |\n|---|---|");
+    let (problem, values) = (m2_problem(), candidates(9600));
+    for count in [1, 10, 24, 50, 100, 250, 1000] {
+        let mut costs = vec![0.0; 9600];
+        let mut run = |count: usize| evaluate(&mut Simd::alone(), &problem, &values[..5 * count], &mut costs[..count]);
+        let small = median((0..101).map(|_| seconds(|| run(count))).collect()) / count as f64;
+        let large = median((0..11).map(|_| seconds(|| run(9600))).collect()) / 9600.0;
+        println!("| {count} | {:.2} |", large / small);
+    }
+}
+
 fn main() {
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    workload_costs(&one);
+    if std::env::args().skip(1).all(|a| a.starts_with('-')) {
+        one.install(fixed_costs);
+    }
+}
+
+/// Prints the cost of each workload relative to the first.
+fn workload_costs(one: &rayon::ThreadPool) {
     let all = workloads();
     let only = std::env::args().skip(1).find(|a| !a.starts_with('-')).unwrap_or_default();
     let values: Vec<Vec<f64>> = all.iter().map(|w| candidates_of(w.problem.space(), CANDIDATES)).collect();
     let levels: Vec<Level> = Level::available().filter(|level| *level != Level::Portable).collect();
-    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let names: Vec<&str> = levels.iter().map(|level| level.name()).collect();
     println!("| problem | evaluation, {} | GWO, 1000 × 20 |", names.join(" | evaluation, "));
     println!("|---|{}---|", "---|".repeat(levels.len()));

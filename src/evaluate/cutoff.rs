@@ -19,18 +19,20 @@ impl<const L: usize> Limits<L> {
         let last = cutoffs.len().checked_sub(1)?;
         let mut totals = [f64::INFINITY; L];
         for (lane, total) in totals.iter_mut().enumerate() {
-            let cutoff = cutoffs[lane.min(last)];
-            if !cutoff.is_nan() {
-                *total = problem.total_above(cutoff);
-            }
+            *total = total_above(problem, cutoffs[lane.min(last)]);
         }
         totals.iter().any(|total| total.is_finite()).then_some(Self(totals))
     }
 }
 
+/// Returns a total above which a cost is above `cutoff`; ∞ if the cutoff is no number.
+pub(super) fn total_above(problem: &Problem, cutoff: f64) -> f64 {
+    if cutoff.is_nan() { f64::INFINITY } else { problem.total_above(cutoff) }
+}
+
 /// Number of samples before the first comparison with the limits. Later ones are due after half as many samples again, because a
 /// comparison takes as long as some ten samples.
-const FIRST: usize = 128;
+pub(super) const FIRST: usize = 128;
 
 /// The limits of a block on one recording.
 pub(super) struct Cut<'a, const L: usize> {

@@ -69,8 +69,8 @@ struct Simulation<'a, const L: usize> {
     totals: Pair<L>,
     /// Moving averages of the current and speed sensors.
     sensors: [Option<MovingAverages<L>>; 2],
-    /// The states before each step of a piece, then the outputs of the sensors.
-    seen: Aligned<[Pair<L>; CHUNK]>,
+    /// The states before each step of a piece, then the outputs of the sensors; `None` without sensors that average.
+    seen: Option<Box<Aligned<[Pair<L>; CHUNK]>>>,
 }
 
 impl<'a, const L: usize> Simulation<'a, L> {
@@ -82,13 +82,14 @@ impl<'a, const L: usize> Simulation<'a, L> {
             let new = || MovingAverages::new(motors.get(of), signals.initial[channel], signals.len());
             features.has(of).then(new)
         });
+        let seen = sensors.iter().any(Option::is_some).then(|| Box::new(Aligned([[[0.0; L]; 2]; CHUNK])));
         let mut totals = [[0.0; L]; 2];
         // NaN step maps must give a NaN cost even if the input is zero.
         for lane in 0..L {
             totals[0][lane] = 0.0 * steps[0].maps.d.iter().map(|d| d[lane]).sum::<f64>();
         }
         let lanes = Lanes { x: signals.initial.map(|x| [x; L]), sums: [[0.0; L]; 2] };
-        Self { problem, signals, steps, lanes, summed: 0, totals, sensors, seen: Aligned([[[0.0; L]; 2]; CHUNK]) }
+        Self { problem, signals, steps, lanes, summed: 0, totals, sensors, seen }
     }
 
     /// Returns the weighted sums of errors over the active samples, shape `[channels][candidates]`; those so far once all
@@ -163,14 +164,14 @@ impl<'a, const L: usize> Simulation<'a, L> {
         let Self { problem, signals, lanes, sensors, seen, .. } = self;
         let samples = Samples::of(signals, start, end);
         let kind = (problem.criterion().is_absolute(), !signals.weight.is_empty());
-        if sensors.iter().all(Option::is_none) {
+        let Some(seen) = seen else {
             return match kind {
                 (false, false) => lanes.follow::<FMA, BRUSHES, FRICTION, false, false>(step, samples, inputs),
                 (false, true) => lanes.follow::<FMA, BRUSHES, FRICTION, false, true>(step, samples, inputs),
                 (true, false) => lanes.follow::<FMA, BRUSHES, FRICTION, true, false>(step, samples, inputs),
                 (true, true) => lanes.follow::<FMA, BRUSHES, FRICTION, true, true>(step, samples, inputs),
             };
-        }
+        };
         let seen = &mut seen.0[..end - start];
         lanes.observe::<FMA, BRUSHES, FRICTION>(step, inputs, seen);
         for (channel, sensor) in sensors.iter_mut().enumerate() {
@@ -244,12 +245,13 @@ impl<const L: usize> Lanes<L> {
         let [mut sum_i, mut sum_w] = self.sums;
         for (n, (measured, input)) in samples.measured.iter().zip(inputs).enumerate() {
             let weight = if WEIGHTED { samples.weight[n] } else { [1.0; 2] };
+            let step = input.own_step(step);
             for lane in 0..L {
                 let [error_i, error_w] = [measured[0] - i[lane], measured[1] - w[lane]];
                 sum_i[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_i[lane], error_i, weight[0]);
                 sum_w[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_w[lane], error_w, weight[1]);
+                [i[lane], w[lane]] = step.next::<FMA, BRUSHES, FRICTION>([i[lane], w[lane]], input, lane);
             }
-            input.own_step(step).advance::<FMA, BRUSHES, FRICTION>([&mut i, &mut w], input);
         }
         self.x = [i, w];
         self.sums = [sum_i, sum_w];
@@ -266,7 +268,10 @@ impl<const L: usize> Lanes<L> {
         let [mut i, mut w] = self.x;
         for (seen, input) in seen.iter_mut().zip(inputs) {
             *seen = [i, w];
-            input.own_step(step).advance::<FMA, BRUSHES, FRICTION>([&mut i, &mut w], input);
+            let step = input.own_step(step);
+            for lane in 0..L {
+                [i[lane], w[lane]] = step.next::<FMA, BRUSHES, FRICTION>([i[lane], w[lane]], input, lane);
+            }
         }
         self.x = [i, w];
     }

@@ -3,12 +3,109 @@
 //! Operations per candidate and step on the FMA ports: 6 for `A x + g` and `B g − d x`, 4 to advance the state, 3 for the input
 //! and 2 for the errors, which are 15 where a regular clock takes 6 to 8; a composition takes 8 more.
 
-use super::lanes::{Lanes, Samples, add_losses};
+#![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
+
+use super::at_level::at_level;
+use super::cutoff::{Cut, Limits};
+use super::kernel::{Block, LANES, LANES_AVX512};
+use super::lanes::{SUM_BLOCK, Samples, add_losses, so_far};
+use super::problem::Problem;
 use super::signals::Signals;
 use crate::motor::{Dynamics, Input, Method, SplitSteps, TransitionIntegrals, multiply_add};
 
+at_level! {
+    pub(super) fn avx512(block: &Block<'_>, costs: &mut [f64]) = avx512 { run::<LANES_AVX512, true>(block, costs) } else avx2
+}
+
+at_level! {
+    pub(super) fn avx2(block: &Block<'_>, costs: &mut [f64]) = avx2 { run::<LANES, true>(block, costs) } else portable
+}
+
+pub(super) fn portable(block: &Block<'_>, costs: &mut [f64]) {
+    run::<LANES, false>(block, costs);
+}
+
+/// Writes the costs of up to `L` candidates. Lanes without a candidate repeat the last one.
+#[inline(always)]
+fn run<const L: usize, const FMA: bool>(block: &Block<'_>, costs: &mut [f64]) {
+    let Block { problem, candidates, width, cutoffs } = *block;
+    let limits = Limits::of(problem, cutoffs);
+    let mut totals = [0.0; L];
+    for (recording, signals) in problem.signals().iter().enumerate() {
+        let mut parameters = [[0.0; L]; 5];
+        for lane in 0..L {
+            let row = lane.min(costs.len() - 1) * width;
+            let values = problem.parameters(&candidates[row..row + width], recording).to_array();
+            for (p, value) in values.into_iter().enumerate() {
+                parameters[p][lane] = value;
+            }
+        }
+        let mut cut = limits.as_ref().map(|limits| Cut::new(limits, problem, signals, totals));
+        let absolute = problem.criterion().is_absolute();
+        let sums = match (absolute, signals.weight.is_empty()) {
+            (false, true) => simulate::<L, FMA, false, false>(problem, signals, &parameters, cut.as_mut()),
+            (false, false) => simulate::<L, FMA, false, true>(problem, signals, &parameters, cut.as_mut()),
+            (true, true) => simulate::<L, FMA, true, false>(problem, signals, &parameters, cut.as_mut()),
+            (true, false) => simulate::<L, FMA, true, true>(problem, signals, &parameters, cut.as_mut()),
+        };
+        let is_abandoned = cut.as_ref().is_some_and(|cut| cut.is_passed(&sums));
+        for lane in 0..L {
+            totals[lane] += problem.scaled(signals, [sums[0][lane], sums[1][lane]]);
+        }
+        if is_abandoned {
+            break;
+        }
+    }
+    for (cost, total) in costs.iter_mut().zip(totals) {
+        *cost = problem.cost(total);
+    }
+}
+
+/// Returns the weighted sums of errors over the active samples of one recording, shape `[channels][candidates]`; those so far
+/// once all candidates are beyond the limits of `cut`.
+#[inline(always)]
+fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
+    problem: &Problem,
+    signals: &Signals,
+    parameters: &[[f64; L]; 5],
+    mut cut: Option<&mut Cut<'_, L>>,
+) -> [[f64; L]; 2] {
+    let clock = Clock::new::<FMA>(signals, parameters, problem.method());
+    let mut lanes = Moving { x: signals.initial.map(|x| [x; L]), sums: [[0.0; L]; 2] };
+    let mut totals = [[0.0; L]; 2];
+    let (mut from, end) = (signals.first_active, signals.len());
+    let mut part = from;
+    while from < end {
+        let last = end.min(part + SUM_BLOCK);
+        let to = match &cut {
+            Some(cut) => cut.until(from, last),
+            None => last,
+        };
+        clock.run::<FMA, ABSOLUTE, WEIGHTED>(&mut lanes, [from, to]);
+        if let Some(cut) = &mut cut
+            && cut.is_due(to - from)
+            && cut.is_passed(&so_far(&totals, &lanes.sums))
+        {
+            break;
+        }
+        if to == last {
+            totals = so_far(&totals, &lanes.sums);
+            lanes.sums = [[0.0; L]; 2];
+            part = last;
+        }
+        from = to;
+    }
+    so_far(&totals, &lanes.sums)
+}
+
+/// States and sums of errors of a block of candidates.
+struct Moving<const L: usize> {
+    x: [[f64; L]; 2],
+    sums: [[f64; L]; 2],
+}
+
 /// The steps of an irregular clock for a block of candidates.
-pub(super) enum Clock<'a, const L: usize> {
+enum Clock<'a, const L: usize> {
     /// Only a voltage under a zero-order hold acts.
     ZeroOrderHold(Table<'a, L, 1>),
     /// Any input.
@@ -17,7 +114,7 @@ pub(super) enum Clock<'a, const L: usize> {
 
 impl<'a, const L: usize> Clock<'a, L> {
     #[inline(always)]
-    pub(super) fn new<const FMA: bool>(signals: &'a Signals, parameters: &[[f64; L]; 5], method: Method) -> Self {
+    fn new<const FMA: bool>(signals: &'a Signals, parameters: &[[f64; L]; 5], method: Method) -> Self {
         if method.uses_next_input() || method.input == Input::Current || !signals.torque.is_empty() {
             Self::General(Table::new::<FMA>(signals, parameters, method))
         } else {
@@ -27,9 +124,9 @@ impl<'a, const L: usize> Clock<'a, L> {
 
     /// Simulates the samples `from..to` and adds their errors to the sums.
     #[inline(always)]
-    pub(super) fn run<const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
+    fn run<const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
         &self,
-        lanes: &mut Lanes<L>,
+        lanes: &mut Moving<L>,
         range: [usize; 2],
     ) {
         match self {
@@ -40,7 +137,7 @@ impl<'a, const L: usize> Clock<'a, L> {
 }
 
 /// The dynamics of a block of candidates and the integrals of their steps.
-pub(super) struct Table<'a, const L: usize, const K: usize> {
+struct Table<'a, const L: usize, const K: usize> {
     signals: &'a Signals,
     dynamics: Dynamics<L>,
     steps: Steps<'a, L, K>,
@@ -74,18 +171,18 @@ impl<'a, const L: usize, const K: usize> Table<'a, L, K> {
     #[inline(always)]
     fn run<const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
         &self,
-        lanes: &mut Lanes<L>,
+        lanes: &mut Moving<L>,
         [from, to]: [usize; 2],
     ) {
         let Self { signals, dynamics, steps, .. } = self;
         let samples = Samples::of(signals, from, to);
         // The black box forces the lanes through memory; otherwise the compiler splits them into scalars.
         let (lanes, dynamics) = (std::hint::black_box(lanes), std::hint::black_box(dynamics));
-        let Lanes { mut x, mut sums, .. } = *lanes;
+        let Moving { mut x, mut sums } = *lanes;
         for (n, measured) in samples.measured.iter().enumerate() {
             let weight = if WEIGHTED { samples.weight[n] } else { [1.0; 2] };
             add_losses::<L, FMA, ABSOLUTE, WEIGHTED>(&mut sums, &x, *measured, weight);
-            let step = usize::from(signals.step_index[from + n]);
+            let step = usize::from(signals.step_of(from + n));
             let inputs = if K > 1 { self.inputs(from + n, step) } else { [signals.voltage[from + n], 0.0, 0.0] };
             match steps {
                 Steps::Whole(whole) => advance::<L, K, FMA>(&mut x, dynamics, &whole[step], inputs),

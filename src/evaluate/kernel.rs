@@ -9,16 +9,14 @@
 
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
-use super::at_level::at_level;
-use super::cutoff::{Cut, Limits};
-use super::irregular::Clock;
 use super::lanes::{Lanes, SUM_BLOCK, Samples, add_losses, advance, gain, phi, so_far};
-use super::problem::Problem;
-use super::segment::Segment;
+use super::problem::{Problem, Scaling};
+use super::segment::{Position, Segment};
 use super::signals::Signals;
-use crate::motor::{StepMaps, step_maps};
+use crate::motor::{Method, StepMaps, step_maps};
 
 /// A block of candidates and their problem.
+#[derive(Clone, Copy)]
 pub(super) struct Block<'a> {
     pub problem: &'a Problem,
     /// The candidates, rows of `width` values.
@@ -33,133 +31,146 @@ pub(super) const LANES_AVX512: usize = 24;
 /// Candidates side by side at the other levels (measured).
 pub(super) const LANES: usize = 8;
 
-at_level! {
-    pub(super) fn avx512(block: &Block<'_>, costs: &mut [f64]) = avx512 { run::<LANES_AVX512, true>(block, costs) } else avx2
+/// A block of candidates within the simulation of one recording.
+pub(super) struct State<const L: usize> {
+    /// The candidate of each lane.
+    pub ids: [usize; L],
+    /// The total of each candidate over the recordings before, and that above which its cost is above its cutoff; −∞ for a lane
+    /// without a candidate.
+    pub before: [f64; L],
+    pub limits: [f64; L],
+    maps: StepMaps<L>,
+    lanes: Lanes<L>,
+    totals: [[f64; L]; 2],
 }
 
-at_level! {
-    pub(super) fn avx2(block: &Block<'_>, costs: &mut [f64]) = avx2 { run::<LANES, true>(block, costs) } else portable
-}
+impl<const L: usize> State<L> {
+    /// Marks a lane without a candidate.
+    pub const EMPTY: usize = usize::MAX;
 
-/// Runs a block with separate multiplications and additions, since `mul_add` is a library call without FMA instructions.
-pub(super) fn portable(block: &Block<'_>, costs: &mut [f64]) {
-    run::<LANES, false>(block, costs);
-}
-
-/// Writes the costs of up to `L` candidates. Lanes without a candidate repeat the last one.
-#[inline(always)]
-fn run<const L: usize, const FMA: bool>(block: &Block<'_>, costs: &mut [f64]) {
-    let Block { problem, candidates, width, cutoffs } = *block;
-    let limits = Limits::of(problem, cutoffs);
-    let mut totals = [0.0; L];
-    for (recording, signals) in problem.signals().iter().enumerate() {
+    /// Returns the beginning of a recording for up to `L` candidates, given by their rows. Lanes without a candidate repeat the last
+    /// one.
+    #[inline(always)]
+    pub(super) fn new(block: &Block<'_>, ids: &[usize], signals: &Signals, recording: usize) -> Self {
+        let Block { problem, candidates, width, .. } = *block;
         let mut parameters = [[0.0; L]; 5];
+        let mut own = [Self::EMPTY; L];
         for lane in 0..L {
-            let row = lane.min(costs.len() - 1) * width;
-            let values = problem.parameters(&candidates[row..row + width], recording).to_array();
+            let id = ids[lane.min(ids.len() - 1)];
+            let values = problem.parameters(&candidates[id * width..][..width], recording).to_array();
             for (p, value) in values.into_iter().enumerate() {
                 parameters[p][lane] = value;
             }
         }
-        let mut cut = limits.as_ref().map(|limits| Cut::new(limits, problem, signals, totals));
-        let absolute = problem.criterion().is_absolute();
-        let sums = match (absolute, signals.weight.is_empty()) {
-            (false, true) => simulate::<L, FMA, false, false>(problem, signals, &parameters, cut.as_mut()),
-            (false, false) => simulate::<L, FMA, false, true>(problem, signals, &parameters, cut.as_mut()),
-            (true, true) => simulate::<L, FMA, true, false>(problem, signals, &parameters, cut.as_mut()),
-            (true, false) => simulate::<L, FMA, true, true>(problem, signals, &parameters, cut.as_mut()),
-        };
-        let is_abandoned = cut.as_ref().is_some_and(|cut| cut.is_passed(&sums));
+        own[..ids.len()].copy_from_slice(ids);
+        Self { ids: own, ..Self::of(signals, &parameters, problem.method()) }
+    }
+
+    #[inline(always)]
+    fn of(signals: &Signals, parameters: &[[f64; L]; 5], method: Method) -> Self {
+        let maps = step_maps(parameters, signals.step_s[0], method);
+        let lanes =
+            Lanes { x: signals.initial.map(|x| [x; L]), sums: [[0.0; L]; 2], phi: phi(&maps), gain: maps.torque };
+        // NaN step maps must give a NaN cost even if the input is zero.
+        let mut totals = [[0.0; L]; 2];
         for lane in 0..L {
-            totals[lane] += problem.scaled(signals, [sums[0][lane], sums[1][lane]]);
+            totals[0][lane] = 0.0 * maps.d.iter().map(|d| d[lane]).sum::<f64>();
         }
-        if is_abandoned {
-            break;
-        }
+        Self { ids: [Self::EMPTY; L], before: [0.0; L], limits: [f64::NEG_INFINITY; L], maps, lanes, totals }
     }
-    for (cost, total) in costs.iter_mut().zip(totals) {
-        *cost = problem.cost(total);
-    }
-}
 
-/// Returns the weighted sums of errors over the active samples of one recording, shape `[channels][candidates]`; those so far
-/// once all candidates are beyond the limits of `cut`.
-#[inline(always)]
-fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
-    problem: &Problem,
-    signals: &Signals,
-    parameters: &[[f64; L]; 5],
-    mut cut: Option<&mut Cut<'_, L>>,
-) -> [[f64; L]; 2] {
-    let method = problem.method();
-    let maps = step_maps(parameters, signals.step_s[0], method);
-    let is_regular = signals.step_index.is_empty();
-    let is_simple = !method.uses_next_input() && signals.torque.is_empty();
-    // A closure would not be compiled for the SIMD level.
-    let clock = if is_regular { None } else { Some(Clock::new::<FMA>(signals, parameters, method)) };
-    let mut lanes =
-        Lanes { x: signals.initial.map(|x| [x; L]), sums: [[0.0; L]; 2], phi: phi(&maps), gain: maps.torque };
-    // NaN step maps must give a NaN cost even if the input is zero.
-    let mut totals = [[0.0; L]; 2];
-    for lane in 0..L {
-        totals[0][lane] = 0.0 * maps.d.iter().map(|d| d[lane]).sum::<f64>();
-    }
-    let whole = [signals.active_segment()];
-    let segments = if is_regular { signals.active_segments() } else { &whole };
-    let mut summed = 0;
-    for Segment { run, constant } in segments {
-        lanes.gain = gain::<L, 3>(&maps, [run.voltage[0], run.voltage[1], run.torque]);
-        let mut start = run.start;
-        while start < run.end {
-            let end = run.end.min(start + SUM_BLOCK);
-            let mut from = start;
-            while from < end {
-                let to = match &cut {
-                    Some(cut) => cut.until(from, end),
-                    None => end,
-                };
-                let samples = Samples::of(signals, from, to);
-                if let Some(clock) = &clock {
-                    clock.run::<FMA, ABSOLUTE, WEIGHTED>(&mut lanes, [from, to]);
-                } else if *constant {
-                    run_samples::<L, FMA, ABSOLUTE, WEIGHTED, 0>(
-                        &mut lanes,
-                        &maps,
-                        samples,
-                        std::iter::repeat([0.0; 3]),
-                    );
-                } else if is_simple {
-                    let volts = signals.voltage[from..to].iter().map(|&voltage| [voltage, 0.0, 0.0]);
-                    run_samples::<L, FMA, ABSOLUTE, WEIGHTED, 1>(&mut lanes, &maps, samples, volts);
-                } else {
-                    let inputs = (from..to).map(|n| signals.inputs(n));
-                    run_samples::<L, FMA, ABSOLUTE, WEIGHTED, 3>(&mut lanes, &maps, samples, inputs);
-                }
-                if let Some(cut) = &mut cut
-                    && cut.is_due(to - from)
-                    && cut.is_passed(&so_far(&totals, &lanes.sums))
-                {
-                    return so_far(&totals, &lanes.sums);
-                }
-                from = to;
+    /// Simulates at most `samples` samples from a position on an even clock and returns the position after them.
+    #[inline(always)]
+    pub(super) fn advance<const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
+        &mut self,
+        problem: &Problem,
+        signals: &Signals,
+        mut at: Position,
+        mut samples: usize,
+    ) -> Position {
+        let is_simple = !problem.method().uses_next_input() && signals.torque.is_empty();
+        let segments = signals.active_segments();
+        while samples > 0
+            && let Some(Segment { run, constant }) = segments.get(at.segment)
+        {
+            if at.next == run.start {
+                self.lanes.gain = gain::<L, 3>(&self.maps, [run.voltage[0], run.voltage[1], run.torque]);
             }
-            summed += end - start;
-            start = end;
-            if summed >= SUM_BLOCK {
-                flush(&mut lanes, &mut totals);
-                summed = 0;
+            let end = run.end.min(at.part + SUM_BLOCK);
+            let (from, to) = (at.next, end.min(at.next.saturating_add(samples)));
+            let (of, lanes, maps) = (Samples::of(signals, from, to), &mut self.lanes, &self.maps);
+            if *constant {
+                run_samples::<L, FMA, ABSOLUTE, WEIGHTED, 0>(lanes, maps, of, std::iter::repeat([0.0; 3]));
+            } else if is_simple {
+                let volts = signals.voltage[from..to].iter().map(|&voltage| [voltage, 0.0, 0.0]);
+                run_samples::<L, FMA, ABSOLUTE, WEIGHTED, 1>(lanes, maps, of, volts);
+            } else {
+                let inputs = (from..to).map(|n| signals.inputs(n));
+                run_samples::<L, FMA, ABSOLUTE, WEIGHTED, 3>(lanes, maps, of, inputs);
+            }
+            samples -= to - from;
+            at.next = to;
+            if to == end {
+                at.summed += end - at.part;
+                if at.summed >= SUM_BLOCK {
+                    self.flush();
+                    at.summed = 0;
+                }
+                at.part = end;
+                if end == run.end {
+                    let start = segments.get(at.segment + 1).map_or(end, |next| next.run.start);
+                    at = Position { segment: at.segment + 1, part: start, next: start, ..at };
+                }
             }
         }
+        at
     }
-    flush(&mut lanes, &mut totals);
-    totals
-}
 
-/// Adds the sums of a block of samples to the totals. Summation in blocks bounds the rounding error by the block length.
-#[inline(always)]
-fn flush<const L: usize>(lanes: &mut Lanes<L>, totals: &mut [[f64; L]; 2]) {
-    *totals = so_far(totals, &lanes.sums);
-    lanes.sums = [[0.0; L]; 2];
+    /// Adds the sums of a block of samples to the totals. Summation in blocks bounds the rounding error by the block length.
+    #[inline(always)]
+    fn flush(&mut self) {
+        self.totals = so_far(&self.totals, &self.lanes.sums);
+        self.lanes.sums = [[0.0; L]; 2];
+    }
+
+    /// Returns the number of candidates within their limits.
+    #[inline(always)]
+    pub(super) fn within(&self, scaling: Scaling) -> usize {
+        let (sums, mut count) = (so_far(&self.totals, &self.lanes.sums), 0);
+        for lane in 0..L {
+            let total = self.before[lane] + scaling.total([sums[0][lane], sums[1][lane]]);
+            count += usize::from(total <= self.limits[lane]);
+        }
+        count
+    }
+
+    /// Returns the weighted sums of errors of a lane so far, per channel.
+    pub(super) fn sums(&self, lane: usize) -> [f64; 2] {
+        [0, 1].map(|channel| self.totals[channel][lane] + self.lanes.sums[channel][lane])
+    }
+
+    /// Moves the candidate of a lane of another block to the lane `own`.
+    pub(super) fn take(&mut self, own: usize, from: &mut Self, lane: usize) {
+        self.ids[own] = from.ids[lane];
+        for (to, from) in self.values().into_iter().zip(from.values()) {
+            to[own] = from[lane];
+        }
+    }
+
+    /// Returns all numbers of the candidates.
+    fn values(&mut self) -> [&mut [f64; L]; 24] {
+        let Self {
+            before,
+            limits,
+            maps: StepMaps { d: [a, b, c, d], taps: [[e, f], [g, h]], torque: [i, j] },
+            lanes,
+            totals,
+            ..
+        } = self;
+        let Lanes { x: [k, l], sums: [m, n], phi: [o, p, q, r], gain: [s, t] } = lanes;
+        let [u, v] = totals;
+        [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, before, limits]
+    }
 }
 
 /// Simulates samples with the same step map. The first `CHANGING` inputs change from sample to sample, the others are constant.

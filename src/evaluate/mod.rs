@@ -19,6 +19,7 @@ mod input;
 mod irregular;
 mod kernel;
 mod lanes;
+mod packed;
 mod problem;
 mod scalar;
 mod segment;

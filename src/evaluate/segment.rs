@@ -59,3 +59,28 @@ impl Segment {
         segments
     }
 }
+
+/// A place within the segments of a recording, where a simulation pauses.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Position {
+    /// Index of the segment.
+    pub segment: usize,
+    /// First sample of the current part of the segment, which has at most a block of sums, and the next sample.
+    pub part: usize,
+    pub next: usize,
+    /// Number of samples in parts that are complete but not in the totals.
+    pub summed: usize,
+}
+
+impl Position {
+    /// Returns the beginning.
+    pub(super) fn first(segments: &[Segment]) -> Self {
+        let start = segments.first().map_or(0, |segment| segment.run.start);
+        Self { segment: 0, part: start, next: start, summed: 0 }
+    }
+
+    /// Returns true after the last segment.
+    pub(super) fn is_end(&self, segments: &[Segment]) -> bool {
+        self.segment >= segments.len()
+    }
+}

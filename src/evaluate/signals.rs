@@ -272,12 +272,6 @@ impl Signals {
         &self.segments[self.idle_segments..]
     }
 
-    /// Returns the samples from `first_active` on as one segment, whatever their steps and inputs.
-    pub(super) fn active_segment(&self) -> Segment {
-        let (start, end) = (self.first_active, self.len());
-        Segment { run: Run { start, end, step: 0, voltage: [0.0; 2], torque: 0.0 }, constant: false }
-    }
-
     fn set_weights(&mut self, record: &Record, criterion: &Criterion) {
         let regular = self.step_index.is_empty();
         if criterion.norm.is_time_weighted() || (criterion.is_integral() && !regular) {

@@ -2,9 +2,9 @@
 
 use super::cpu::{Level, cpu_name};
 use super::evaluator::{Batch, Evaluator, Group};
-use super::extended;
 use super::kernel::{self, Block};
 use super::problem::Problem;
+use super::{extended, irregular, packed};
 use crate::Result;
 use rayon::prelude::*;
 
@@ -50,8 +50,7 @@ impl Simd {
     }
 
     fn takes_one_thread(self, problem: &Problem, candidates: usize) -> bool {
-        let is_regular = problem.signals().iter().all(|signals| signals.step_index.is_empty());
-        let factor = if problem.features().is_linear() && is_regular { 1 } else { EXTENDED_COST };
+        let factor = if kind(problem) == Kind::Even { 1 } else { EXTENDED_COST };
         let least = if self.level == Level::Avx512 { PARALLEL_MIN_AVX512 } else { PARALLEL_MIN };
         candidates.saturating_mul(problem.active()).saturating_mul(factor) < least
     }
@@ -70,19 +69,55 @@ impl Simd {
         }
     }
 
+    /// Returns the number of candidates that are evaluated together. With cutoffs they are several blocks, whose candidates are
+    /// packed into fewer as some of them leave.
+    fn together(self, group: &Group<'_>) -> usize {
+        let (lanes, count) = (self.lanes(group.problem), group.candidates.count());
+        let is_packed = !group.candidates.cutoffs().is_empty() && kind(group.problem) == Kind::Even;
+        if !is_packed {
+            return lanes;
+        }
+        count.div_ceil(self.threads()).next_multiple_of(lanes).clamp(lanes, packed::PACK)
+    }
+
     fn run(self, group: &Group<'_>, first: usize, costs: &mut [f64]) {
         let width = group.candidates.width();
         let candidates = &group.candidates.values()[first * width..(first + costs.len()) * width];
         let cutoffs = group.candidates.cutoffs().get(first..first + costs.len()).unwrap_or_default();
         let block = Block { problem: group.problem, candidates, width, cutoffs };
-        match (self.level, group.problem.features().is_linear()) {
-            (Level::Avx512, true) => kernel::avx512(&block, costs),
-            (Level::Avx2, true) => kernel::avx2(&block, costs),
-            (Level::Portable, true) => kernel::portable(&block, costs),
-            (Level::Avx512, false) => extended::avx512(&block, costs),
-            (Level::Avx2, false) => extended::avx2(&block, costs),
-            (Level::Portable, false) => extended::portable(&block, costs),
-        }
+        let run = match (kind(group.problem), self.level) {
+            (Kind::Even, Level::Avx512) => packed::avx512,
+            (Kind::Even, Level::Avx2) => packed::avx2,
+            (Kind::Even, Level::Portable) => packed::portable,
+            (Kind::Irregular, Level::Avx512) => irregular::avx512,
+            (Kind::Irregular, Level::Avx2) => irregular::avx2,
+            (Kind::Irregular, Level::Portable) => irregular::portable,
+            (Kind::Extended, Level::Avx512) => extended::avx512,
+            (Kind::Extended, Level::Avx2) => extended::avx2,
+            (Kind::Extended, Level::Portable) => extended::portable,
+        };
+        run(&block, costs);
+    }
+}
+
+/// The kernels.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// The linear motor on even clocks.
+    Even,
+    /// The linear motor, some recordings of which have an irregular clock.
+    Irregular,
+    /// Motors with extensions.
+    Extended,
+}
+
+fn kind(problem: &Problem) -> Kind {
+    if !problem.features().is_linear() {
+        Kind::Extended
+    } else if problem.signals().iter().all(|signals| signals.step_index.is_empty()) {
+        Kind::Even
+    } else {
+        Kind::Irregular
     }
 }
 
@@ -94,7 +129,7 @@ impl Evaluator for Simd {
         let mut parts = Vec::with_capacity(batch.groups.len());
         for group in batch.groups {
             let (own, others) = rest.split_at_mut(group.candidates.count());
-            parts.push((group, simd.lanes(group.problem), own));
+            parts.push((group, simd.together(group), own));
             rest = others;
         }
         let is_small = |group: &Group<'_>| simd.takes_one_thread(group.problem, group.candidates.count());

@@ -36,21 +36,9 @@ impl<const L: usize> Step<L> {
         Self { phi: phi(&maps), reactions: Reactions::new(motors, &maps, features), maps, bias }
     }
 
-    /// Advances the states of all candidates by one step.
-    #[inline(always)]
-    pub(super) fn advance<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(
-        &self,
-        [i, w]: [&mut [f64; L]; 2],
-        input: impl Input<L>,
-    ) {
-        for lane in 0..L {
-            [i[lane], w[lane]] = self.next::<FMA, BRUSHES, FRICTION>([i[lane], w[lane]], input, lane);
-        }
-    }
-
     /// Returns the state of a candidate after one step.
     #[inline(always)]
-    fn next<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(
+    pub(super) fn next<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(
         &self,
         [i, w]: [f64; 2],
         input: impl Input<L>,
