@@ -65,7 +65,7 @@ impl<const L: usize> Taps<L> {
         let (drive, features) = (signals.drive(), settings.features);
         let time = if needs_times(settings) { signals.times() } else { Arc::default() };
         let gains = TapGains::new(motors, drive.step_s[0], settings);
-        let delay = |lane| DelayTaps::with_gains(&motors.lane(lane), (&gains, lane), drive, settings, time.clone());
+        let delay = |lane| DelayTaps::new(&motors.lane(lane), (&gains, lane), drive, settings, time.clone());
         let delays: [DelayTaps; L] = std::array::from_fn(delay);
         let mut special = Vec::new();
         for (lane, delay) in delays.iter().enumerate() {

@@ -102,19 +102,8 @@ fn left_of_step(steps: f64) -> f64 {
 }
 
 impl DelayTaps {
-    /// Computes the taps of a motor; `time` holds the times of the samples \[s\] if [`needs_times`] is true.
-    pub(crate) fn new(
-        motor: &Extended,
-        drive: SimulationInput<'_>,
-        settings: SimulationSettings,
-        time: Arc<[f64]>,
-    ) -> Self {
-        let gains = TapGains::new(&motor.map(|value| [value]), drive.step_s[0], settings);
-        Self::with_gains(motor, (&gains, 0), drive, settings, time)
-    }
-
-    /// Makes the taps of a motor with the gains of a lane.
-    pub(crate) fn with_gains<const L: usize>(
+    /// Makes the taps of a motor with the gains of a lane; `time` holds the times of the samples \[s\] if [`needs_times`] is true.
+    pub(crate) fn new<const L: usize>(
         motor: &Extended,
         of: (&TapGains<L>, usize),
         drive: SimulationInput<'_>,

@@ -4,7 +4,7 @@
 use super::features::{FIELDS, SLOTS, STATES, ShaderFeatures, Slot, WINDOWS};
 use super::variant::LANES;
 use crate::evaluate::{Problem, Signals};
-use crate::motor::{DelayTaps, Extended, MovingAverage, Parameter, WINDOW_MAX};
+use crate::motor::{DelayTaps, Extended, MovingAverage, Parameter, TapGains, WINDOW_MAX};
 use crate::numeric::{count, real};
 use std::sync::Arc;
 
@@ -35,7 +35,9 @@ pub(super) fn constants(
         }
     }
     if features.delayed {
-        let taps = DelayTaps::new(motor, signals.drive(), problem.settings(signals), time.clone());
+        let (drive, settings) = (signals.drive(), problem.settings(signals));
+        let gains = TapGains::new(&motor.map(|value| [value]), drive.step_s[0], settings);
+        let taps = DelayTaps::new(motor, (&gains, 0), drive, settings, time.clone());
         // Steps are counted from the first simulated sample. The number `samples + 1` marks a step that does not occur.
         let (first, samples) = (problem.first_active(signals), signals.len());
         let own = &mut constants[features.slot(Slot::Taps)];
