@@ -208,6 +208,20 @@ fn irregular_clocks_at_every_level() {
 }
 
 #[test]
+fn a_candidate_that_is_no_number_has_no_cost_on_a_recording_at_rest() {
+    let still = changed(&irregular_records()[1], |s| s.voltage.fill(0.0));
+    for record in [still.clone(), changed(&still, |s| s.torque = None)] {
+        let model = Model { initial: Initial::Zero, ..Model::default() };
+        let problem = problem(&[record], model, criterion(Norm::Euclidean, Scale::None));
+        for level in Level::available() {
+            let candidates = [Parameters::M2.to_array(), [1.0, f64::NAN, 1.0, 1.0, 1.0]].concat();
+            let costs = costs(&mut Simd::at(level), &problem, &candidates);
+            assert!(costs[0].is_finite() && costs[1].is_infinite(), "{costs:?}");
+        }
+    }
+}
+
+#[test]
 fn edges_at_every_level() {
     for level in Level::available() {
         edges(&mut Simd::at(level), 1e-12).unwrap_or_else(|e| panic!("{}: {e}", level.name()));

@@ -72,7 +72,12 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
 ) -> [[f64; L]; 2] {
     let clock = Clock::new::<FMA>(signals, parameters, problem.method());
     let mut lanes = Moving { x: signals.initial.map(|x| [x; L]), sums: [[0.0; L]; 2] };
+    // NaN parameters must give a NaN cost even if the motor is at rest throughout.
     let mut totals = [[0.0; L]; 2];
+    for lane in 0..L {
+        totals[0][lane] = 0.0 * (parameters[0][lane] + parameters[1][lane] + parameters[2][lane] + parameters[3][lane]);
+        totals[0][lane] += 0.0 * parameters[4][lane];
+    }
     let (mut from, end) = (signals.first_active, signals.len());
     let mut part = from;
     while from < end {
