@@ -18,6 +18,12 @@ fn problem(records: &[Record], norm: Norm, space: Space) -> Arc<Problem> {
     Arc::new(Problem::new(records, Model::default(), space, criterion(norm, Scale::Std)).unwrap())
 }
 
+/// Returns recordings on even clocks only, which have a kernel of their own: a step, a binary voltage with torque, a ramp.
+fn even_records() -> Vec<Record> {
+    let records = [vec![m2_record()], mixed_records()].concat();
+    records.into_iter().filter(|record| record.steps().step_index.is_empty()).collect()
+}
+
 /// Checks costs with cutoffs against those without and returns how many were not computed to the end.
 fn check(problem: &Arc<Problem>, values: &[f64], level: Level) -> usize {
     let mut simd = Simd::at(level);
@@ -58,6 +64,11 @@ fn a_cost_is_exact_unless_it_is_above_its_cutoff() {
             check(&problem(&[m2_record()], norm, Space::table2()), &near(29, 1e-3, 2), level);
             let joint = check(&problem(&mixed_records(), norm, Space::table2()), &near(29, 0.3, 5), level);
             assert!(joint > 29, "{}, {norm:?}, joint: only {joint} were abandoned", level.name());
+            // Enough blocks for candidates to move, over several recordings, with one that has no cost.
+            let mut many = [near(150, 0.3, 5), uniform(100, 6)].concat();
+            many[5 * 70] = f64::NAN;
+            let even = check(&problem(&even_records(), norm, Space::table2()), &many, level);
+            assert!(even > 250, "{}, {norm:?}, even clocks: only {even} were abandoned", level.name());
         }
     }
 }
@@ -103,12 +114,14 @@ fn searched(search: ConfiguredSearch, problem: &Arc<Problem>, on: Box<dyn Evalua
 
 #[test]
 fn searches_find_the_same_with_and_without_cutoffs() {
-    let records = [vec![m2_record()], mixed_records()].concat();
-    let friction = [Parameter::Coulomb, Parameter::DeadTime];
+    let (even, all) = (even_records(), [vec![m2_record()], mixed_records()].concat());
+    assert_eq!((even.len(), all.len()), (3, 4));
+    let friction = space(&[Parameter::Coulomb, Parameter::DeadTime], all.len());
     for search in SEARCHES {
-        for (n, norm) in NORMS.into_iter().enumerate() {
-            let space = if n % 2 == 0 { Space::table2() } else { space(&friction, records.len()) };
-            let problem = problem(&records, norm, space);
+        for (norm, records, space) in NORMS.into_iter().flat_map(|norm| {
+            [(norm, &even, Space::table2()), (norm, &all, Space::table2()), (norm, &all, friction.clone())]
+        }) {
+            let problem = problem(records, norm, space);
             let [cut, whole]: [Box<dyn Evaluator>; 2] = [Box::new(Simd::default()), Box::new(Whole(Simd::default()))];
             let [cut, whole] = [cut, whole].map(|on| searched(search.into(), &problem, on));
             assert_eq!(cut, whole, "{} with {norm:?}", search.name);
