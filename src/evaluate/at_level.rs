@@ -18,3 +18,23 @@ macro_rules! at_level {
     };
 }
 pub(crate) use at_level;
+
+/// Defines `avx512`, `avx2` and `portable`, which write the costs of the candidates of a block with `run`, compiled for the level,
+/// with so many candidates side by side. The portable one multiplies and adds separately, since `mul_add` is a library call without
+/// FMA instructions.
+macro_rules! at_each_level {
+    ($run:ident $(for $kernel:ident)? with [$avx512:expr, $avx2:expr, $portable:expr] candidates) => {
+        $crate::evaluate::at_level! {
+            pub(super) fn avx512(block: &Block<'_>, costs: &mut [f64]) = avx512 { $run::<$($kernel,)? { $avx512 }, true>(block, costs) } else avx2
+        }
+
+        $crate::evaluate::at_level! {
+            pub(super) fn avx2(block: &Block<'_>, costs: &mut [f64]) = avx2 { $run::<$($kernel,)? { $avx2 }, true>(block, costs) } else portable
+        }
+
+        pub(super) fn portable(block: &Block<'_>, costs: &mut [f64]) {
+            $run::<$($kernel,)? { $portable }, false>(block, costs);
+        }
+    };
+}
+pub(super) use at_each_level;

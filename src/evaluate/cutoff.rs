@@ -34,6 +34,12 @@ pub(super) fn total_above(problem: &Problem, cutoff: f64) -> f64 {
 /// comparison takes as long as some ten samples.
 pub(super) const FIRST: usize = 128;
 
+/// Returns the number of samples at which the sums are compared next.
+#[inline(always)]
+pub(super) fn next_due(done: usize) -> usize {
+    done + FIRST.max(done / 2)
+}
+
 /// The limits of a block on one recording.
 pub(super) struct Cut<'a, const L: usize> {
     limits: &'a Limits<L>,
@@ -63,7 +69,7 @@ impl<'a, const L: usize> Cut<'a, L> {
         self.done += samples;
         let is_due = self.done >= self.due;
         if is_due {
-            self.due = self.done + FIRST.max(self.done / 2);
+            self.due = next_due(self.done);
         }
         is_due
     }

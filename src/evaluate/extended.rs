@@ -4,12 +4,13 @@
 //! reads the inputs of each step from the recording. Otherwise it computes a chunk of samples at a time: the inputs of each
 //! candidate, then the states, then the sensor outputs, then the errors.
 
-use super::at_level::at_level;
-use super::cutoff::{Cut, Limits};
+use super::at_level::at_each_level;
+use super::cutoff::Cut;
 use super::input::{Inputs, Piece, PieceInput};
 use super::kernel::{Block, LANES, LANES_AVX512};
 use super::lanes::{SUM_BLOCK, Samples, add_loss, so_far};
 use super::problem::Problem;
+use super::recordings::{Kernel, run};
 use super::signals::Signals;
 use super::step::{Input, OwnStep, Pair, Step};
 use crate::motor::{
@@ -17,44 +18,29 @@ use crate::motor::{
     step_maps,
 };
 
-at_level! {
-    pub(super) fn avx512(block: &Block<'_>, costs: &mut [f64]) = avx512 { run::<LANES_AVX512, true>(block, costs) } else avx2
-}
-
 /// Candidates side by side at AVX2: one vector more than for the linear motor, because the latency of a step is longer.
 pub(super) const LANES_AVX2: usize = 12;
 
-at_level! {
-    pub(super) fn avx2(block: &Block<'_>, costs: &mut [f64]) = avx2 { run::<LANES_AVX2, true>(block, costs) } else portable
-}
+at_each_level!(run for WithExtensions with [LANES_AVX512, LANES_AVX2, LANES] candidates);
 
-pub(super) fn portable(block: &Block<'_>, costs: &mut [f64]) {
-    run::<LANES, false>(block, costs);
-}
+/// The kernel of motors with extensions.
+struct WithExtensions;
 
-#[inline(always)]
-fn run<const L: usize, const FMA: bool>(block: &Block<'_>, costs: &mut [f64]) {
-    let Block { problem, candidates, width, cutoffs } = *block;
-    let limits = Limits::of(problem, cutoffs);
-    let mut totals = [0.0; L];
-    for (recording, signals) in problem.signals().iter().enumerate() {
+impl<const L: usize> Kernel<L> for WithExtensions {
+    #[inline(always)]
+    fn sums<const FMA: bool>(
+        block: &Block<'_>,
+        count: usize,
+        recording: usize,
+        cut: Option<&mut Cut<'_, L>>,
+    ) -> Pair<L> {
+        let Block { problem, candidates, width, .. } = *block;
         let motors: [Extended; L] = std::array::from_fn(|lane| {
-            let row = lane.min(costs.len() - 1) * width;
+            let row = lane.min(count - 1) * width;
             problem.motor(&candidates[row..row + width], recording)
         });
         let motors = Extended::side_by_side(&motors);
-        let mut cut = limits.as_ref().map(|limits| Cut::new(limits, problem, signals, totals));
-        let sums = Simulation::<L>::new(problem, signals, &motors).sums::<FMA>(&motors, cut.as_mut());
-        let is_abandoned = cut.as_ref().is_some_and(|cut| cut.is_passed(&sums));
-        for lane in 0..L {
-            totals[lane] += problem.scaled(signals, [sums[0][lane], sums[1][lane]]);
-        }
-        if is_abandoned {
-            break;
-        }
-    }
-    for (cost, total) in costs.iter_mut().zip(totals) {
-        *cost = problem.cost(total);
+        Simulation::<L>::new(problem, &problem.signals()[recording], &motors).sums::<FMA>(&motors, cut)
     }
 }
 

@@ -1,63 +1,38 @@
 //! The linear motor on an irregular clock: the integrals of each step are read from a table, or composed of those of its parts.
 //!
-//! Operations per candidate and step on the FMA ports: 6 for `A x + g` and `B g − d x`, 4 to advance the state, 3 for the input
-//! and 2 for the errors, which are 15 where a regular clock takes 6 to 8; a composition takes 8 more.
+//! Multiplications per candidate and step: 6 for `A x + g` and `B g − d x`, 4 to advance the state, 3 for the input and 2 for the
+//! errors, which are 15 where a regular clock takes 6, and 8 more for a composition. Additions: 2, and 3 more for a composition.
 
-#![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
-
-use super::at_level::at_level;
-use super::cutoff::{Cut, Limits};
+use super::at_level::at_each_level;
+use super::cutoff::Cut;
 use super::kernel::{Block, LANES, LANES_AVX512};
 use super::lanes::{SUM_BLOCK, Samples, add_losses, so_far};
 use super::problem::Problem;
+use super::recordings::{Kernel, run};
 use super::signals::Signals;
 use crate::motor::{Dynamics, Input, Method, SplitSteps, TransitionIntegrals, multiply_add};
 
-at_level! {
-    pub(super) fn avx512(block: &Block<'_>, costs: &mut [f64]) = avx512 { run::<LANES_AVX512, true>(block, costs) } else avx2
-}
+at_each_level!(run for Irregular with [LANES_AVX512, LANES, LANES] candidates);
 
-at_level! {
-    pub(super) fn avx2(block: &Block<'_>, costs: &mut [f64]) = avx2 { run::<LANES, true>(block, costs) } else portable
-}
+/// The kernel of the linear motor on irregular clocks.
+struct Irregular;
 
-pub(super) fn portable(block: &Block<'_>, costs: &mut [f64]) {
-    run::<LANES, false>(block, costs);
-}
-
-/// Writes the costs of up to `L` candidates. Lanes without a candidate repeat the last one.
-#[inline(always)]
-fn run<const L: usize, const FMA: bool>(block: &Block<'_>, costs: &mut [f64]) {
-    let Block { problem, candidates, width, cutoffs } = *block;
-    let limits = Limits::of(problem, cutoffs);
-    let mut totals = [0.0; L];
-    for (recording, signals) in problem.signals().iter().enumerate() {
-        let mut parameters = [[0.0; L]; 5];
-        for lane in 0..L {
-            let row = lane.min(costs.len() - 1) * width;
-            let values = problem.parameters(&candidates[row..row + width], recording).to_array();
-            for (p, value) in values.into_iter().enumerate() {
-                parameters[p][lane] = value;
-            }
+impl<const L: usize> Kernel<L> for Irregular {
+    #[inline(always)]
+    fn sums<const FMA: bool>(
+        block: &Block<'_>,
+        count: usize,
+        recording: usize,
+        cut: Option<&mut Cut<'_, L>>,
+    ) -> [[f64; L]; 2] {
+        let (problem, signals) = (block.problem, &block.problem.signals()[recording]);
+        let parameters = block.parameters(&std::array::from_fn::<usize, L, _>(|lane| lane.min(count - 1)), recording);
+        match (problem.criterion().is_absolute(), signals.weight.is_empty()) {
+            (false, true) => simulate::<L, FMA, false, false>(problem, signals, &parameters, cut),
+            (false, false) => simulate::<L, FMA, false, true>(problem, signals, &parameters, cut),
+            (true, true) => simulate::<L, FMA, true, false>(problem, signals, &parameters, cut),
+            (true, false) => simulate::<L, FMA, true, true>(problem, signals, &parameters, cut),
         }
-        let mut cut = limits.as_ref().map(|limits| Cut::new(limits, problem, signals, totals));
-        let absolute = problem.criterion().is_absolute();
-        let sums = match (absolute, signals.weight.is_empty()) {
-            (false, true) => simulate::<L, FMA, false, false>(problem, signals, &parameters, cut.as_mut()),
-            (false, false) => simulate::<L, FMA, false, true>(problem, signals, &parameters, cut.as_mut()),
-            (true, true) => simulate::<L, FMA, true, false>(problem, signals, &parameters, cut.as_mut()),
-            (true, false) => simulate::<L, FMA, true, true>(problem, signals, &parameters, cut.as_mut()),
-        };
-        let is_abandoned = cut.as_ref().is_some_and(|cut| cut.is_passed(&sums));
-        for lane in 0..L {
-            totals[lane] += problem.scaled(signals, [sums[0][lane], sums[1][lane]]);
-        }
-        if is_abandoned {
-            break;
-        }
-    }
-    for (cost, total) in costs.iter_mut().zip(totals) {
-        *cost = problem.cost(total);
     }
 }
 
@@ -74,9 +49,10 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
     let mut lanes = Moving { x: signals.initial.map(|x| [x; L]), sums: [[0.0; L]; 2] };
     // NaN parameters must give a NaN cost even if the motor is at rest throughout.
     let mut totals = [[0.0; L]; 2];
-    for lane in 0..L {
-        totals[0][lane] = 0.0 * (parameters[0][lane] + parameters[1][lane] + parameters[2][lane] + parameters[3][lane]);
-        totals[0][lane] += 0.0 * parameters[4][lane];
+    for parameter in parameters {
+        for lane in 0..L {
+            totals[0][lane] += 0.0 * parameter[lane];
+        }
     }
     let (mut from, end) = (signals.first_active, signals.len());
     let mut part = from;
@@ -177,11 +153,28 @@ impl<'a, const L: usize, const K: usize> Table<'a, L, K> {
     fn run<const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
         &self,
         lanes: &mut Moving<L>,
-        [from, to]: [usize; 2],
+        range: [usize; 2],
     ) {
-        let Self { signals, dynamics, steps, .. } = self;
+        match &self.steps {
+            Steps::Whole(whole) => self.pass::<FMA, ABSOLUTE, WEIGHTED, false>(lanes, range, ([whole, &[]], &[])),
+            Steps::Parts(split, [coarse, fine]) => {
+                self.pass::<FMA, ABSOLUTE, WEIGHTED, true>(lanes, range, ([coarse, fine], &split.part_indices));
+            }
+        }
+    }
+
+    /// Simulates the samples `from..to` with the integrals of whole steps, or, if `COMPOSED` is true, of coarse and fine parts,
+    /// given with the indices of the parts of each step.
+    #[inline(always)]
+    fn pass<const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool, const COMPOSED: bool>(
+        &self,
+        lanes: &mut Moving<L>,
+        [from, to]: [usize; 2],
+        ([whole, fine], indices): ([&[TransitionIntegrals<L, K>]; 2], &[[usize; 2]]),
+    ) {
+        let Self { signals, dynamics, .. } = self;
         let samples = Samples::of(signals, from, to);
-        // The black box forces the lanes through memory; otherwise the compiler splits them into scalars.
+        // Black boxes force lanes through memory; otherwise the compiler splits them into scalars.
         let (lanes, dynamics) = (std::hint::black_box(lanes), std::hint::black_box(dynamics));
         let Moving { mut x, mut sums } = *lanes;
         for (n, measured) in samples.measured.iter().enumerate() {
@@ -189,13 +182,15 @@ impl<'a, const L: usize, const K: usize> Table<'a, L, K> {
             add_losses::<L, FMA, ABSOLUTE, WEIGHTED>(&mut sums, &x, *measured, weight);
             let step = usize::from(signals.step_of(from + n));
             let inputs = if K > 1 { self.inputs(from + n, step) } else { [signals.voltage[from + n], 0.0, 0.0] };
-            match steps {
-                Steps::Whole(whole) => advance::<L, K, FMA>(&mut x, dynamics, &whole[step], inputs),
-                Steps::Parts(split, [coarse, fine]) => {
-                    let [one, two] = split.part_indices[step];
-                    let composed = coarse[one].then::<FMA>(&fine[two], dynamics);
-                    advance::<L, K, FMA>(&mut x, dynamics, &composed, inputs);
+            if COMPOSED {
+                let [one, two] = indices[step];
+                let mut composed = whole[one].then::<FMA>(&fine[two], dynamics);
+                if L < LANES_AVX512 {
+                    composed = std::hint::black_box(composed);
                 }
+                advance::<L, K, FMA>(&mut x, dynamics, &composed, inputs);
+            } else {
+                advance::<L, K, FMA>(&mut x, dynamics, &whole[step], inputs);
             }
         }
         (lanes.x, lanes.sums) = (x, sums);

@@ -26,6 +26,23 @@ pub(super) struct Block<'a> {
     pub cutoffs: &'a [f64],
 }
 
+impl Block<'_> {
+    /// Returns the parameters of the candidates in the rows `ids` on a recording, shape `[parameters][candidates]`. Lanes without a
+    /// candidate repeat the last one.
+    #[inline(always)]
+    pub(super) fn parameters<const L: usize>(&self, ids: &[usize], recording: usize) -> [[f64; L]; 5] {
+        let mut parameters = [[0.0; L]; 5];
+        for lane in 0..L {
+            let row = ids[lane.min(ids.len() - 1)] * self.width;
+            let values = self.problem.parameters(&self.candidates[row..row + self.width], recording).to_array();
+            for (p, value) in values.into_iter().enumerate() {
+                parameters[p][lane] = value;
+            }
+        }
+        parameters
+    }
+}
+
 /// Candidates side by side at AVX-512, the fastest number that its registers can take (measured).
 pub(super) const LANES_AVX512: usize = 24;
 /// Candidates side by side at the other levels (measured).
@@ -48,22 +65,12 @@ impl<const L: usize> State<L> {
     /// Marks a lane without a candidate.
     pub const EMPTY: usize = usize::MAX;
 
-    /// Returns the beginning of a recording for up to `L` candidates, given by their rows. Lanes without a candidate repeat the last
-    /// one.
+    /// Returns the beginning of a recording for up to `L` candidates, given by their rows.
     #[inline(always)]
     pub(super) fn new(block: &Block<'_>, ids: &[usize], signals: &Signals, recording: usize) -> Self {
-        let Block { problem, candidates, width, .. } = *block;
-        let mut parameters = [[0.0; L]; 5];
         let mut own = [Self::EMPTY; L];
-        for lane in 0..L {
-            let id = ids[lane.min(ids.len() - 1)];
-            let values = problem.parameters(&candidates[id * width..][..width], recording).to_array();
-            for (p, value) in values.into_iter().enumerate() {
-                parameters[p][lane] = value;
-            }
-        }
         own[..ids.len()].copy_from_slice(ids);
-        Self { ids: own, ..Self::of(signals, &parameters, problem.method()) }
+        Self { ids: own, ..Self::of(signals, &block.parameters(ids, recording), block.problem.method()) }
     }
 
     #[inline(always)]

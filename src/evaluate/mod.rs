@@ -21,6 +21,7 @@ mod kernel;
 mod lanes;
 mod packed;
 mod problem;
+mod recordings;
 mod scalar;
 mod segment;
 mod signals;

@@ -4,25 +4,14 @@
 //! Errors are not negative and rounding to nearest preserves order, so the cost of the sums so far is a lower bound of the cost,
 //! exactly. The states of a candidate do not depend on its lane.
 
-use super::at_level::at_level;
-use super::cutoff::{FIRST, total_above};
+use super::at_level::at_each_level;
+use super::cutoff::{FIRST, next_due, total_above};
 use super::kernel::{Block, LANES, LANES_AVX512, State};
 use super::problem::{Problem, Scaling};
 use super::segment::Position;
 use super::signals::Signals;
 
-at_level! {
-    pub(super) fn avx512(block: &Block<'_>, costs: &mut [f64]) = avx512 { run::<LANES_AVX512, true>(block, costs) } else avx2
-}
-
-at_level! {
-    pub(super) fn avx2(block: &Block<'_>, costs: &mut [f64]) = avx2 { run::<LANES, true>(block, costs) } else portable
-}
-
-/// Evaluates with separate multiplications and additions, since `mul_add` is a library call without FMA instructions.
-pub(super) fn portable(block: &Block<'_>, costs: &mut [f64]) {
-    run::<LANES, false>(block, costs);
-}
+at_each_level!(run with [LANES_AVX512, LANES, LANES] candidates);
 
 /// Largest number of candidates that are packed together. Their states, 0.2 kB each, stay in the cache.
 pub(super) const PACK: usize = 240;
@@ -92,7 +81,7 @@ impl Pack<'_> {
                 if count.div_ceil(L) < states.len() {
                     self.leave(&mut states, scaling);
                 }
-                due = done + FIRST.max(done / 2);
+                due = next_due(done);
             }
         }
         self.live.clear();

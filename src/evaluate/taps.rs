@@ -3,8 +3,8 @@
 use super::signals::Signals;
 use super::step::{Pair, loaded};
 use crate::motor::{
-    Aligned, CHUNK, Commanded, DelayTaps, DriveNonlinearity, Extended, InputHistory, Parameter, SimulationSettings,
-    TapGains, multiply_add, needs_times,
+    Aligned, CHUNK, Commanded, DelayTaps, DriveNonlinearity, Extended, GROUP, InputHistory, Parameter,
+    SimulationSettings, TapGains, interleave, multiply_add, needs_times,
 };
 use std::sync::Arc;
 
@@ -56,8 +56,6 @@ struct Special {
 
 /// Smallest number of samples with constant inputs that are simulated as one piece.
 const CONSTANT_MIN: usize = 16;
-/// Number of candidates whose voltages are interleaved at a time: their addresses fit into registers.
-const GROUP: usize = 4;
 
 impl<const L: usize> Taps<L> {
     #[inline(always)]
@@ -157,7 +155,7 @@ impl<const L: usize> Taps<L> {
                     &row[..count]
                 };
             }
-            interleave(sources, given, GROUP * group);
+            interleave(sources, given, GROUP * group, |volts, _| *volts);
         }
         if self.is_driven {
             for Aligned(voltages) in given {
@@ -192,15 +190,5 @@ impl<const L: usize> Taps<L> {
             }
             *gain = sums;
         }
-    }
-}
-
-/// Writes sample n of each source to row n of `given`, from the candidate `first` on. The function is not compiled for the SIMD
-/// level: AVX-512 would scatter the samples of each source, which takes four times as long.
-#[inline(never)]
-fn interleave<const L: usize>(sources: [&[f64]; GROUP], given: &mut [Aligned<[f64; L]>], first: usize) {
-    let [one, two, three, four] = sources.map(|source| &source[..given.len()]);
-    for (n, Aligned(given)) in given.iter_mut().enumerate() {
-        given[first..][..GROUP].copy_from_slice(&[one[n], two[n], three[n], four[n]]);
     }
 }

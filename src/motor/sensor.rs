@@ -8,19 +8,12 @@
 //! formula is tested by `sensors_average` in `tests/extensions/meaning.rs`.
 
 use super::dual::Number;
+use super::interleave::{Aligned, CHUNK, GROUP, interleave};
 use std::collections::VecDeque;
 
 /// Largest number of samples kept for a window. In a longer window the excess weight goes to the oldest sample kept. No
 /// more samples are kept than the recording has.
 pub(crate) const WINDOW_MAX: f64 = 1e6;
-
-/// Number of samples that the kernel computes at a time.
-pub(crate) const CHUNK: usize = 64;
-
-/// Wrapper that aligns numbers to 64 bytes, so that each load of an AVX-512 vector is within one cache line.
-#[derive(Clone, Copy)]
-#[repr(align(64))]
-pub(crate) struct Aligned<T>(pub T);
 
 /// The weights of a moving average; arrays as values hold several sensors, a lane each.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -127,7 +120,7 @@ impl<const L: usize> MovingAverages<L> {
         let (groups, _) = self.reach.as_chunks::<GROUP>();
         for (group, reach) in groups.iter().enumerate() {
             let sources = reach.map(|reach| &self.past[self.end - reach..][..seen.len()]);
-            interleave(sources, oldest, GROUP * group);
+            interleave(sources, oldest, GROUP * group, |Aligned(values), motor| values[motor]);
         }
         // Local copies stay in registers.
         let (MovingAverage { part, share }, mut sum) = (self.average, self.sum);
@@ -141,20 +134,6 @@ impl<const L: usize> MovingAverages<L> {
         }
         self.sum = sum;
         self.end += seen.len();
-    }
-}
-
-/// Number of motors whose past values are interleaved at a time: their addresses fit into registers.
-const GROUP: usize = 4;
-
-/// Writes the value of motor `first` + k in row n of source k to row n of `to`. The function is not compiled for the SIMD level:
-/// AVX-512 would gather and scatter, which takes longer.
-#[inline(never)]
-fn interleave<const L: usize>(sources: [&[Aligned<[f64; L]>]; GROUP], to: &mut [Aligned<[f64; L]>], first: usize) {
-    let [one, two, three, four] = sources.map(|source| &source[..to.len()]);
-    for (n, Aligned(to)) in to.iter_mut().enumerate() {
-        let values = [one[n].0[first], two[n].0[first + 1], three[n].0[first + 2], four[n].0[first + 3]];
-        to[first..][..GROUP].copy_from_slice(&values);
     }
 }
 
