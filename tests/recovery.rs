@@ -172,6 +172,38 @@ fn a_thousand_random_motors() {
 }
 
 #[test]
+fn a_fit_in_a_local_optimum_is_told_from_the_best_one() {
+    let one = |seed: u64| {
+        let truth = random_motor(seed, true);
+        let space = wide(truth);
+        let mut generator = Xoshiro256PlusPlus::seed_from_u64(seed + 5000);
+        let start = space.bounds().into_iter().map(|(min, max)| generator.random_range(min.ln()..max.ln()).exp());
+        let start: Vec<f64> = start.collect();
+        let step = Excitation::step(10.5, 1.0, 3.0, 1e-3).unwrap();
+        let clean = simulated(&Parameters::from_array(truth), &step, Discretization::Zoh).unwrap();
+        let decibels = [40.0, 20.0, 10.0][usize::try_from(seed % 3).unwrap()];
+        let noisy = [with_noise(&clean, noise_of(&clean, Noise::Decibels(decibels)), seed).unwrap()];
+        let problem = fit_problem(&noisy, &space, Model::default()).unwrap();
+        let from = refine_on(&problem, &start, None).unwrap().values;
+        // The verification refines the values that it is given.
+        let fit = refine_on(&problem, &from, None).unwrap();
+        // The search of the box that knows nothing of the fit.
+        let best = global_reference(&problem, &fit.weights, None).unwrap().refined;
+        let above = fit.weighted(&fit.weights) / best.weighted(&fit.weights) - 1.0;
+        (above, verify_at(&noisy, &IdentifySpec { space: space.clone(), ..IdentifySpec::default() }, &from).unwrap())
+    };
+    let all: Vec<_> = (0..6000).into_par_iter().map(one).collect();
+    for (above, found) in &all {
+        // The verdict calls differences up to 1e-6 equal; no optimum is so near to another.
+        let expected = if *above > 1e-6 { Status::SearchStuck } else { Status::Agrees };
+        assert_eq!(found.status, expected, "the fit is {above:e} above the lowest: {found:?}");
+    }
+    let stuck = all.iter().filter(|(above, _)| *above > 1e-6).count();
+    println!("{stuck} of 6000 fits from random starts are in a local optimum");
+    assert!((100..1000).contains(&stuck), "{stuck}");
+}
+
+#[test]
 fn a_small_search_with_refinement_reaches_the_bound() {
     let clean = m2_record();
     let truth = M2.to_array();

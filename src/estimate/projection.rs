@@ -11,11 +11,6 @@ use super::normal::Sigma;
 use super::projection_sums::{LANES, SUMS, sums};
 use crate::evaluate::{Problem, Signals};
 use crate::motor::{Discretization, Parameters};
-use crate::numeric::count;
-use rayon::prelude::*;
-
-/// Number of grid points in each direction.
-const GRID: usize = 24;
 
 /// Returns true if the projection applies to a problem: all five parameters free and shared, both channels measured, motors
 /// at rest without load, an exact discretization.
@@ -33,49 +28,24 @@ pub(super) fn applies(problem: &Problem) -> bool {
         && problem.signals().iter().all(|s| served(s))
 }
 
-/// Returns up to `most` starts for a descent, one for each basin of the grid, the lowest first. Starts need not be exact,
-/// so times may be rounded.
-pub(super) fn basins(problem: &Problem, sigma: &Sigma, most: usize) -> Vec<[f64; 5]> {
-    let [c1, c0] = ranges(problem);
-    let problem = &problem.at_coarse_steps();
-    let value = |[low, high]: [f64; 2], n: usize| {
-        let share = count(n) / count(GRID - 1);
-        (low.ln() + share * (high / low).ln()).exp()
-    };
-    let points: Vec<[f64; 2]> = (0..GRID * GRID).map(|n| [value(c1, n / GRID), value(c0, n % GRID)]).collect();
-    let projected: Vec<(f64, [f64; 3])> =
-        points.par_chunks(LANES).flat_map_iter(|points| project(problem, points, sigma)).collect();
-    let cost = |n: usize| projected[n].0;
-    let is_lowest = |n: &usize| {
-        let (row, column) = (n / GRID, n % GRID);
-        let near = |center: usize| center.saturating_sub(1)..=(center + 1).min(GRID - 1);
-        cost(*n).is_finite() && near(row).all(|r| near(column).all(|c| cost(r * GRID + c) >= cost(*n)))
-    };
-    let mut lowest: Vec<usize> = (0..points.len()).filter(is_lowest).collect();
-    lowest.sort_by(|a, b| cost(*a).total_cmp(&cost(*b)));
-    lowest.truncate(most);
-    lowest.into_iter().map(|n| motor(points[n], projected[n].1, problem)).collect()
-}
-
-/// Returns the ranges of c₁ and c₀ within the bounds.
-fn ranges(problem: &Problem) -> [[f64; 2]; 2] {
-    let [mut low, mut high] = [[0.0; 5]; 2];
-    for axis in problem.space().free() {
-        low[axis.parameter as usize] = axis.min;
-        high[axis.parameter as usize] = axis.max;
+/// Returns the sum of squares of each channel that counts, in units of σ².
+pub(super) fn power(problem: &Problem, sigma: &Sigma) -> [f64; 2] {
+    let mut power = [0.0; 2];
+    for (signals, sigma) in problem.signals().iter().zip(sigma) {
+        for (n, y) in signals.measured.iter().enumerate() {
+            let counts = signals.weight.get(n).unwrap_or(&[1.0; 2]);
+            for channel in 0..2 {
+                power[channel] += counts[channel] * y[channel] * y[channel] / (sigma[channel] * sigma[channel]);
+            }
+        }
     }
-    let c1 = |[r, _, _, b, _]: [f64; 5], [_, l, _, _, j]: [f64; 5]| r / l + b / j;
-    let c0 = |[r, _, k, b, _]: [f64; 5], [_, l, _, _, j]: [f64; 5]| (r * b + k * k) / (l * j);
-    // No motor has time constants beyond these limits, and they keep the logarithms finite.
-    let possible = |v: f64| if v.is_nan() { 1.0 } else { v.clamp(1e-12, 1e18) };
-    [[c1(low, high), c1(high, low)], [c0(low, high), c0(high, low)]].map(|range| range.map(possible))
+    power
 }
 
-/// Returns the cost and (p, q, r) at up to [`LANES`] points.
-fn project(problem: &Problem, points: &[[f64; 2]], sigma: &Sigma) -> Vec<(f64, [f64; 3])> {
+/// Returns the cost and (p, q, r) at up to [`LANES`] points, given the power of the measured values.
+pub(super) fn project(problem: &Problem, points: &[[f64; 2]], sigma: &Sigma, power: [f64; 2]) -> Vec<(f64, [f64; 3])> {
     // Sums over both channels in units of their σ; φ₀² has a sum for each channel.
     let mut totals = [[0.0; LANES]; SUMS];
-    let mut power = [0.0; 2];
     for (signals, sigma) in problem.signals().iter().zip(sigma) {
         let point = |lane: usize| points[lane.min(points.len() - 1)];
         let c1: [f64; LANES] = std::array::from_fn(|lane| point(lane)[0]);
@@ -86,11 +56,6 @@ fn project(problem: &Problem, points: &[[f64; 2]], sigma: &Sigma) -> Vec<(f64, [
         let weights = [current, current, current, current, current, speed, speed];
         for (total, (weight, sum)) in totals.iter_mut().zip(weights.iter().zip(&sums)) {
             total.iter_mut().zip(sum).for_each(|(total, sum)| *total += weight * sum);
-        }
-        for (n, y) in signals.measured.iter().enumerate() {
-            let [counts_current, counts_speed] = signals.weight.get(n).unwrap_or(&[1.0; 2]);
-            power[0] += counts_current * current * y[0] * y[0];
-            power[1] += counts_speed * speed * y[1] * y[1];
         }
     }
     (0..points.len()).map(|lane| solve(totals.map(|sum| sum[lane]), power)).collect()
@@ -106,7 +71,7 @@ fn solve([a, b, c, u, v, w, d]: [f64; SUMS], power: [f64; 2]) -> (f64, [f64; 3])
 
 /// Returns the motor of a point, each parameter clamped to its bounds; one that is not positive and finite becomes the
 /// geometric mean of its bounds.
-fn motor([c1, c0]: [f64; 2], [p, q, r]: [f64; 3], problem: &Problem) -> [f64; 5] {
+pub(super) fn motor([c1, c0]: [f64; 2], [p, q, r]: [f64; 3], problem: &Problem) -> [f64; 5] {
     let l = 1.0 / p;
     let b_over_j = (q / p).max(1e-9 * c1).min(0.999 * c1);
     let k_over_j = r / p;
@@ -138,7 +103,10 @@ mod tests {
         assert!(applies(&problem));
         let Parameters { r, l, k, b, j } = Parameters::M2;
         let point = [r / l + b / j, (r * b + k * k) / (l * j)];
-        project(&problem, &[point], &vec![[0.01, 1.0]])[0].0
+        {
+            let sigma = vec![[0.01, 1.0]];
+            project(&problem, &[point], &sigma, power(&problem, &sigma))[0].0
+        }
     }
 
     #[test]

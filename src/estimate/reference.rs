@@ -1,8 +1,9 @@
 //! Global reference: the lowest weighted sum of squares that a search over the complete box finds.
 
 use super::multistart::{ARRIVALS, Ends, multistart};
-use super::normal::Fit;
+use super::normal::{Fit, Sigma};
 use super::projection;
+use super::projection_grid::{Basin, basins};
 use super::refine::{Effort, check_count, refine_problem};
 use super::refined::Refined;
 use super::starts::best_start;
@@ -57,7 +58,21 @@ const BASINS: usize = 4;
 /// that of the recordings, `known` is NaN, or no parameter is free; `NotIdentified` if the motor diverges everywhere.
 pub fn global_reference(problem: &Problem, sigma: &[[f64; 2]], known: Option<f64>) -> Result<Reference> {
     check_sigma(problem, sigma, known)?;
-    let sigma = &sigma.to_vec();
+    search(problem, &sigma.to_vec(), known, None)
+}
+
+/// Searches the complete box like [`global_reference`], beside a fit under the weights `sigma`, in whose own basin it does not
+/// descend once more.
+///
+/// # Errors
+/// Returns the errors of [`global_reference`].
+pub(crate) fn reference_beside(problem: &Problem, sigma: &[[f64; 2]], fit: &Refined) -> Result<Reference> {
+    let known = Some(fit.weighted(sigma));
+    check_sigma(problem, sigma, known)?;
+    search(problem, &sigma.to_vec(), known, Some(fit))
+}
+
+fn search(problem: &Problem, sigma: &Sigma, known: Option<f64>, fit: Option<&Refined>) -> Result<Reference> {
     let scattered = || -> Result<Reference> {
         let Ends { refined, starts, arrivals } = multistart(problem, sigma, known)?;
         Ok(Reference { kind: ReferenceKind::MultiStart, refined, starts, arrivals })
@@ -65,12 +80,8 @@ pub fn global_reference(problem: &Problem, sigma: &[[f64; 2]], known: Option<f64
     if !projection::applies(problem) {
         return scattered();
     }
-    let axes = problem.space().free();
-    let in_order = |start: &[f64; 5]| axes.iter().map(|axis| start[axis.parameter as usize]).collect();
-    let starts: Vec<Vec<f64>> = projection::basins(problem, sigma, BASINS).iter().map(in_order).collect();
-    let refined = best_start(problem, &starts, sigma).map_or_else(|| middle(problem), |best| best.values);
-    let refined = refine_problem(problem, &refined, Some(sigma), Effort::Thorough)?;
-    let found = Reference { kind: ReferenceKind::VariableProjection, refined, starts: starts.len(), arrivals: 1 };
+    let (refined, starts) = projected(problem, sigma, fit)?;
+    let found = Reference { kind: ReferenceKind::VariableProjection, refined, starts, arrivals: 1 };
     if found.refined.at_bound.iter().any(Option::is_some) {
         // The projection ignores the bounds. Where the refinement ends at one, a multistart may find a lower optimum.
         let other = scattered()?;
@@ -79,6 +90,30 @@ pub fn global_reference(problem: &Problem, sigma: &[[f64; 2]], known: Option<f64
         }
     }
     Ok(found)
+}
+
+/// Returns the lowest optimum of the basins of the projection, and the number of basins.
+fn projected(problem: &Problem, sigma: &Sigma, fit: Option<&Refined>) -> Result<(Refined, usize)> {
+    let mut basins = basins(problem, sigma, BASINS);
+    let starts = basins.len();
+    let is_own = |fit: &&Refined| {
+        let cost = fit.weighted(sigma);
+        let own = basins.iter().position(|basin| basin.holds(&fit.parameters, cost));
+        own.map(|own| basins.remove(own)).is_some()
+    };
+    let own = fit.filter(|fit| fit.converged).filter(is_own);
+    if let Some(own) = own {
+        basins.retain(|basin| basin.may_reach(own.weighted(sigma)));
+    }
+    let axes = problem.space().free();
+    let in_order = |basin: &Basin| axes.iter().map(|axis| basin.motor[axis.parameter as usize]).collect();
+    let best = best_start(problem, &basins.iter().map(in_order).collect::<Vec<_>>(), sigma);
+    let best = match (own, best) {
+        (Some(own), Some(best)) if best.weighted(sigma) < own.weighted(sigma) => best.values,
+        (Some(own), _) => return Ok((own.clone(), starts)),
+        (None, best) => best.map_or_else(|| middle(problem), |best| best.values),
+    };
+    Ok((refine_problem(problem, &best, Some(sigma), Effort::Thorough)?, starts))
 }
 
 fn middle(problem: &Problem) -> Vec<f64> {

@@ -6,7 +6,7 @@ use super::refine::{Fit, refine_widening};
 use super::spec::IdentifySpec;
 use super::start::steiglitz_mcbride;
 use crate::Result;
-use crate::estimate::{Estimate, Reference, ReferenceKind, Refined, global_reference, refine_on, residual_squares};
+use crate::estimate::{Estimate, Reference, ReferenceKind, Refined, reference_beside, refine_on, residual_squares};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Parameters, Space};
 use crate::numeric::{count, rms};
@@ -190,8 +190,7 @@ pub(super) fn references(plain: &Problem, sigma: &[[f64; 2]], claim: &Claim<'_>)
         Some(start) => refine_on(plain, start, Some(sigma)).ok(),
         None => None,
     };
-    let own = refined.weighted(sigma);
-    let (reference, from_sm) = rayon::join(|| global_reference(plain, sigma, Some(own)).ok(), from_sm);
+    let (reference, from_sm) = rayon::join(|| reference_beside(plain, sigma, refined).ok(), from_sm);
     let searched_box = reference.as_ref().map(|of: &Reference| (of.kind, of.starts, of.arrivals));
     let is_conclusive = reference.as_ref().is_some_and(Reference::is_conclusive);
     let fits = reference.map(|reference| reference.refined).into_iter().chain(from_sm);
