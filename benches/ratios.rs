@@ -1,6 +1,7 @@
 //! Measures the cost of each kind of problem relative to the linear motor on a step recording, on one thread, for candidates
-//! spread over the search space and for a GWO search; complete runs relative to the estimate and its refinement; and small
-//! populations relative to large ones. All ratios are medians of alternating calls. `benches/results/ratios` keeps the output.
+//! spread over the search space and for a GWO search; complete runs relative to the estimate and its refinement; small
+//! populations relative to large ones; and a search relative to one in C. All ratios are medians of alternating calls.
+//! `benches/results/ratios` keeps the output.
 #![allow(missing_docs, reason = "a bench has no public interface")]
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a bench prints and may stop")]
 #![allow(clippy::cast_precision_loss, reason = "small numbers")]
@@ -12,13 +13,15 @@ use motorfit::device::BatchSearchEvaluator;
 use motorfit::estimate::{RefineOptions, refine, steiglitz_mcbride};
 use motorfit::evaluate::{Level, Model, Problem, Simd};
 use motorfit::experiment::{Excitation, simulated, with_noise};
-use motorfit::identify::{IdentifySpec, Method, Polish, identify};
+use motorfit::identify::{IdentifySpec, Method, Polish, identify, verify_at};
 use motorfit::motor::{Discretization, Parameter, Parameters, Space};
 use motorfit::named::Named as _;
 use motorfit::optimize::{Budget, GwoOptions, Run, SearchSettings, minimize};
-use motorfit::record::Record;
+use motorfit::record::{Record, diagnose};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::ops::ControlFlow;
 use std::sync::Arc;
+use support::c_loop::CLoop;
 use support::{candidates, candidates_of, evaluate, m2_problem, m2_record, median, ratio, restless_record, seconds};
 
 /// A kind of problem.
@@ -87,13 +90,13 @@ fn workloads() -> Vec<Workload> {
 const CANDIDATES: usize = 960;
 const ROUNDS: u64 = 15;
 
-/// Searches with 1000 agents for 20 generations on the calling thread.
-fn search(problem: &Arc<Problem>, run: u64) {
+/// Searches with GWO.
+fn run_search(problem: &Arc<Problem>, (population, generations, run): (usize, usize, u64), evaluator: Simd) {
     let bounds = problem.space().bounds();
-    let setup = SearchSettings { bounds, population: 1000, generations: 20, seed: 1, run };
+    let setup = SearchSettings { bounds, population, generations, seed: 1, run };
     let mut runs = vec![Run::new(Method::named("method", "gwo").unwrap().optimizer(setup).unwrap())];
-    let mut evaluator = BatchSearchEvaluator::new(Box::new(Simd::alone()), vec![problem.clone()]);
-    let budget = Budget { generations: 20, slice: usize::MAX };
+    let mut evaluator = BatchSearchEvaluator::new(Box::new(evaluator), vec![problem.clone()]);
+    let budget = Budget { generations, slice: usize::MAX };
     minimize(&mut runs, budget, &mut evaluator, &mut |_| ControlFlow::Continue(())).unwrap();
 }
 
@@ -108,20 +111,79 @@ fn relative(all: &[Workload], n: usize, mut call: impl FnMut(usize, u64)) -> f64
     median(ratios.skip(1).collect())
 }
 
-/// Prints complete runs relative to Steiglitz–McBride with the refinement, and small populations relative to large ones.
-fn fixed_costs() {
-    let record = with_noise(&m2_record(), [0.012_015_7, 1.038_37], 1).unwrap();
+/// Prints complete runs and their parts relative to Steiglitz–McBride with the refinement, on one thread and on all.
+fn fixed_costs(one: &ThreadPool, all: &ThreadPool) {
+    let record = noisy();
     let (space, options) = (Space::table2(), RefineOptions::default());
     let records = std::slice::from_ref(&record);
     let estimate = || {
         let start = steiglitz_mcbride(&record, Model::default()).unwrap().unwrap();
-        drop(refine(records, &space, &start.parameters.to_array(), &options).unwrap());
+        refine(records, &space, &start.parameters.to_array(), &options).unwrap()
     };
-    let search = IdentifySpec { method: GwoOptions::default().into(), polish: Polish::None, ..IdentifySpec::default() };
-    println!("\n| complete run, 3001 samples, one thread | of the estimate with its refinement |\n|---|---|");
-    for (name, spec) in [("identify", IdentifySpec::default()), ("GWO 100 × 100 and its verdict", search)] {
-        println!("| {name} | {:.2} |", ratio(31, estimate, || drop(identify(records, &spec).unwrap())));
+    let found = estimate();
+    let verified = IdentifySpec { space: space.clone(), ..IdentifySpec::default() };
+    let gwo = gwo_spec();
+    let parts: [(&str, &(dyn Fn() + Sync)); 4] = [
+        ("identify", &|| drop(identify(records, &IdentifySpec::default()).unwrap())),
+        ("its findings about the recording", &|| drop(diagnose(&record))),
+        ("Steiglitz–McBride, a refinement, a search of the box", &|| {
+            verify_at(records, &verified, &found.values).unwrap();
+        }),
+        ("GWO 100 × 100 and its verdict", &|| drop(identify(records, &gwo).unwrap())),
+    ];
+    let threads = all.current_num_threads();
+    println!("\n| of the time of the estimate with its refinement, 3001 samples | one thread | {threads} threads |");
+    println!("|---|---|---|");
+    for (name, part) in parts {
+        let [one, all] = [one, all].map(|pool| pool.install(|| ratio(31, || drop(estimate()), part)));
+        println!("| {name} | {one:.2} | {all:.2} |");
     }
+}
+
+/// Returns the paper's experiment with noise of 40 dB.
+fn noisy() -> Record {
+    with_noise(&m2_record(), [0.012_015_7, 1.038_37], 1).unwrap()
+}
+
+fn gwo_spec() -> IdentifySpec {
+    IdentifySpec { method: GwoOptions::default().into(), polish: Polish::None, ..IdentifySpec::default() }
+}
+
+/// Prints a search of 100 agents and 100 generations relative to one in C, if there is a compiler.
+fn against_c(one: &ThreadPool, all: &ThreadPool) {
+    let record = noisy();
+    let Some(c) = CLoop::new(&record) else {
+        println!("\nNo C compiler: the search in C was not measured.");
+        return;
+    };
+    let records = std::slice::from_ref(&record);
+    let problem = Problem::new(records, Model::default(), Space::table2(), Criterion::default()).unwrap();
+    let (problem, spec) = (Arc::new(problem), gwo_spec());
+    let threads = all.current_num_threads();
+    println!(
+        "\n| of the time of the same search in C, 100 agents × 100 generations | one thread | {threads} threads |"
+    );
+    println!("|---|---|---|");
+    let relative = |pool: &ThreadPool, own: &(dyn Fn(u64) + Sync)| {
+        let round = |_| {
+            let in_c = c.seconds(pool.current_num_threads(), RUNS);
+            let times = pool.install(|| (0..=RUNS).map(|run| seconds(|| own(run as u64))).skip(1).collect());
+            median(times) / in_c
+        };
+        median((0..ROUNDS).map(round).collect())
+    };
+    let searched = |run| run_search(&problem, (100, 100, run), Simd::default());
+    let verified = |_| drop(identify(records, &spec).unwrap());
+    for (name, own) in [("search", &searched as &(dyn Fn(u64) + Sync)), ("search and verdict", &verified)] {
+        println!("| {name} | {:.2} | {:.2} |", relative(one, own), relative(all, own));
+    }
+}
+
+/// Number of searches in one process.
+const RUNS: usize = 41;
+
+/// Prints the rates of small populations relative to a large one, on one thread.
+fn populations() {
     println!("\n| agents | rate of evaluation, of that with 9600 |\n|---|---|");
     let (problem, values) = (m2_problem(), candidates(9600));
     for count in [1, 10, 24, 50, 100, 250, 1000] {
@@ -134,15 +196,18 @@ fn fixed_costs() {
 }
 
 fn main() {
-    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let pool = |threads| ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let [one, all] = [1, 0].map(pool);
     workload_costs(&one);
     if std::env::args().skip(1).all(|a| a.starts_with('-')) {
-        one.install(fixed_costs);
+        fixed_costs(&one, &all);
+        one.install(populations);
+        against_c(&one, &all);
     }
 }
 
 /// Prints the cost of each workload relative to the first.
-fn workload_costs(one: &rayon::ThreadPool) {
+fn workload_costs(one: &ThreadPool) {
     let all = workloads();
     let only = std::env::args().skip(1).find(|a| !a.starts_with('-')).unwrap_or_default();
     let values: Vec<Vec<f64>> = all.iter().map(|w| candidates_of(w.problem.space(), CANDIDATES)).collect();
@@ -159,6 +224,9 @@ fn workload_costs(one: &rayon::ThreadPool) {
             });
             print!(" {ratio:.2} |");
         }
-        println!(" {:.2} |", relative(&all, n, |of, round| search(&all[of].problem, round)));
+        println!(
+            " {:.2} |",
+            relative(&all, n, |of, round| run_search(&all[of].problem, (1000, 20, round), Simd::alone()))
+        );
     }
 }

@@ -2,6 +2,8 @@
 #![allow(dead_code, reason = "each bench uses its part")]
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::needless_range_loop, reason = "a bench may stop and print")]
 
+pub mod c_loop;
+
 use motorfit::candidates::Candidates;
 use motorfit::criterion::Criterion;
 use motorfit::evaluate::{Batch, Evaluator, Group, Model, Problem, Simd};

@@ -1,6 +1,6 @@
 """Benchmark of the evaluator in searches of other packages.
 
-The same searches run with motorfit.Evaluator, with a cost in parallel numba, with scipy.signal.lsim, and jitted by JAX; the
+The same searches run with motorfit.Evaluator, with a cost in parallel numba, in C, with scipy.signal.lsim, and jitted by JAX; the
 overhead of a call is measured as well. Times are medians over rounds in which the contenders alternate, on one machine.
 
     python bindings/python/benchmarks/optimizers.py [ROUNDS]
@@ -9,12 +9,16 @@ If MOTORFIT_PROGRAM names the command line program, the throughput of a million 
 of the program.
 """
 
+import ctypes
 import os
 import pathlib
+import platform
 import re
+import shutil
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
 
 import numba
@@ -172,6 +176,65 @@ def mealpy_gwo(batch):
     return run
 
 
+class Recording(ctypes.Structure):
+    """The recording of `benches/baseline/gwo.c`."""
+
+    _fields_ = [("samples", ctypes.c_long), ("first", ctypes.c_long), ("step", ctypes.c_double)]
+    _fields_ += [(name, ctypes.POINTER(ctypes.c_double)) for name in ("voltage", "current", "speed")]
+    _fields_ += [("weight", 2 * ctypes.c_double), ("before", ctypes.c_double)]
+
+
+def c_cost():
+    """Returns a cost in C, compiled here for this processor; None without a compiler."""
+    compiler = shutil.which(os.environ.get("CC", "cc"))
+    if compiler is None:
+        return None
+    library = pathlib.Path(tempfile.mkdtemp()) / "gwo.so"
+    flags = ["-O3", "-march=native", "-ffast-math", "-fno-associative-math", "-fopenmp", "-DLIBRARY", "-shared", "-fPIC"]
+    if platform.machine() in ("x86_64", "AMD64"):
+        flags.append("-mprefer-vector-width=512")
+    subprocess.run([compiler, *flags, ROOT / "benches" / "baseline" / "gwo.c", "-o", library, "-lm"], check=True)
+    function = ctypes.CDLL(library).costs
+    function.restype = None
+    pointer = lambda values: values.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+    weight = np.square(INVERSE) / len(RECORD)
+    columns = [np.ascontiguousarray(values) for values in (VOLTAGE, *SIGNALS.T)]
+    first = int(np.argmax(VOLTAGE != 0))
+    before = float(np.sum(np.square(SIGNALS[:first]) * weight))
+    own = Recording(len(RECORD), first, PERIOD, *map(pointer, columns), (2 * ctypes.c_double)(*weight), before)
+
+    def costs(candidates):
+        candidates = np.ascontiguousarray(candidates)
+        found = np.empty(len(candidates))
+        function(ctypes.byref(own), pointer(candidates), ctypes.c_long(len(candidates)), pointer(found))
+        return found
+
+    # The recording points into the columns.
+    costs.columns = columns
+    return costs
+
+
+def numpy_gwo(costs):
+    """Returns the Grey Wolf Optimizer in numpy, with a cost that takes a generation a call."""
+    low, high = np.transpose(BOUNDS)
+
+    def run(seed):
+        random = np.random.default_rng(seed)
+        agents = low + random.random((100, len(low))) * (high - low)
+        leaders, best = agents[:3], np.full(3, np.inf)
+        for generation in range(100):
+            found = np.concatenate([best, costs(agents)])
+            order = np.argsort(found)[:3]
+            leaders, best = np.concatenate([leaders, agents])[order], found[order]
+            a = 2 - 2 * generation / 99
+            spread = a * (2 * random.random((3, 100, len(low))) - 1)
+            around = 2 * random.random((3, 100, len(low)))
+            towards = leaders[:, None] - spread * np.abs(around * leaders[:, None] - agents)
+            agents = np.clip(towards.mean(axis=0), low, high)
+
+    return run
+
+
 def our_gwo(seed):
     motorfit.identify(
         RECORD, method="gwo", bounds="table2", polish="none", population=100, generations=100, seed=seed, device="cpu"
@@ -273,8 +336,11 @@ def main():
           [("motorfit.Evaluator", evolution(OURS, 150)), ("numba, parallel", evolution(numba_cost, 150))])
     turns("differential_evolution(vectorized=True), 100 agents, 5 generations",
           [("motorfit.Evaluator", evolution(OURS, 5)), ("scipy.signal.lsim", evolution(lsim_cost, 5))], 2)
+    in_c = c_cost()
+    if in_c:
+        np.testing.assert_allclose(in_c(tried), OURS(tried), rtol=1e-6)
     turns("Grey Wolf Optimizer, 100 agents, 100 generations",
-          [("motorfit.identify", our_gwo), ("mealpy, numba, one by one", mealpy_gwo(False)),
+          [("motorfit.identify", our_gwo), *([("C cost, numpy", numpy_gwo(in_c))] if in_c else []), ("mealpy, numba, one by one", mealpy_gwo(False)),
            ("mealpy, numba, parallel", mealpy_gwo(True)), ("JAX, jitted as a whole", jax_gwo())])
 
 

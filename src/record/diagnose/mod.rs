@@ -170,8 +170,8 @@ pub fn diagnose(record: &Record) -> Vec<Finding> {
 /// Returns the findings with all their ranges. Outliers are detected first and replaced before the other rules are applied.
 pub(super) fn findings(record: &Record) -> Vec<Finding> {
     let mut findings = Vec::new();
-    let outliers = outliers(record);
     let view = View::new(record);
+    let outliers = outliers(&view);
     outliers::report(&view, &outliers, &mut findings);
     let repaired = (!outliers.is_empty()).then(|| record.with_repaired(&outliers));
     let view = repaired.as_ref().map_or(view, View::new);
@@ -185,10 +185,15 @@ pub(super) fn findings(record: &Record) -> Vec<Finding> {
 }
 
 /// Returns the outliers of each signal. Those of the input are found first and replaced, because it predicts the outputs.
-fn outliers(record: &Record) -> Vec<Outliers> {
-    let of_input = input_outliers::of_input(&View::new(record));
-    let repaired = of_input.as_ref().map(|outliers| record.with_repaired(std::slice::from_ref(outliers)));
-    let of_outputs = outliers::of_outputs(&View::new(repaired.as_ref().unwrap_or(record)));
+fn outliers(view: &View<'_>) -> Vec<Outliers> {
+    let of_input = input_outliers::of_input(view);
+    let of_outputs = match &of_input {
+        Some(outliers) => {
+            let repaired = view.record.with_repaired(std::slice::from_ref(outliers));
+            outliers::of_outputs(&View::new(&repaired))
+        }
+        None => outliers::of_outputs(view),
+    };
     of_input.into_iter().chain(of_outputs).collect()
 }
 
