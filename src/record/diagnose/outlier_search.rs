@@ -29,8 +29,9 @@ pub(super) struct Search<'a> {
     of: Scaled<'a>,
     /// Predictors from the samples before and after, over distances of one to three samples; fitted when first used.
     sides: [[OnceCell<Predictor>; RUN_MAX]; 2],
-    /// |Residual| of each sample, predicted one step ahead from the recorded signal.
-    first: Vec<f64>,
+    /// |Residual| of each sample, predicted one step ahead from the recorded signal; computed when first used, which is before
+    /// the first replacement.
+    first: OnceCell<Vec<f64>>,
     /// Smallest deviation of an outlier, relative to the range of the signal.
     least: f64,
 }
@@ -71,11 +72,17 @@ impl Joint {
 impl<'a> Search<'a> {
     /// Creates a search for deviations above `least`, relative to the range of the signal.
     pub(super) fn new(of: Scaled<'a>, least: f64) -> Self {
-        let mut first = vec![0.0; of.values.len()];
-        let before = Predictor::new(&of, 1, true);
-        (REACH..of.values.len() - REACH).for_each(|m| first[m] = before.residual(&of, m).abs());
-        let sides = [[before.into(), OnceCell::new(), OnceCell::new()], Default::default()];
-        Self { of, sides, first, least }
+        Self { of, sides: Default::default(), first: OnceCell::new(), least }
+    }
+
+    /// Returns |residual| of each sample; 0 at both ends.
+    fn first(&self) -> &[f64] {
+        self.first.get_or_init(|| {
+            let (before, size) = (self.side(true, 1), self.of.values.len());
+            let residual =
+                |m: usize| if (REACH..size - REACH).contains(&m) { before.residual(&self.of, m).abs() } else { 0.0 };
+            (0..size).map(residual).collect()
+        })
     }
 
     /// Returns the runs of outliers at pulses, and index and replacement of each of their samples.
@@ -150,8 +157,9 @@ impl<'a> Search<'a> {
     /// Returns the scale of the residuals around a sample, without the sample and its successors.
     fn local_scale(&self, n: usize) -> f64 {
         let before = n.saturating_sub(AROUND)..n.saturating_sub(1);
-        let behind = n + RUN_MAX + 2..(n + AROUND).min(self.first.len());
-        let mut sizes: Vec<f64> = before.chain(behind).map(|m| self.first[m]).collect();
+        let behind = n + RUN_MAX + 2..(n + AROUND).min(self.of.values.len());
+        let first = self.first();
+        let mut sizes: Vec<f64> = before.chain(behind).map(|m| first[m]).collect();
         order_statistic(&mut sizes, 0.85) / 1.44
     }
 
@@ -169,10 +177,11 @@ impl<'a> Search<'a> {
             return false;
         }
         let others: Vec<usize> = changes.iter().copied().filter(|n| n.abs_diff(last) > RUN_MAX + 1).collect();
+        let first = self.first();
         let answers = |n: &&usize| {
             let from = (**n + delay).saturating_sub(3);
             let until = (**n + delay + 2).min(size);
-            (from..until).any(|m| m.abs_diff(start) > RUN_MAX && self.first[m] > 0.3 * self.first[start])
+            (from..until).any(|m| m.abs_diff(start) > RUN_MAX && first[m] > 0.3 * first[start])
         };
         let same = others.iter().filter(answers).count();
         let is_pulse = changes.iter().any(|n| *n < last && last - n <= 2 * RUN_MAX);

@@ -27,8 +27,13 @@ impl Pulses {
     /// Returns the pulses of a signal.
     pub(super) fn of(&self, values: &[f64]) -> Vec<Range<usize>> {
         let mut found: Vec<Range<usize>> = Vec::new();
+        let may_begin = self.beginnings(values);
         let mut n = RUN_MAX;
         while n + RUN_MAX + MARGIN < values.len() {
+            if !may_begin[n] {
+                n += 1;
+                continue;
+            }
             match (1..=RUN_MAX).find(|length| self.is_pulse(values, n..n + length)) {
                 Some(length) => {
                     found.push(n..n + length);
@@ -40,12 +45,22 @@ impl Pulses {
         found
     }
 
+    /// Returns for each sample, up to the last with [`RUN_MAX`] samples after it, whether it is far enough from the line of a pulse
+    /// of some length that begins there, which few are. The loops vectorize.
+    fn beginnings(&self, values: &[f64]) -> Vec<bool> {
+        let mut far = vec![false; values.len()];
+        for length in 1..=RUN_MAX {
+            let part = 1.0 / count(length + 1);
+            let ends = values[1..].iter().zip(values.get(1 + length..).unwrap_or_default());
+            for ((far, before), (first, behind)) in far[1..].iter_mut().zip(values).zip(ends) {
+                *far |= (first - (before + part * (behind - before))).abs() > self.least;
+            }
+        }
+        far
+    }
+
     fn is_pulse(&self, values: &[f64], pulse: Range<usize>) -> bool {
         let (before, behind) = (pulse.start - 1, pulse.end);
-        // A quick test of the first sample rejects most candidates.
-        if (values[pulse.start] - level(values, &pulse, pulse.start)).abs() <= self.least {
-            return false;
-        }
         let size = pulse.clone().map(|m| (values[m] - level(values, &pulse, m)).abs()).fold(f64::INFINITY, f64::min);
         let [rise, fall] = [values[before] - values[before - 1], values[behind + 1] - values[behind]];
         let turn = if self.with_turns && rise * fall < 0.0 { 2.0 * rise.abs().min(fall.abs()) } else { 0.0 };
