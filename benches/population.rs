@@ -41,8 +41,9 @@ fn search(
     let search = seconds(|| {
         minimize(&mut all, budget, &mut searches, &mut |_| ControlFlow::Continue(())).unwrap();
     });
-    // The evaluator alone: the last populations, evaluated as often.
-    let candidates: Vec<Candidates<'_>> = all.iter_mut().map(|run| run.optimizer.ask()).collect();
+    // The evaluator alone: the last populations, evaluated as often, without the cutoffs of the searches.
+    let asked = all.iter_mut().map(|run| run.optimizer.ask());
+    let candidates: Vec<Candidates<'_>> = asked.map(|own| Candidates::new(own.values(), own.width())).collect();
     let groups: Vec<Group<'_>> =
         candidates.iter().map(|&candidates| Group { problem, candidates, reference: None }).collect();
     let mut costs = vec![0.0; runs * population];
