@@ -4,7 +4,7 @@
 //! reads the inputs of each step from the recording. Otherwise it computes a chunk of samples at a time: the inputs of each
 //! candidate, then the states, then the sensor outputs, then the errors.
 
-use super::at_level::at_each_level;
+use super::at_level::{at_each_level, at_level};
 use super::cutoff::Cut;
 use super::input::{Inputs, Piece, PieceInput};
 use super::kernel::{Block, LANES, LANES_AVX512};
@@ -20,6 +20,16 @@ use crate::motor::{
 
 /// Candidates side by side at AVX2: one vector more than for the linear motor, because the latency of a step is longer.
 pub(super) const LANES_AVX2: usize = 12;
+
+/// Candidates side by side at AVX-512 on even clocks without moving averages, which hide the latency of a step; with averages or many
+/// distinct steps as many are slower (measured).
+pub(super) const LANES_WIDE: usize = 32;
+
+at_level! {
+    pub(super) fn avx512_wide(block: &Block<'_>, costs: &mut [f64]) = avx512 {
+        run::<WithExtensions, LANES_WIDE, true>(block, costs)
+    } else avx2
+}
 
 at_each_level!(run for WithExtensions with [LANES_AVX512, LANES_AVX2, LANES] candidates);
 

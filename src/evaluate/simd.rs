@@ -13,7 +13,7 @@ use rayon::prelude::*;
 const PARALLEL_MIN: usize = 250_000;
 /// Number of candidate-steps of a linear motor with AVX-512 that takes about 0.1 ms.
 const PARALLEL_MIN_AVX512: usize = 750_000;
-/// Smallest ratio of the time of a step with extensions, or on an irregular clock, to that of the linear motor.
+/// About the ratio of the time of a step with extensions, or on an irregular clock, to that of the linear motor.
 const EXTENDED_COST: usize = 2;
 
 /// The SIMD evaluator, in f64 on all threads of the current rayon pool. With a single thread, and for small batches of one
@@ -62,9 +62,10 @@ impl Simd {
 
     /// Returns the number of candidates in a block.
     fn lanes(self, problem: &Problem) -> usize {
-        match (self.level, problem.features().is_linear()) {
+        match (self.level, kind(problem)) {
+            (Level::Avx512, Kind::Wide) => extended::LANES_WIDE,
             (Level::Avx512, _) => kernel::LANES_AVX512,
-            (Level::Avx2, false) => extended::LANES_AVX2,
+            (Level::Avx2, Kind::Extended | Kind::Wide) => extended::LANES_AVX2,
             _ => kernel::LANES,
         }
     }
@@ -92,9 +93,10 @@ impl Simd {
             (Kind::Irregular, Level::Avx512) => irregular::avx512,
             (Kind::Irregular, Level::Avx2) => irregular::avx2,
             (Kind::Irregular, Level::Portable) => irregular::portable,
+            (Kind::Wide, Level::Avx512) => extended::avx512_wide,
             (Kind::Extended, Level::Avx512) => extended::avx512,
-            (Kind::Extended, Level::Avx2) => extended::avx2,
-            (Kind::Extended, Level::Portable) => extended::portable,
+            (Kind::Extended | Kind::Wide, Level::Avx2) => extended::avx2,
+            (Kind::Extended | Kind::Wide, Level::Portable) => extended::portable,
         };
         run(&block, costs);
     }
@@ -109,15 +111,18 @@ enum Kind {
     Irregular,
     /// Motors with extensions.
     Extended,
+    /// Motors with extensions but without moving averages, on even clocks.
+    Wide,
 }
 
 fn kind(problem: &Problem) -> Kind {
-    if !problem.features().is_linear() {
-        Kind::Extended
-    } else if problem.signals().iter().all(|signals| signals.step_index.is_empty()) {
-        Kind::Even
-    } else {
-        Kind::Irregular
+    let (features, is_even) =
+        (problem.features(), problem.signals().iter().all(|signals| signals.step_index.is_empty()));
+    match (features.is_linear(), is_even) {
+        (true, true) => Kind::Even,
+        (true, false) => Kind::Irregular,
+        (false, true) if !features.is_averaged() => Kind::Wide,
+        (false, _) => Kind::Extended,
     }
 }
 
