@@ -7,7 +7,7 @@
 //! It follows χ² with the rank of X as degrees of freedom if the model is complete. `H = Xᵀ D` accounts for the standard errors
 //! of the parameters; the columns of D are the output sensitivities to independent errors of the parameters.
 
-use crate::estimate::{products_about_means, products_with_about_means};
+use crate::estimate::products_about_means;
 use crate::numeric::{autoregression, chi_square_limit, count, dot, running_sums, sum};
 use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -62,9 +62,7 @@ pub struct Regressors {
     /// Input minus its first value.
     voltage: Vec<f64>,
     columns: Columns,
-    /// Products of the columns about their means, over the samples from the largest lag on.
-    products: DMatrix<f64>,
-    /// Pseudoinverse of these.
+    /// Normal matrix of the columns about their means.
     normal: Normal,
 }
 
@@ -75,8 +73,8 @@ impl Regressors {
         let size = voltage.len().min(SAMPLES_MAX);
         let voltage: Vec<f64> = voltage[..size].iter().map(|v| v - voltage[0]).collect();
         let columns = Columns::new(&voltage);
-        let products = products_about_means(&columns.all(), &(LAGS.min(size)..size).collect::<Vec<_>>());
-        Self { voltage, normal: Normal::new(&products), products, columns }
+        let all: Vec<usize> = (0..size).collect();
+        Self { voltage, normal: Normal::new(&products_about_means(&columns.all(), &all)), columns }
     }
 }
 
@@ -103,40 +101,23 @@ pub fn residual_input_test(residuals: &Residuals<'_>) -> Option<ResidualInputTes
     if count(rows.len()) < SAMPLES_PER_COLUMN * count(regressors) {
         return None;
     }
+    // Filtering commutes with lags and means.
+    let columns = Columns::new(&filtered(voltage, &filter));
+    let mut all = columns.all();
     let explained = std::iter::once(values.as_slice()).chain(residuals.sensitivities.iter().map(|s| &s[..size]));
     let explained: Vec<Vec<f64>> = explained.map(|signal| centred(filtered(signal, &filter))).collect();
-    let explained: Vec<&[f64]> = explained.iter().map(Vec::as_slice).collect();
-    let of = residuals.regressors;
-    let known = (reach == 0 && rows.len() + LAGS == size).then_some((&of.columns, &of.products));
-    let (own, with) = products_of(known, || filtered(voltage, &filter), &explained, &rows);
-    let variance = with[(regressors, 0)] / count(rows.len());
-    let allowed = with.view((0, 1), (regressors, explained.len() - 1));
-    let matrix = own * variance + allowed * allowed.transpose();
-    let z = with.view((0, 0), (regressors, 1)).column(0).into_owned();
+    all.extend(explained.iter().map(Vec::as_slice));
+    let products = products_about_means(&all, &rows);
+    let variance = products[(regressors, regressors)] / count(rows.len());
+    let allowed = products.view((0, regressors + 1), (regressors, explained.len() - 1));
+    let matrix = products.view((0, 0), (regressors, regressors)) * variance + allowed * allowed.transpose();
+    let z = products.view((0, regressors), (regressors, 1)).column(0).into_owned();
     let (solution, rank) = Normal::new(&matrix).solve(&z)?;
     let (statistic, threshold) = (z.dot(&solution), chi_square_limit(rank));
     let explained_percent = 100.0 * ((statistic - count(rank)) / count(rows.len())).clamp(0.0, 1.0);
     let is_independent = statistic <= threshold;
     let found = ResidualInputTest { statistic, threshold, explained_percent, is_independent };
     (statistic.is_finite() && (is_separated || !is_independent)).then_some(found)
-}
-
-/// Returns the products XᵀX and `[X Y]ᵀ Y` about the means over `rows`, with the regressors X, if they are not `known`, of an input
-/// and the columns Y.
-fn products_of(
-    known: Option<(&Columns, &DMatrix<f64>)>,
-    input: impl FnOnce() -> Vec<f64>,
-    y: &[&[f64]],
-    rows: &[usize],
-) -> (DMatrix<f64>, DMatrix<f64>) {
-    if let Some((columns, products)) = known {
-        return (products.clone(), products_with_about_means(&columns.all(), y, rows));
-    }
-    // Filtering commutes with lags and means.
-    let columns = Columns::new(&input());
-    let x = columns.all();
-    let all = products_about_means(&[&x[..], y].concat(), rows);
-    (all.view((0, 0), (x.len(), x.len())).into_owned(), all.columns(x.len(), y.len()).into_owned())
 }
 
 /// A signal at each lag and its means over successively longer windows before; the signal is zero before its start.
@@ -189,9 +170,7 @@ fn noise(values: &[f64], regressors: &Regressors) -> Noise {
     let Regressors { columns, normal, .. } = regressors;
     let columns = columns.all();
     let mut rest = centred(values.to_vec());
-    let from = LAGS.min(rest.len());
-    let late = centred(rest[from..].to_vec());
-    let z = DVector::from_iterator(columns.len(), columns.iter().map(|column| dot(&column[from..], &late)));
+    let z = DVector::from_iterator(columns.len(), columns.iter().map(|column| dot(column, &rest)));
     let Some((solution, _)) = normal.solve(&z) else {
         return Noise { filter: whitening(values), is_separated: false };
     };
