@@ -1,10 +1,10 @@
-/* The Grey Wolf Optimizer on one recording in C, as fast as it gets there: blocks of candidates in vectors, threads of OpenMP.
+/* The Grey Wolf Optimizer on one recording in C: blocks of candidates in vectors, threads of OpenMP, every cost computed.
  *
- *   cc -O3 -march=native -ffast-math -fno-associative-math -mprefer-vector-width=512 -fopenmp gwo.c -o gwo -lm
+ *   cc -O3 -march=native -fno-math-errno -fno-trapping-math -mprefer-vector-width=512 -fopenmp gwo.c -o gwo -lm
  *   ./gwo RECORDING.csv RUNS        median time of a search of 100 agents and 100 generations [ms]
  *
  * With -DLIBRARY it is a shared library with the function `costs`. Criterion nrmse with scale std, zero-order hold, bounds of
- * Table 2 of the paper, rules of `optimize/gwo.rs`: Eqs. 8 to 15. */
+ * Table 2 of the paper, rules of `optimize/gwo.rs`: Eqs. 8 to 10. */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -112,7 +112,7 @@ static double search(const recording *of, uint64_t seed)
                     memcpy(leaders[place], agents[n], sizeof *leaders);
                     break;
                 }
-        double a = 2 - 2.0 * generation / (GENERATIONS - 1);
+        double a = 2 - 2.0 * generation / GENERATIONS;
         for (int n = 0; n < AGENTS; n++)
             for (int p = 0; p < PARAMETERS; p++) {
                 double sum = 0;
@@ -155,12 +155,13 @@ int main(int argc, char **argv)
         samples++;
     fclose(file);
     while (first < samples && column[1][first] == 0) first++;
+    int runs = atoi(argv[2]);
+    if (runs < 1 || samples < 2) return fprintf(stderr, "expected a run or more and two samples or more\n"), 2;
     recording of = {samples, first, column[0][1] - column[0][0], column[1], column[2], column[3], {0, 0}, 0};
     for (int c = 0; c < 2; c++) {
         of.weight[c] = 1 / (samples * mean_square_about_mean(column[2 + c], samples));
         for (long n = 0; n < first; n++) of.before += of.weight[c] * column[2 + c][n] * column[2 + c][n];
     }
-    int runs = atoi(argv[2]);
     double *times = malloc((runs + 1) * sizeof(double)), best = INFINITY;
     for (int run = 0; run <= runs; run++) {
         struct timespec from, to;

@@ -15,7 +15,7 @@ impl CLoop {
         let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/baseline/gwo.c");
         let compiler = std::env::var_os("CC").unwrap_or_else(|| "cc".into());
         let mut command = Command::new(compiler);
-        command.args(["-O3", "-march=native", "-ffast-math", "-fno-associative-math", "-fopenmp"]);
+        command.args(["-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math", "-fopenmp"]);
         // Compilers for other processors do not know this option.
         if cfg!(target_arch = "x86_64") {
             command.arg("-mprefer-vector-width=512");

@@ -43,15 +43,15 @@ impl Basin {
 
 /// Returns up to `most` minima of the grid, the lowest first. Minima need not be exact, so times may be rounded.
 ///
-/// Every second point in each direction is evaluated first. From the lowest of these the search goes on to the lowest point within
-/// two points until none is lower. A valley across the grid, which has a lowest point in every row, is then one minimum.
+/// Every second point in each direction is evaluated first. From the minima of these, at most twice `most`, the search goes on to the
+/// lowest point within two points until none is lower. A valley across the grid, which has a lowest point in every row, is then one minimum.
 pub(super) fn basins(problem: &Problem, sigma: &Sigma, most: usize) -> Vec<Basin> {
     let mut grid = Grid::new(problem, sigma);
     let first: Vec<Place> = (0..GRID).step_by(2).flat_map(|row| (0..GRID).step_by(2).map(move |n| [row, n])).collect();
     grid.evaluate(&first);
     let mut lowest: Vec<Place> = first.into_iter().filter(|place| grid.is_lowest(*place)).collect();
     lowest.sort_by(|a, b| grid.cost(*a).total_cmp(&grid.cost(*b)));
-    lowest.truncate(most);
+    lowest.truncate(2 * most);
     loop {
         grid.evaluate(&lowest.iter().copied().flat_map(near).collect::<Vec<_>>());
         let mut lower: Vec<Place> = lowest.iter().map(|place| grid.lowest_near(*place)).collect();
@@ -62,7 +62,7 @@ pub(super) fn basins(problem: &Problem, sigma: &Sigma, most: usize) -> Vec<Basin
         }
         lowest = lower;
     }
-    lowest.into_iter().filter_map(|place| grid.basin(place)).collect()
+    lowest.into_iter().take(most).filter_map(|place| grid.basin(place)).collect()
 }
 
 /// Row and column of a grid point.

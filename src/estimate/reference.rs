@@ -30,7 +30,7 @@ pub struct Reference {
     pub kind: ReferenceKind,
     /// The refined estimate.
     pub refined: Refined,
-    /// Number of starts that were refined.
+    /// Number of starts; of basins for variable projection, refined or not.
     pub starts: usize,
     /// Number of refinements that ended in this optimum; 1 for variable projection.
     pub arrivals: usize,
@@ -61,8 +61,8 @@ pub fn global_reference(problem: &Problem, sigma: &[[f64; 2]], known: Option<f64
     search(problem, &sigma.to_vec(), known, None)
 }
 
-/// Searches the complete box like [`global_reference`], beside a fit under the weights `sigma`, in whose own basin it does not
-/// descend once more.
+/// Searches the complete box like [`global_reference`], given a fit under the weights `sigma`. The basin of the fit, and basins whose
+/// estimated lowest cost is above that of the fit, are not refined.
 ///
 /// # Errors
 /// Returns the errors of [`global_reference`].
@@ -96,14 +96,15 @@ fn search(problem: &Problem, sigma: &Sigma, known: Option<f64>, fit: Option<&Ref
 fn projected(problem: &Problem, sigma: &Sigma, fit: Option<&Refined>) -> Result<(Refined, usize)> {
     let mut basins = basins(problem, sigma, BASINS);
     let starts = basins.len();
-    let is_own = |fit: &&Refined| {
-        let cost = fit.weighted(sigma);
-        let own = basins.iter().position(|basin| basin.holds(&fit.parameters, cost));
-        own.map(|own| basins.remove(own)).is_some()
-    };
-    let own = fit.filter(|fit| fit.converged).filter(is_own);
+    // Costs at rounded times are not those of the fit.
+    let is_exact = !problem.signals().iter().any(|signals| signals.has_many_steps());
+    let own = fit.filter(|fit| is_exact && fit.converged).filter(|fit| {
+        let holds = |basin: &Basin| basin.holds(&fit.parameters, fit.weighted(sigma));
+        basins.iter().filter(|basin| holds(basin)).count() == 1
+    });
     if let Some(own) = own {
-        basins.retain(|basin| basin.may_reach(own.weighted(sigma)));
+        let cost = own.weighted(sigma);
+        basins.retain(|basin| !basin.holds(&own.parameters, cost) && basin.may_reach(cost));
     }
     let axes = problem.space().free();
     let in_order = |basin: &Basin| axes.iter().map(|axis| basin.motor[axis.parameter as usize]).collect();

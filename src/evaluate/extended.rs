@@ -21,8 +21,8 @@ use crate::motor::{
 /// Candidates side by side at AVX2: one vector more than for the linear motor, because the latency of a step is longer.
 pub(super) const LANES_AVX2: usize = 12;
 
-/// Candidates side by side at AVX-512 on even clocks without moving averages, which hide the latency of a step; with averages or many
-/// distinct steps as many are slower (measured).
+/// Candidates side by side at AVX-512 on even clocks without moving averages: they hide the latency of a step. With averages, or many
+/// distinct steps, 32 are slower than 24 (measured).
 pub(super) const LANES_WIDE: usize = 32;
 
 at_level! {

@@ -185,6 +185,7 @@ impl<'a, const L: usize, const K: usize> Table<'a, L, K> {
             if COMPOSED {
                 let [one, two] = indices[step];
                 let mut composed = whole[one].then::<FMA>(&fine[two], dynamics);
+                // The registers of AVX-512 hold the composition.
                 if L < LANES_AVX512 {
                     composed = std::hint::black_box(composed);
                 }

@@ -50,7 +50,7 @@ impl Simd {
     }
 
     fn takes_one_thread(self, problem: &Problem, candidates: usize) -> bool {
-        let factor = if kind(problem) == Kind::Even { 1 } else { EXTENDED_COST };
+        let factor = if kind(problem, candidates) == Kind::Even { 1 } else { EXTENDED_COST };
         let least = if self.level == Level::Avx512 { PARALLEL_MIN_AVX512 } else { PARALLEL_MIN };
         candidates.saturating_mul(problem.active()).saturating_mul(factor) < least
     }
@@ -61,8 +61,8 @@ impl Simd {
     }
 
     /// Returns the number of candidates in a block.
-    fn lanes(self, problem: &Problem) -> usize {
-        match (self.level, kind(problem)) {
+    fn lanes(self, problem: &Problem, candidates: usize) -> usize {
+        match (self.level, kind(problem, candidates)) {
             (Level::Avx512, Kind::Wide) => extended::LANES_WIDE,
             (Level::Avx512, _) => kernel::LANES_AVX512,
             (Level::Avx2, Kind::Extended | Kind::Wide) => extended::LANES_AVX2,
@@ -73,8 +73,9 @@ impl Simd {
     /// Returns the number of candidates that are evaluated together. With cutoffs they are several blocks, whose candidates are
     /// packed into fewer as some of them leave.
     fn together(self, group: &Group<'_>) -> usize {
-        let (lanes, count) = (self.lanes(group.problem), group.candidates.count());
-        let is_packed = !group.candidates.cutoffs().is_empty() && kind(group.problem) == Kind::Even;
+        let count = group.candidates.count();
+        let lanes = self.lanes(group.problem, count);
+        let is_packed = !group.candidates.cutoffs().is_empty() && kind(group.problem, count) == Kind::Even;
         if !is_packed {
             return lanes;
         }
@@ -86,7 +87,7 @@ impl Simd {
         let candidates = &group.candidates.values()[first * width..(first + costs.len()) * width];
         let cutoffs = group.candidates.cutoffs().get(first..first + costs.len()).unwrap_or_default();
         let block = Block { problem: group.problem, candidates, width, cutoffs };
-        let run = match (kind(group.problem), self.level) {
+        let run = match (kind(group.problem, group.candidates.count()), self.level) {
             (Kind::Even, Level::Avx512) => packed::avx512,
             (Kind::Even, Level::Avx2) => packed::avx2,
             (Kind::Even, Level::Portable) => packed::portable,
@@ -111,17 +112,19 @@ enum Kind {
     Irregular,
     /// Motors with extensions.
     Extended,
-    /// Motors with extensions but without moving averages, on even clocks.
+    /// Motors with extensions but without moving averages, on even clocks, in a number that fills the wider blocks.
     Wide,
 }
 
-fn kind(problem: &Problem) -> Kind {
+fn kind(problem: &Problem, candidates: usize) -> Kind {
+    let lanes = |of: usize| candidates.next_multiple_of(of);
+    let is_many = 10 * lanes(extended::LANES_WIDE) <= 11 * lanes(kernel::LANES_AVX512);
     let (features, is_even) =
         (problem.features(), problem.signals().iter().all(|signals| signals.step_index.is_empty()));
     match (features.is_linear(), is_even) {
         (true, true) => Kind::Even,
         (true, false) => Kind::Irregular,
-        (false, true) if !features.is_averaged() => Kind::Wide,
+        (false, true) if !features.is_averaged() && is_many => Kind::Wide,
         (false, _) => Kind::Extended,
     }
 }

@@ -185,15 +185,17 @@ class Recording(ctypes.Structure):
 
 
 def c_cost():
-    """Returns a cost in C, compiled here for this processor; None without a compiler."""
+    """Returns a cost in C, compiled here for this processor; None without a compiler that knows OpenMP."""
     compiler = shutil.which(os.environ.get("CC", "cc"))
     if compiler is None:
         return None
-    library = pathlib.Path(tempfile.mkdtemp()) / "gwo.so"
-    flags = ["-O3", "-march=native", "-ffast-math", "-fno-associative-math", "-fopenmp", "-DLIBRARY", "-shared", "-fPIC"]
+    folder = tempfile.TemporaryDirectory()
+    library = pathlib.Path(folder.name) / "gwo.so"
+    flags = ["-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math", "-fopenmp", "-DLIBRARY", "-shared", "-fPIC"]
     if platform.machine() in ("x86_64", "AMD64"):
         flags.append("-mprefer-vector-width=512")
-    subprocess.run([compiler, *flags, ROOT / "benches" / "baseline" / "gwo.c", "-o", library, "-lm"], check=True)
+    if subprocess.run([compiler, *flags, ROOT / "benches" / "baseline" / "gwo.c", "-o", library, "-lm"]).returncode:
+        return None
     function = ctypes.CDLL(library).costs
     function.restype = None
     pointer = lambda values: values.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
@@ -226,7 +228,7 @@ def numpy_gwo(costs):
             found = np.concatenate([best, costs(agents)])
             order = np.argsort(found)[:3]
             leaders, best = np.concatenate([leaders, agents])[order], found[order]
-            a = 2 - 2 * generation / 99
+            a = 2 - 2 * generation / 100
             spread = a * (2 * random.random((3, 100, len(low))) - 1)
             around = 2 * random.random((3, 100, len(low)))
             towards = leaders[:, None] - spread * np.abs(around * leaders[:, None] - agents)

@@ -30,11 +30,8 @@ impl Pulses {
         let may_begin = self.beginnings(values);
         let mut n = RUN_MAX;
         while n + RUN_MAX + MARGIN < values.len() {
-            if !may_begin[n] {
-                n += 1;
-                continue;
-            }
-            match (1..=RUN_MAX).find(|length| self.is_pulse(values, n..n + length)) {
+            let length = || (1..=RUN_MAX).find(|length| self.is_pulse(values, n..n + length));
+            match may_begin[n].then(length).flatten() {
                 Some(length) => {
                     found.push(n..n + length);
                     n += length;
@@ -45,8 +42,8 @@ impl Pulses {
         found
     }
 
-    /// Returns for each sample, up to the last with [`RUN_MAX`] samples after it, whether it is far enough from the line of a pulse
-    /// of some length that begins there, which few are. The loops vectorize.
+    /// Returns true for each sample that is farther than `least` from the line of a pulse of some length that begins there. These are
+    /// few, and the loops vectorize.
     fn beginnings(&self, values: &[f64]) -> Vec<bool> {
         let mut far = vec![false; values.len()];
         for length in 1..=RUN_MAX {

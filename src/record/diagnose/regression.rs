@@ -19,7 +19,7 @@ pub(super) struct Sums {
 impl Sums {
     /// Adds an equation: a row of regressors and the response.
     pub(super) fn add(&mut self, row: &Row, value: f64) {
-        // Rows away from edges have few entries.
+        // Rows away from edges have few nonzero entries.
         for (k, of) in row.iter().enumerate().filter(|(_, of)| **of != 0.0) {
             self.products[k][..=k].iter_mut().zip(row).for_each(|(sum, other)| *sum += of * other);
             self.right[k] += of * value;
