@@ -117,8 +117,8 @@ enum Kind {
 }
 
 fn kind(problem: &Problem, candidates: usize) -> Kind {
-    let lanes = |of: usize| candidates.next_multiple_of(of);
-    let is_many = 10 * lanes(extended::LANES_WIDE) <= 11 * lanes(kernel::LANES_AVX512);
+    let lanes = |of: usize| candidates.div_ceil(of).saturating_mul(of);
+    let is_many = lanes(extended::LANES_WIDE) <= lanes(kernel::LANES_AVX512).saturating_add(candidates / 10);
     let (features, is_even) =
         (problem.features(), problem.signals().iter().all(|signals| signals.step_index.is_empty()));
     match (features.is_linear(), is_even) {
