@@ -21,8 +21,8 @@ use crate::motor::{
 /// Candidates side by side at AVX2: one vector more than for the linear motor, because the latency of a step is longer.
 pub(super) const LANES_AVX2: usize = 12;
 
-/// Candidates side by side at AVX-512 on even clocks without moving averages: they hide the latency of a step. With averages, or many
-/// distinct steps, 32 are slower than 24 (measured).
+/// Candidates side by side at AVX-512 on even clocks without moving averages: they hide the latency of a step. With averages, or
+/// many distinct steps, 32 are slower than 24 (measured).
 pub(super) const LANES_WIDE: usize = 32;
 
 at_level! {
@@ -38,17 +38,11 @@ struct WithExtensions;
 
 impl<const L: usize> Kernel<L> for WithExtensions {
     #[inline(always)]
-    fn sums<const FMA: bool>(
-        block: &Block<'_>,
-        count: usize,
-        recording: usize,
-        cut: Option<&mut Cut<'_, L>>,
-    ) -> Pair<L> {
-        let Block { problem, candidates, width, .. } = *block;
-        let motors: [Extended; L] = std::array::from_fn(|lane| {
-            let row = lane.min(count - 1) * width;
-            problem.motor(&candidates[row..row + width], recording)
-        });
+    fn sums<const FMA: bool>(block: &Block<'_>, recording: usize, cut: Option<&mut Cut<'_, L>>) -> Pair<L> {
+        let Block { problem, candidates } = *block;
+        let last = candidates.count() - 1;
+        let motors: [Extended; L] =
+            std::array::from_fn(|lane| problem.motor(candidates.row(lane.min(last)), recording));
         let motors = Extended::side_by_side(&motors);
         Simulation::<L>::new(problem, &problem.signals()[recording], &motors).sums::<FMA>(&motors, cut)
     }

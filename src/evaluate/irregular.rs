@@ -10,6 +10,7 @@ use super::lanes::{SUM_BLOCK, Samples, add_losses, so_far};
 use super::problem::Problem;
 use super::recordings::{Kernel, run};
 use super::signals::Signals;
+use super::step::Pair;
 use crate::motor::{Dynamics, Input, Method, SplitSteps, TransitionIntegrals, multiply_add};
 
 at_each_level!(run for Irregular with [LANES_AVX512, LANES, LANES] candidates);
@@ -19,14 +20,10 @@ struct Irregular;
 
 impl<const L: usize> Kernel<L> for Irregular {
     #[inline(always)]
-    fn sums<const FMA: bool>(
-        block: &Block<'_>,
-        count: usize,
-        recording: usize,
-        cut: Option<&mut Cut<'_, L>>,
-    ) -> [[f64; L]; 2] {
+    fn sums<const FMA: bool>(block: &Block<'_>, recording: usize, cut: Option<&mut Cut<'_, L>>) -> Pair<L> {
         let (problem, signals) = (block.problem, &block.problem.signals()[recording]);
-        let parameters = block.parameters(&std::array::from_fn::<usize, L, _>(|lane| lane.min(count - 1)), recording);
+        let ids: [usize; L] = std::array::from_fn(|lane| lane);
+        let parameters = block.parameters(&ids[..block.candidates.count()], recording);
         match (problem.criterion().is_absolute(), signals.weight.is_empty()) {
             (false, true) => simulate::<L, FMA, false, false>(problem, signals, &parameters, cut),
             (false, false) => simulate::<L, FMA, false, true>(problem, signals, &parameters, cut),

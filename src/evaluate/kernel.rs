@@ -13,28 +13,25 @@ use super::lanes::{Lanes, SUM_BLOCK, Samples, add_losses, advance, gain, phi, so
 use super::problem::{Problem, Scaling};
 use super::segment::{Position, Segment};
 use super::signals::Signals;
+use crate::candidates::Candidates;
 use crate::motor::{Method, StepMaps, step_maps};
 
 /// A block of candidates and their problem.
 #[derive(Clone, Copy)]
 pub(super) struct Block<'a> {
     pub problem: &'a Problem,
-    /// The candidates, rows of `width` values.
-    pub candidates: &'a [f64],
-    pub width: usize,
-    /// One cutoff for each candidate; empty if every cost is needed.
-    pub cutoffs: &'a [f64],
+    pub candidates: Candidates<'a>,
 }
 
 impl Block<'_> {
-    /// Returns the parameters of the candidates in the rows `ids` on a recording, shape `[parameters][candidates]`. Lanes without a
-    /// candidate repeat the last one.
+    /// Returns the parameters of the candidates `ids` on a recording, shape `[parameters][candidates]`. Lanes without a candidate
+    /// repeat the last one.
     #[inline(always)]
     pub(super) fn parameters<const L: usize>(&self, ids: &[usize], recording: usize) -> [[f64; L]; 5] {
         let mut parameters = [[0.0; L]; 5];
         for lane in 0..L {
-            let row = ids[lane.min(ids.len() - 1)] * self.width;
-            let values = self.problem.parameters(&self.candidates[row..row + self.width], recording).to_array();
+            let candidate = self.candidates.row(ids[lane.min(ids.len() - 1)]);
+            let values = self.problem.parameters(candidate, recording).to_array();
             for (p, value) in values.into_iter().enumerate() {
                 parameters[p][lane] = value;
             }

@@ -1,5 +1,5 @@
-//! The linear motor on even clocks, any number of candidates in blocks: those whose costs are known to be above their cutoffs leave,
-//! and the others move together into fewer blocks.
+//! The linear motor on even clocks, any number of candidates in blocks: those whose costs are known to be above their cutoffs
+//! leave, and the others move together into fewer blocks.
 //!
 //! Errors are not negative and rounding to nearest preserves order, so the cost of the sums so far is a lower bound of the cost,
 //! exactly. The states of a candidate do not depend on its lane.
@@ -31,7 +31,8 @@ struct Pack<'a> {
 #[inline(always)]
 fn run<const L: usize, const FMA: bool>(block: &Block<'_>, costs: &mut [f64]) {
     let problem = block.problem;
-    let limit = |n: usize| block.cutoffs.get(n).map_or(f64::INFINITY, |cutoff| total_above(problem, *cutoff));
+    let limit =
+        |n: usize| block.candidates.cutoffs().get(n).map_or(f64::INFINITY, |cutoff| total_above(problem, *cutoff));
     let limits = (0..costs.len()).map(limit).collect();
     let mut pack = Pack { block: *block, limits, totals: vec![0.0; costs.len()], live: (0..costs.len()).collect() };
     for (recording, signals) in problem.signals().iter().enumerate() {

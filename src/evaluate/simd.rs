@@ -83,10 +83,7 @@ impl Simd {
     }
 
     fn run(self, group: &Group<'_>, first: usize, costs: &mut [f64]) {
-        let width = group.candidates.width();
-        let candidates = &group.candidates.values()[first * width..(first + costs.len()) * width];
-        let cutoffs = group.candidates.cutoffs().get(first..first + costs.len()).unwrap_or_default();
-        let block = Block { problem: group.problem, candidates, width, cutoffs };
+        let block = Block { problem: group.problem, candidates: group.candidates.rows(first, first + costs.len()) };
         let run = match (kind(group.problem, group.candidates.count()), self.level) {
             (Kind::Even, Level::Avx512) => packed::avx512,
             (Kind::Even, Level::Avx2) => packed::avx2,
