@@ -110,6 +110,15 @@ mod tests {
     }
 
     #[test]
+    fn outputs_without_a_response_explain_nothing() {
+        // All sums are 0 if the poles are far beyond the clock; the least-squares problem then has no solution.
+        let power = [3.0, 5.0];
+        assert!((solve([0.0; SUMS], power).0 - 8.0).abs() < 1e-15);
+        // The speed alone: w = 2, d = 1 explains 4 of 5.
+        assert!((solve([0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 1.0], power).0 - 4.0).abs() < 1e-15);
+    }
+
+    #[test]
     fn masked_samples_do_not_count_on_any_clock() {
         for jitter in [0.0, 0.3] {
             let time_s: Vec<f64> =

@@ -20,7 +20,7 @@ pub(super) struct Basin {
     pub motor: [f64; 5],
     /// The cost of the point, in units of σ², without regard to the bounds.
     cost: f64,
-    /// Estimate of the lowest cost of the basin: at most that of a quadratic function with the same second differences.
+    /// Estimate of the lowest cost of the basin, [`MARGIN`] times as deep as a quadratic function with the same second differences.
     bottom: f64,
     /// c₁ and c₀ of the point, and the logarithms of the ratios of those of neighbouring points.
     point: [f64; 2],
@@ -43,8 +43,9 @@ impl Basin {
 
 /// Returns up to `most` minima of the grid, the lowest first. Minima need not be exact, so times may be rounded.
 ///
-/// Every second point in each direction is evaluated first. From the minima of these, at most twice `most`, the search goes on to the
-/// lowest point within two points until none is lower. A valley across the grid, which has a lowest point in every row, is then one minimum.
+/// Every second point in each direction is evaluated first. From the minima of these, at most twice `most`, the search goes on to
+/// the lowest point within two points until none is lower. A valley across the grid, which has a lowest point in every row, is then
+/// one minimum.
 pub(super) fn basins(problem: &Problem, sigma: &Sigma, most: usize) -> Vec<Basin> {
     let mut grid = Grid::new(problem, sigma);
     let first: Vec<Place> = (0..GRID).step_by(2).flat_map(|row| (0..GRID).step_by(2).map(move |n| [row, n])).collect();
@@ -134,14 +135,14 @@ impl<'a> Grid<'a> {
 
     fn basin(&self, place: Place) -> Option<Basin> {
         let ((cost, solved), point) = (self.found[place[0] * GRID + place[1]]?, self.point(place));
-        let bottom = cost - MARGIN * self.descent(place);
+        let bottom = cost - MARGIN * self.depth(place);
         Some(Basin { motor: motor(point, solved, &self.problem), cost, bottom, point, spacing: self.spacing })
     }
 
     /// Returns the largest difference between a lowest point and the minimum of a quadratic function with the same second
     /// differences Dₙ, which is `Σ Dₙ/4`: the point nearest to the minimum is half a spacing from it at most. At the edge of the
     /// grid a second difference is that of a symmetric function.
-    fn descent(&self, place: Place) -> f64 {
+    fn depth(&self, place: Place) -> f64 {
         let mut sum = 0.0;
         for axis in 0..2 {
             let beside = |at: usize| {

@@ -61,8 +61,8 @@ pub fn global_reference(problem: &Problem, sigma: &[[f64; 2]], known: Option<f64
     search(problem, &sigma.to_vec(), known, None)
 }
 
-/// Searches the complete box like [`global_reference`], given a fit under the weights `sigma`. The basin of the fit, and basins whose
-/// estimated lowest cost is above that of the fit, are not refined.
+/// Searches the complete box like [`global_reference`], given a fit under the weights `sigma`. The basin of the fit, and basins
+/// whose estimated lowest cost is above that of the fit, are not refined.
 ///
 /// # Errors
 /// Returns the errors of [`global_reference`].

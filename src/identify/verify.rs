@@ -47,7 +47,7 @@ pub struct Verification {
     pub status: Status,
     /// Kind of the global search.
     pub reference: Option<ReferenceKind>,
-    /// Number of starts that this search refined.
+    /// Number of starts of this search; of basins for variable projection, refined or not.
     pub starts: usize,
     /// Number of these starts that ended in the lowest optimum.
     pub arrivals: usize,

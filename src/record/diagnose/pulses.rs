@@ -42,8 +42,8 @@ impl Pulses {
         found
     }
 
-    /// Returns true for each sample that is farther than `least` from the line of a pulse of some length that begins there. These are
-    /// few, and the loops vectorize.
+    /// Returns true for each sample that is farther than `least` from the line of a pulse of some length that begins there. These
+    /// are few, and the loops vectorize.
     fn beginnings(&self, values: &[f64]) -> Vec<bool> {
         let mut far = vec![false; values.len()];
         for length in 1..=RUN_MAX {
