@@ -182,16 +182,23 @@ fn against_c(one: &ThreadPool, all: &ThreadPool) {
 /// Number of searches in one process.
 const RUNS: usize = 41;
 
-/// Prints the rates of small populations relative to a large one, on one thread.
-fn populations() {
-    println!("\n| agents | rate of evaluation, of that with 9600 |\n|---|---|");
+/// Prints the rates of small populations relative to a large one, on one thread and on all.
+fn populations(one: &ThreadPool, all: &ThreadPool) {
+    let threads = all.current_num_threads();
+    println!("\n| agents | rate of evaluation, of that with 9600: one thread | {threads} threads |\n|---|---|---|");
     let (problem, values) = (m2_problem(), candidates(9600));
     for count in [1, 10, 24, 50, 100, 250, 1000] {
         let mut costs = vec![0.0; 9600];
-        let mut run = |count: usize| evaluate(&mut Simd::alone(), &problem, &values[..5 * count], &mut costs[..count]);
-        let small = median((0..101).map(|_| seconds(|| run(count))).collect()) / count as f64;
-        let large = median((0..11).map(|_| seconds(|| run(9600))).collect()) / 9600.0;
-        println!("| {count} | {:.2} |", large / small);
+        let mut run =
+            |count: usize| evaluate(&mut Simd::default(), &problem, &values[..5 * count], &mut costs[..count]);
+        let [one, all] = [one, all].map(|pool| {
+            pool.install(|| {
+                let small = median((0..101).map(|_| seconds(|| run(count))).collect()) / count as f64;
+                let large = median((0..11).map(|_| seconds(|| run(9600))).collect()) / 9600.0;
+                large / small
+            })
+        });
+        println!("| {count} | {one:.2} | {all:.2} |");
     }
 }
 
@@ -201,7 +208,7 @@ fn main() {
     workload_costs(&one);
     if std::env::args().skip(1).all(|a| a.starts_with('-')) {
         fixed_costs(&one, &all);
-        one.install(populations);
+        populations(&one, &all);
         against_c(&one, &all);
     }
 }
