@@ -32,6 +32,11 @@ struct Workload {
 
 /// Returns the paper's experiment on a clock whose step `n` is longer than the period by `off(n)` periods.
 fn irregular(off: impl Fn(u32) -> f64) -> Record {
+    driven(off, |time, _| if time >= 0.9995 { 10.5 } else { 0.0 })
+}
+
+/// Returns the experiment with another voltage \[V\], given the time \[s\] and the index of a sample.
+fn driven(off: impl Fn(u32) -> f64, volts: impl Fn(f64, u32) -> f64) -> Record {
     let mut time = 0.0;
     let step = |n: u32| {
         let now = time;
@@ -39,7 +44,7 @@ fn irregular(off: impl Fn(u32) -> f64) -> Record {
         now
     };
     let time_s: Vec<f64> = (0..3001).map(step).collect();
-    let voltage = time_s.iter().map(|t| if *t >= 0.9995 { 10.5 } else { 0.0 }).collect();
+    let voltage = time_s.iter().zip(0..).map(|(time, n)| volts(*time, n)).collect();
     simulated(&Parameters::M2, &Excitation { time_s, voltage, torque: None }, Discretization::Zoh).unwrap()
 }
 
@@ -57,7 +62,9 @@ fn workloads() -> Vec<Workload> {
     let step = m2_record();
     let restless = restless_record();
     let three = irregular(|n| 0.1 * (f64::from(n * 7 % 3) - 1.0));
-    let many = irregular(|n| 0.002 * (f64::from(n * 7919 % 201) - 100.0));
+    let spread = |n: u32| 0.002 * (f64::from(n * 7919 % 201) - 100.0);
+    let many = irregular(spread);
+    let many_restless = driven(spread, |_, n| 0.01 * (f64::from(n * 7919 % 2003) - 1001.0));
     let all = irregular(|n| 0.001 * (f64::from(n * 7919 % 3001) * 0.2).floor() - 0.3);
     let steps = |record: &Record| record.steps().step_s.len();
     assert_eq!([steps(&three), steps(&many), steps(&all)], [3, 201, 601]);
@@ -76,9 +83,11 @@ fn workloads() -> Vec<Workload> {
         Workload { name: "friction, brushes", problem: extended(&step, &[coulomb, (P::BrushDrop, 0.0, 1.0)]) },
         Workload { name: "friction, 3 steps", problem: extended(&three, &[coulomb]) },
         Workload { name: "friction, 201 steps", problem: extended(&many, &[coulomb]) },
+        Workload { name: "friction, 201 steps, changing voltage", problem: extended(&many_restless, &[coulomb]) },
         Workload { name: "dead time", problem: extended(&step, &[dead_time]) },
         Workload { name: "dead time, changing voltage", problem: extended(&restless, &[dead_time]) },
         Workload { name: "dead time, 201 steps", problem: extended(&many, &[dead_time]) },
+        Workload { name: "dead time, 201 steps, changing voltage", problem: extended(&many_restless, &[dead_time]) },
         Workload { name: "latency", problem: extended(&step, &[latency]) },
         Workload { name: "dead time, latency", problem: extended(&step, &[dead_time, latency]) },
         Workload { name: "moving average", problem: extended(&step, &[average]) },

@@ -76,17 +76,31 @@ fn uneven<const L: usize, const FMA: bool>(
     [start, end]: [usize; 2],
     gains: &mut [Pair<L>; CHUNK],
 ) {
+    // Under a zero-order hold pieces of equal voltages are taken together.
+    let holds = !signals.has_slopes() && lanes.iter().all(|(delayed, _)| delayed.holds());
     let mut voltages = Aligned([[[0.0; L]; 2]; CHUNK]);
     let voltages = &mut voltages.0;
     let mut changes = Aligned([[[0.0; L]; 2]; CHUNK]);
     let changes = &mut changes.0;
+    let run_ends = if holds { signals.voltage_ends() } else { &[] };
     for (lane, (delayed, cursor)) in lanes.iter_mut().enumerate() {
-        for n in start..end {
+        let mut n = start;
+        while n < end {
+            let until = if holds { delayed.constant_until([n, end], cursor, run_ends) } else { n };
+            if until > n {
+                let constant = delayed.output(*cursor);
+                for voltages in &mut voltages[n - start..until - start] {
+                    (voltages[0][lane], voltages[1][lane]) = (constant, constant);
+                }
+                n = until;
+                continue;
+            }
             let StepVoltage { ends, added } = delayed.step_voltage(n, cursor);
             for axis in 0..2 {
                 voltages[n - start][axis][lane] = ends[axis];
                 changes[n - start][axis][lane] = added.unwrap_or_default()[axis];
             }
+            n += 1;
         }
     }
     for (n, (gain, (voltages, changes))) in (start..end).zip(gains.iter_mut().zip(voltages.iter().zip(changes))) {

@@ -8,11 +8,12 @@ use super::at_level::{at_each_level, at_level};
 use super::cutoff::Cut;
 use super::input::{Inputs, Piece, PieceInput};
 use super::kernel::{Block, LANES, LANES_AVX512};
-use super::lanes::{SUM_BLOCK, Samples, add_loss, so_far};
+use super::lanes::{SUM_BLOCK, Samples, so_far};
+use super::path::{Even, Irregular, Lanes, Path};
 use super::problem::Problem;
 use super::recordings::{Kernel, run};
 use super::signals::Signals;
-use super::step::{Input, OwnStep, Pair, Step};
+use super::step::{Pair, Step};
 use crate::motor::{
     Aligned, CHUNK, Dynamics, Extended, Method, ModelFeatures, MovingAverages, Parameter, TransitionIntegrals,
     step_maps,
@@ -118,62 +119,69 @@ impl<'a, const L: usize> Simulation<'a, L> {
 
     #[inline(always)]
     fn advance<const FMA: bool>(&mut self, piece: &Piece<'_, L>) {
-        let (signals, [start, end]) = (self.signals, piece.range);
+        let (signals, range) = (self.signals, piece.range);
+        let [start, end] = range;
         // The steps leave the simulation while its states change.
         let steps = std::mem::take(&mut self.steps);
-        let at = (&steps[piece.step], piece.range);
+        let step = &steps[piece.step];
         match piece.input {
-            PieceInput::Constant(gain) => self.pass::<FMA>(at, std::iter::repeat(gain)),
-            PieceInput::Each(gains) => self.pass::<FMA>(at, gains.iter()),
+            PieceInput::Constant(gain) => self.pass::<FMA>(range, Even { step, inputs: std::iter::repeat(gain) }),
+            PieceInput::Each(gains) => self.pass::<FMA>(range, Even { step, inputs: gains.iter() }),
             PieceInput::EachStep(gains) => {
-                let own = |(step, gain): (&u16, _)| OwnStep { step: &steps[usize::from(*step)], gain };
-                self.pass::<FMA>(at, signals.step_index[start..end].iter().zip(gains).map(own));
+                let index = &signals.step_index[start..end];
+                self.pass::<FMA>(range, Irregular { steps: &steps, index, gains });
             }
-            PieceInput::ZeroOrderHold => self.pass::<FMA>(at, signals.voltage[start..end].iter().copied()),
-            PieceInput::FirstOrderHold => self.pass::<FMA>(at, (start..end).map(|n| signals.voltages_at(n))),
-            PieceInput::WithLoad => self.pass::<FMA>(at, (start..end).map(|n| signals.inputs(n))),
+            PieceInput::ZeroOrderHold => {
+                self.pass::<FMA>(range, Even { step, inputs: signals.voltage[start..end].iter().copied() });
+            }
+            PieceInput::FirstOrderHold => {
+                self.pass::<FMA>(range, Even { step, inputs: (start..end).map(|n| signals.voltages_at(n)) });
+            }
+            PieceInput::WithLoad => {
+                self.pass::<FMA>(range, Even { step, inputs: (start..end).map(|n| signals.inputs(n)) });
+            }
         }
         self.steps = steps;
     }
 
     #[inline(always)]
-    fn pass<const FMA: bool>(&mut self, at: (&Step<L>, [usize; 2]), inputs: impl Iterator<Item = impl Input<L>>) {
+    fn pass<const FMA: bool>(&mut self, range: [usize; 2], path: impl Path<L>) {
         match [Parameter::BrushDrop, Parameter::Coulomb].map(|of| self.problem.features().has(of)) {
-            [true, _] => self.pass_with::<FMA, true, true>(at, inputs),
-            [false, true] => self.pass_with::<FMA, false, true>(at, inputs),
-            [false, false] => self.pass_with::<FMA, false, false>(at, inputs),
+            [true, _] => self.pass_with::<FMA, true, true>(range, path),
+            [false, true] => self.pass_with::<FMA, false, true>(range, path),
+            [false, false] => self.pass_with::<FMA, false, false>(range, path),
         }
     }
 
     #[inline(always)]
     fn pass_with<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(
         &mut self,
-        (step, [start, end]): (&Step<L>, [usize; 2]),
-        inputs: impl Iterator<Item = impl Input<L>>,
+        [start, end]: [usize; 2],
+        path: impl Path<L>,
     ) {
         let Self { problem, signals, lanes, sensors, seen, .. } = self;
         let samples = Samples::of(signals, start, end);
         let kind = (problem.criterion().is_absolute(), !signals.weight.is_empty());
         let Some(seen) = seen else {
             return match kind {
-                (false, false) => lanes.follow::<FMA, BRUSHES, FRICTION, false, false>(step, samples, inputs),
-                (false, true) => lanes.follow::<FMA, BRUSHES, FRICTION, false, true>(step, samples, inputs),
-                (true, false) => lanes.follow::<FMA, BRUSHES, FRICTION, true, false>(step, samples, inputs),
-                (true, true) => lanes.follow::<FMA, BRUSHES, FRICTION, true, true>(step, samples, inputs),
+                (false, false) => path.follow::<FMA, BRUSHES, FRICTION, false, false>(lanes, samples),
+                (false, true) => path.follow::<FMA, BRUSHES, FRICTION, false, true>(lanes, samples),
+                (true, false) => path.follow::<FMA, BRUSHES, FRICTION, true, false>(lanes, samples),
+                (true, true) => path.follow::<FMA, BRUSHES, FRICTION, true, true>(lanes, samples),
             };
         };
         let seen = &mut seen.0[..end - start];
-        lanes.observe::<FMA, BRUSHES, FRICTION>(step, inputs, seen);
+        path.observe::<FMA, BRUSHES, FRICTION>(&mut lanes.x, seen);
         for (channel, sensor) in sensors.iter_mut().enumerate() {
             if let Some(sensor) = sensor {
                 sensor.show(channel, seen);
             }
         }
         match kind {
-            (false, false) => lanes.add_losses::<FMA, false, false>(samples, seen),
-            (false, true) => lanes.add_losses::<FMA, false, true>(samples, seen),
-            (true, false) => lanes.add_losses::<FMA, true, false>(samples, seen),
-            (true, true) => lanes.add_losses::<FMA, true, true>(samples, seen),
+            (false, false) => lanes.add_all::<FMA, false, false>(samples, seen),
+            (false, true) => lanes.add_all::<FMA, false, true>(samples, seen),
+            (true, false) => lanes.add_all::<FMA, true, false>(samples, seen),
+            (true, true) => lanes.add_all::<FMA, true, true>(samples, seen),
         }
     }
 
@@ -208,83 +216,4 @@ fn steps<const L: usize>(
         steps.push(Step::new(motors, maps, features));
     }
     steps
-}
-
-/// States and sums of errors of a block of candidates.
-struct Lanes<const L: usize> {
-    x: Pair<L>,
-    sums: Pair<L>,
-}
-
-impl<const L: usize> Lanes<L> {
-    /// Simulates `samples` and adds their errors to the sums.
-    #[inline(always)]
-    fn follow<
-        const FMA: bool,
-        const BRUSHES: bool,
-        const FRICTION: bool,
-        const ABSOLUTE: bool,
-        const WEIGHTED: bool,
-    >(
-        &mut self,
-        step: &Step<L>,
-        samples: Samples<'_>,
-        inputs: impl Iterator<Item = impl Input<L>>,
-    ) {
-        let [mut i, mut w] = self.x;
-        let [mut sum_i, mut sum_w] = self.sums;
-        for (n, (measured, input)) in samples.measured.iter().zip(inputs).enumerate() {
-            let weight = if WEIGHTED { samples.weight[n] } else { [1.0; 2] };
-            let step = input.own_step(step);
-            for lane in 0..L {
-                let [error_i, error_w] = [measured[0] - i[lane], measured[1] - w[lane]];
-                sum_i[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_i[lane], error_i, weight[0]);
-                sum_w[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_w[lane], error_w, weight[1]);
-                [i[lane], w[lane]] = step.next::<FMA, BRUSHES, FRICTION>([i[lane], w[lane]], input, lane);
-            }
-        }
-        self.x = [i, w];
-        self.sums = [sum_i, sum_w];
-    }
-
-    /// Simulates and writes the state before each step to `seen`.
-    #[inline(always)]
-    fn observe<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(
-        &mut self,
-        step: &Step<L>,
-        inputs: impl Iterator<Item = impl Input<L>>,
-        seen: &mut [Pair<L>],
-    ) {
-        let [mut i, mut w] = self.x;
-        for (seen, input) in seen.iter_mut().zip(inputs) {
-            *seen = [i, w];
-            let step = input.own_step(step);
-            for lane in 0..L {
-                [i[lane], w[lane]] = step.next::<FMA, BRUSHES, FRICTION>([i[lane], w[lane]], input, lane);
-            }
-        }
-        self.x = [i, w];
-    }
-
-    /// Adds the errors of the sensor outputs `shown` to the sums.
-    #[inline(always)]
-    fn add_losses<const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
-        &mut self,
-        samples: Samples<'_>,
-        shown: &[Pair<L>],
-    ) {
-        let mut sums = self.sums;
-        for (n, (measured, shown)) in samples.measured.iter().zip(shown).enumerate() {
-            let weight = if WEIGHTED { samples.weight[n] } else { [1.0; 2] };
-            // The lanes of a channel are adjacent in memory, so that the inner loop vectorizes.
-            for channel in 0..2 {
-                for lane in 0..L {
-                    let error = measured[channel] - shown[channel][lane];
-                    sums[channel][lane] =
-                        add_loss::<FMA, ABSOLUTE, WEIGHTED>(sums[channel][lane], error, weight[channel]);
-                }
-            }
-        }
-        self.sums = sums;
-    }
 }

@@ -20,6 +20,7 @@ mod irregular;
 mod kernel;
 mod lanes;
 mod packed;
+mod path;
 mod problem;
 mod recordings;
 mod scalar;

@@ -16,7 +16,7 @@ pub(super) type Pair<const L: usize> = [[f64; L]; 2];
 #[repr(align(64))]
 pub(super) struct Step<const L: usize> {
     pub maps: StepMaps<L>,
-    phi: [[f64; L]; 4],
+    pub phi: [[f64; L]; 4],
     /// Contribution of voltage offset and load to both states.
     bias: Pair<L>,
     reactions: Reactions<L>,
@@ -49,6 +49,14 @@ impl<const L: usize> Step<L> {
         let current = multiply_add::<FMA>(phi[0][lane], i, multiply_add::<FMA>(phi[1][lane], w, gain_i));
         let speed = multiply_add::<FMA>(phi[2][lane], i, multiply_add::<FMA>(phi[3][lane], w, gain_w));
         reactions.friction_step::<FMA>([BRUSHES, FRICTION], [current, speed], lane)
+    }
+
+    /// Subtracts the reactions from the states at the end of the step.
+    #[inline(always)]
+    pub(super) fn react<const FMA: bool>(&self, acts: [bool; 2], [i, w]: &mut Pair<L>) {
+        for lane in 0..L {
+            [i[lane], w[lane]] = self.reactions.friction_step::<FMA>(acts, [i[lane], w[lane]], lane);
+        }
     }
 
     /// Returns the contribution to both states of a voltage at both ends of the step and of a torque, the same for all candidates,
@@ -92,37 +100,6 @@ pub(super) fn loaded<const L: usize>(mut loads: [f64; L], torque: f64) -> [f64; 
 pub(super) trait Input<const L: usize>: Copy {
     /// Returns its contribution to a state of a candidate.
     fn gain<const FMA: bool>(self, step: &Step<L>, axis: usize, lane: usize) -> f64;
-
-    /// Returns the step of the sample, which is `common` unless the input comes with its own.
-    #[inline(always)]
-    fn own_step<'s>(self, common: &'s Step<L>) -> &'s Step<L>
-    where
-        Self: 's,
-    {
-        common
-    }
-}
-
-/// An input given by its contributions, with the step of its sample.
-#[derive(Clone, Copy)]
-pub(super) struct OwnStep<'a, const L: usize> {
-    pub step: &'a Step<L>,
-    pub gain: &'a Pair<L>,
-}
-
-impl<const L: usize> Input<L> for OwnStep<'_, L> {
-    #[inline(always)]
-    fn gain<const FMA: bool>(self, _: &Step<L>, axis: usize, lane: usize) -> f64 {
-        self.gain[axis][lane]
-    }
-
-    #[inline(always)]
-    fn own_step<'s>(self, _: &'s Step<L>) -> &'s Step<L>
-    where
-        Self: 's,
-    {
-        self.step
-    }
 }
 
 /// An input given by its contributions, which were computed before.

@@ -122,6 +122,41 @@ impl<'a, T: Number> DelayedVoltage<'a, T> {
         None
     }
 
+    /// Returns true for a zero-order hold.
+    #[inline(always)]
+    pub(crate) fn holds(&self) -> bool {
+        !self.first_order_hold
+    }
+
+    /// Returns the end of the steps `n..end` over which the voltage is constant under a zero-order hold without slopes, `n` if
+    /// it changes in the step `n`, and advances `cursor` to the last piece of this voltage. `run_ends` holds the ends of the runs
+    /// of equal voltages.
+    #[inline(always)]
+    pub(crate) fn constant_until(&self, [n, end]: [usize; 2], cursor: &mut usize, run_ends: &[usize]) -> usize {
+        self.advance(n, cursor);
+        let voltage = &self.drive.voltage;
+        let run_end = |piece: usize| run_ends[run_ends.partition_point(|end| *end <= piece)];
+        let next = match cursor.checked_sub(1) {
+            Some(piece) => run_end(piece),
+            None if voltage[0].to_bits() == self.before.to_bits() => run_end(0),
+            None => 0,
+        };
+        *cursor = next;
+        let Some(begin) = self.begins_at(next, 0.0) else { return end };
+        let is_later = |n: usize| begin - self.time[n] >= self.drive.step(n) * (1.0 - ROUNDING);
+        let mut until = n;
+        while until < end && is_later(until) {
+            until += 1;
+        }
+        until
+    }
+
+    /// Returns the voltage at the motor \[V\] from the piece before `cursor` on.
+    #[inline(always)]
+    pub(crate) fn output(&self, cursor: usize) -> T {
+        self.nonlinearity.output(self.commanded(cursor)[0])
+    }
+
     /// Returns the voltage of step `n`; `cursor` as in [`Self::advance`].
     #[inline(always)]
     pub(crate) fn step_voltage(&mut self, n: usize, cursor: &mut usize) -> StepVoltage<T> {

@@ -35,14 +35,22 @@ impl<const L: usize, T: Number> Reactions<L, T> {
     #[inline(always)]
     pub(crate) fn new(motors: &Extended<[T; L]>, maps: &StepMaps<L, T>, features: ModelFeatures) -> Self {
         let [mut limits, mut adds] = [[[T::constant(0.0); L]; 2]; 2];
-        for (own, of) in REACTIONS.into_iter().enumerate().filter(|(_, of)| features.has(*of)) {
+        for (own, of) in REACTIONS.into_iter().enumerate() {
+            if !features.has(of) {
+                continue;
+            }
+            let mut gain = maps.torque;
+            if of == Parameter::BrushDrop {
+                for axis in 0..2 {
+                    for lane in 0..L {
+                        gain[axis][lane] = maps.taps[0][axis][lane] + maps.taps[1][axis][lane];
+                    }
+                }
+            }
+            let strength = motors.get(of);
             for lane in 0..L {
-                let gain = [0, 1].map(|axis| match of {
-                    Parameter::BrushDrop => maps.taps[0][axis][lane] + maps.taps[1][axis][lane],
-                    _ => maps.torque[axis][lane],
-                });
-                limits[own][lane] = motors.get(of)[lane] * gain[own].abs();
-                adds[own][lane] = -gain[1 - own] / gain[own];
+                limits[own][lane] = strength[lane] * gain[own][lane].abs();
+                adds[own][lane] = -gain[1 - own][lane] / gain[own][lane];
             }
         }
         Self { limits, adds }

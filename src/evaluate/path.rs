@@ -1,0 +1,148 @@
+//! One piece of a simulation of `L` candidates with extensions: consecutive samples with steps and inputs of one kind.
+
+use super::lanes::{Samples, add_loss, add_losses, advance};
+use super::step::{Input, Pair, Step};
+
+/// States and sums of errors of a block of candidates.
+pub(super) struct Lanes<const L: usize> {
+    pub x: Pair<L>,
+    pub sums: Pair<L>,
+}
+
+impl<const L: usize> Lanes<L> {
+    /// Adds the errors of the sensor outputs `shown` to the sums.
+    #[inline(always)]
+    pub(super) fn add_all<const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
+        &mut self,
+        samples: Samples<'_>,
+        shown: &[Pair<L>],
+    ) {
+        let mut sums = self.sums;
+        for (n, (measured, shown)) in samples.measured.iter().zip(shown).enumerate() {
+            let weight = if WEIGHTED { samples.weight[n] } else { [1.0; 2] };
+            add_losses::<L, FMA, ABSOLUTE, WEIGHTED>(&mut sums, shown, *measured, weight);
+        }
+        self.sums = sums;
+    }
+}
+
+/// The steps and inputs of consecutive samples.
+pub(super) trait Path<const L: usize> {
+    /// Simulates `samples` and adds their errors to the sums.
+    fn follow<const FMA: bool, const BRUSHES: bool, const FRICTION: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
+        self,
+        lanes: &mut Lanes<L>,
+        samples: Samples<'_>,
+    );
+
+    /// Simulates and writes the state before each step to `seen`.
+    fn observe<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(self, x: &mut Pair<L>, seen: &mut [Pair<L>]);
+}
+
+/// Steps of the same length.
+pub(super) struct Even<'a, const L: usize, I> {
+    pub step: &'a Step<L>,
+    pub inputs: I,
+}
+
+impl<const L: usize, I: Iterator<Item: Input<L>>> Path<L> for Even<'_, L, I> {
+    #[inline(always)]
+    fn follow<
+        const FMA: bool,
+        const BRUSHES: bool,
+        const FRICTION: bool,
+        const ABSOLUTE: bool,
+        const WEIGHTED: bool,
+    >(
+        self,
+        lanes: &mut Lanes<L>,
+        samples: Samples<'_>,
+    ) {
+        let [mut i, mut w] = lanes.x;
+        let [mut sum_i, mut sum_w] = lanes.sums;
+        for (n, (measured, input)) in samples.measured.iter().zip(self.inputs).enumerate() {
+            let weight = if WEIGHTED { samples.weight[n] } else { [1.0; 2] };
+            for lane in 0..L {
+                let [error_i, error_w] = [measured[0] - i[lane], measured[1] - w[lane]];
+                sum_i[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_i[lane], error_i, weight[0]);
+                sum_w[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_w[lane], error_w, weight[1]);
+                [i[lane], w[lane]] = self.step.next::<FMA, BRUSHES, FRICTION>([i[lane], w[lane]], input, lane);
+            }
+        }
+        lanes.x = [i, w];
+        lanes.sums = [sum_i, sum_w];
+    }
+
+    #[inline(always)]
+    fn observe<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(
+        self,
+        x: &mut Pair<L>,
+        seen: &mut [Pair<L>],
+    ) {
+        let [mut i, mut w] = *x;
+        for (seen, input) in seen.iter_mut().zip(self.inputs) {
+            *seen = [i, w];
+            for lane in 0..L {
+                [i[lane], w[lane]] = self.step.next::<FMA, BRUSHES, FRICTION>([i[lane], w[lane]], input, lane);
+            }
+        }
+        *x = [i, w];
+    }
+}
+
+/// Steps of different lengths, each with the contribution of its inputs to both states.
+pub(super) struct Irregular<'a, const L: usize> {
+    pub steps: &'a [Step<L>],
+    /// Index of the step of each sample.
+    pub index: &'a [u16],
+    pub gains: &'a [Pair<L>],
+}
+
+impl<const L: usize> Irregular<'_, L> {
+    /// Advances the states by the step of sample `n`.
+    #[inline(always)]
+    fn advance<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(&self, x: &mut Pair<L>, n: usize) {
+        let step = &self.steps[usize::from(self.index[n])];
+        advance::<L, FMA>(x, &step.phi, &self.gains[n]);
+        if BRUSHES || FRICTION {
+            step.react::<FMA>([BRUSHES, FRICTION], x);
+        }
+    }
+}
+
+impl<const L: usize> Path<L> for Irregular<'_, L> {
+    #[inline(always)]
+    fn follow<
+        const FMA: bool,
+        const BRUSHES: bool,
+        const FRICTION: bool,
+        const ABSOLUTE: bool,
+        const WEIGHTED: bool,
+    >(
+        self,
+        lanes: &mut Lanes<L>,
+        samples: Samples<'_>,
+    ) {
+        let Lanes { mut x, mut sums } = *lanes;
+        for (n, measured) in samples.measured.iter().enumerate() {
+            let weight = if WEIGHTED { samples.weight[n] } else { [1.0; 2] };
+            add_losses::<L, FMA, ABSOLUTE, WEIGHTED>(&mut sums, &x, *measured, weight);
+            self.advance::<FMA, BRUSHES, FRICTION>(&mut x, n);
+        }
+        *lanes = Lanes { x, sums };
+    }
+
+    #[inline(always)]
+    fn observe<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(
+        self,
+        x: &mut Pair<L>,
+        seen: &mut [Pair<L>],
+    ) {
+        let mut moving = *x;
+        for (n, seen) in seen.iter_mut().enumerate() {
+            *seen = moving;
+            self.advance::<FMA, BRUSHES, FRICTION>(&mut moving, n);
+        }
+        *x = moving;
+    }
+}
