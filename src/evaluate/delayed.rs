@@ -6,7 +6,8 @@ use super::problem::Problem;
 use super::signals::Signals;
 use super::step::{Pair, Step};
 use super::taps::{Taps, Torques};
-use crate::motor::{Aligned, CHUNK, DelayedVoltage, Extended, Parameter, SimulationSettings, StepVoltage};
+use super::uneven::Uneven;
+use crate::motor::{CHUNK, Extended, Parameter, SimulationSettings};
 
 /// The delayed inputs of a block of candidates on one recording, computed in the order of samples.
 pub(super) struct DelayedInputs<'a, const L: usize> {
@@ -21,21 +22,18 @@ pub(super) struct DelayedInputs<'a, const L: usize> {
 enum Clock<'a, const L: usize> {
     /// Uniform steps: the delayed input is a weighted sum of samples.
     Even(Box<Taps<L>>),
-    /// Irregular steps, or voltages that are linear over each step and may jump between steps: each candidate with the index of
-    /// the piece of its delayed input.
-    Uneven(Vec<(DelayedVoltage<'a, f64>, usize)>),
+    /// Irregular steps, or voltages that are linear over each step and may jump between steps.
+    Uneven(Box<Uneven<'a, L>>),
 }
 
 impl<'a, const L: usize> DelayedInputs<'a, L> {
     #[inline(always)]
     pub(super) fn new(problem: &Problem, signals: &'a Signals, motors: &Extended<[f64; L]>) -> Self {
-        let (settings, drive) = (problem.settings(signals), signals.drive());
+        let settings = problem.settings(signals);
         let clock = if signals.step_index.is_empty() && !signals.has_slopes() {
             Clock::Even(Box::new(Taps::new(motors, signals, settings)))
         } else {
-            let time = signals.times();
-            let delayed = |lane| DelayedVoltage::new(&motors.lane(lane), drive, settings, time.clone());
-            Clock::Uneven((0..L).map(|lane| (delayed(lane), 0)).collect())
+            Clock::Uneven(Box::new(Uneven::new(motors, signals, settings)))
         };
         Self { signals, settings, load: motors.get(Parameter::Load), clock, first: problem.first_active(signals) }
     }
@@ -58,56 +56,10 @@ impl<'a, const L: usize> DelayedInputs<'a, L> {
                 let last = signals.len().min(start + SUM_BLOCK - (start - *first) % SUM_BLOCK);
                 taps.next::<FMA>((signals, settings.history), &torques, [start, last], gains)
             }
-            Clock::Uneven(lanes) => {
+            Clock::Uneven(uneven) => {
                 let end = signals.len().min(start + CHUNK);
-                uneven::<L, FMA>(signals, lanes, (steps, &torques), [start, end], gains);
+                uneven.next::<FMA>(signals, (steps, &torques), [start, end], gains);
                 (end, false)
-            }
-        }
-    }
-}
-
-/// Writes the contributions of the inputs at samples `start..end` of an irregular clock.
-#[inline(always)]
-fn uneven<const L: usize, const FMA: bool>(
-    signals: &Signals,
-    lanes: &mut [(DelayedVoltage<'_, f64>, usize)],
-    (steps, torques): (&[Step<L>], &Torques<'_, L>),
-    [start, end]: [usize; 2],
-    gains: &mut [Pair<L>; CHUNK],
-) {
-    // Under a zero-order hold pieces of equal voltages are taken together.
-    let holds = !signals.has_slopes() && lanes.iter().all(|(delayed, _)| delayed.holds());
-    let mut voltages = Aligned([[[0.0; L]; 2]; CHUNK]);
-    let voltages = &mut voltages.0;
-    let mut changes = Aligned([[[0.0; L]; 2]; CHUNK]);
-    let changes = &mut changes.0;
-    let run_ends = if holds { signals.voltage_ends() } else { &[] };
-    for (lane, (delayed, cursor)) in lanes.iter_mut().enumerate() {
-        let mut n = start;
-        while n < end {
-            let until = if holds { delayed.constant_until([n, end], cursor, run_ends) } else { n };
-            if until > n {
-                let constant = delayed.output(*cursor);
-                for voltages in &mut voltages[n - start..until - start] {
-                    (voltages[0][lane], voltages[1][lane]) = (constant, constant);
-                }
-                n = until;
-                continue;
-            }
-            let StepVoltage { ends, added } = delayed.step_voltage(n, cursor);
-            for axis in 0..2 {
-                voltages[n - start][axis][lane] = ends[axis];
-                changes[n - start][axis][lane] = added.unwrap_or_default()[axis];
-            }
-            n += 1;
-        }
-    }
-    for (n, (gain, (voltages, changes))) in (start..end).zip(gains.iter_mut().zip(voltages.iter().zip(changes))) {
-        *gain = steps[usize::from(signals.step_of(n))].gain::<FMA>(voltages, &torques.at(n));
-        for axis in 0..2 {
-            for lane in 0..L {
-                gain[axis][lane] += changes[axis][lane];
             }
         }
     }

@@ -29,6 +29,7 @@ mod signals;
 mod simd;
 mod step;
 mod taps;
+mod uneven;
 
 pub(crate) use at_level::at_level;
 pub use cpu::{Level, cpu_name, fma_loop};

@@ -43,6 +43,27 @@ pub(crate) struct StepVoltage<T> {
     pub added: Option<[T; 2]>,
 }
 
+/// The changes of the voltage within a step that were not taken yet.
+pub(crate) struct Changes<T> {
+    /// As in [`StepVoltage`].
+    pub ends: [T; 2],
+    piece: usize,
+    /// Start of the step and its length \[s\].
+    from: f64,
+    h: f64,
+    /// Voltage of the last piece at the start of the step \[V\] and its rate \[V/s\].
+    before: [T; 2],
+}
+
+/// A change of the voltage within a step.
+pub(crate) struct Change<T> {
+    /// Changes of the value \[V\] and of the slope \[V/s\].
+    pub jump: T,
+    pub bend: T,
+    /// Time until the end of the step \[s\].
+    pub left: T,
+}
+
 /// Returns the times of the samples of a recording relative to the first \[s\].
 pub(crate) fn sample_times(drive: &SimulationInput<'_>) -> Arc<[f64]> {
     let mut time = vec![0.0];
@@ -122,26 +143,21 @@ impl<'a, T: Number> DelayedVoltage<'a, T> {
         None
     }
 
-    /// Returns true for a zero-order hold.
-    #[inline(always)]
-    pub(crate) fn holds(&self) -> bool {
-        !self.first_order_hold
-    }
-
     /// Returns the end of the steps `n..end` over which the voltage is constant under a zero-order hold without slopes, `n` if
-    /// it changes in the step `n`, and advances `cursor` to the last piece of this voltage. `run_ends` holds the ends of the runs
-    /// of equal voltages.
+    /// it changes in the step `n`, and advances `cursor` to the last piece of this voltage. The first of `run_ends` that are left
+    /// is the end of the run of equal voltages that the piece is in.
     #[inline(always)]
-    pub(crate) fn constant_until(&self, [n, end]: [usize; 2], cursor: &mut usize, run_ends: &[usize]) -> usize {
+    pub(crate) fn constant_until(&self, [n, end]: [usize; 2], cursor: &mut usize, run_ends: &mut &[usize]) -> usize {
         self.advance(n, cursor);
-        let voltage = &self.drive.voltage;
-        let run_end = |piece: usize| run_ends[run_ends.partition_point(|end| *end <= piece)];
-        let next = match cursor.checked_sub(1) {
-            Some(piece) => run_end(piece),
-            None if voltage[0].to_bits() == self.before.to_bits() => run_end(0),
-            None => 0,
-        };
-        *cursor = next;
+        if *cursor > 0 || self.drive.voltage[0].to_bits() == self.before.to_bits() {
+            while let [first, rest @ ..] = run_ends
+                && *first < (*cursor).max(1)
+            {
+                *run_ends = rest;
+            }
+            *cursor = run_ends.first().copied().unwrap_or(*cursor);
+        }
+        let next = *cursor;
         let Some(begin) = self.begins_at(next, 0.0) else { return end };
         let is_later = |n: usize| begin - self.time[n] >= self.drive.step(n) * (1.0 - ROUNDING);
         let mut until = n;
@@ -169,22 +185,35 @@ impl<'a, T: Number> DelayedVoltage<'a, T> {
 
     /// Returns the voltage of step `n`, at whose start the piece `cursor` acts.
     pub(crate) fn step_voltage_from(&mut self, n: usize, cursor: usize) -> StepVoltage<T> {
-        let (from, h) = (self.time[n], self.drive.step(n));
-        let mut added = None;
-        let mut piece = cursor;
-        let [start, rate] = self.acts(piece, from);
-        let mut before = [start, rate];
-        while let Some(begin) = self.begins((self.dead_time, self.latency), piece, from)
-            && begin.value() < h * (1.0 - ROUNDING)
-        {
-            piece += 1;
-            let after = self.acts(piece, from);
-            let [jump, bend] = [0, 1].map(|n| after[n] - before[n]);
-            let more = self.remainder.change([jump + bend * begin, bend], T::constant(h) - begin);
+        let (mut changes, mut added) = (self.changes(n, cursor), None);
+        while let Some(Change { jump, bend, left }) = self.next_change(&mut changes) {
+            let more = self.remainder.change([jump, bend], left);
             added = Some(added.map_or(more, |sum: [T; 2]| [sum[0] + more[0], sum[1] + more[1]]));
-            before = after;
         }
-        StepVoltage { ends: [start, start + rate * h], added }
+        StepVoltage { ends: changes.ends, added }
+    }
+
+    /// Returns the changes within the step `n`, at whose start the piece `cursor` acts.
+    #[inline(always)]
+    pub(crate) fn changes(&self, n: usize, cursor: usize) -> Changes<T> {
+        let (from, h) = (self.time[n], self.drive.step(n));
+        let [start, rate] = self.acts(cursor, from);
+        Changes { ends: [start, start + rate * h], piece: cursor, from, h, before: [start, rate] }
+    }
+
+    /// Returns the next change within a step.
+    #[inline(always)]
+    pub(crate) fn next_change(&self, changes: &mut Changes<T>) -> Option<Change<T>> {
+        let Changes { piece, from, h, before, .. } = changes;
+        let begin = self.begins((self.dead_time, self.latency), *piece, *from)?;
+        if begin.value() >= *h * (1.0 - ROUNDING) {
+            return None;
+        }
+        *piece += 1;
+        let after = self.acts(*piece, *from);
+        let [jump, bend] = [0, 1].map(|n| after[n] - before[n]);
+        *before = after;
+        Some(Change { jump: jump + bend * begin, bend, left: T::constant(*h) - begin })
     }
 
     /// Returns the voltage commanded at both ends of a piece \[V\]; `counted` as in [`Self::advance`].

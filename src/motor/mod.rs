@@ -31,7 +31,7 @@ mod transition_integral;
 mod walk;
 
 pub(crate) use composed::SplitSteps;
-pub(crate) use delay::{DelayedVoltage, StepVoltage, sample_times};
+pub(crate) use delay::{Change, DelayedVoltage, sample_times};
 pub(crate) use delay_taps::{Commanded, DelayTaps, TapGains, needs_times};
 pub(crate) use discretize::seeded;
 pub use discretize::{Discretization, Input, Method, StepMap, StepMaps, step_maps};
