@@ -14,7 +14,8 @@ fn follow(run: Run, map: Map, g: Lanes2, sample: Sample, weight: Pair) -> Run {
     return Run(advance(run.x, map, g, sample), part);
 }
 
-// Runs one invocation. `place` is its index in the subgroup if samples are broadcast in it.
+// Runs one invocation, until no cost of its candidates is needed any more. The next round compares the same sums before its first
+// sample and ends as well. `place` is its index in the subgroup if samples are broadcast in it.
 fn work(job: u32, lane: u32, place: u32) {
     if job >= round.jobs {
         return;
@@ -31,10 +32,11 @@ fn work(job: u32, lane: u32, place: u32) {
     let weight_shift = jobs[head + 5u] - sample_first;
     let bounds = jobs[head + 6u] + round.index;
 
+    let initial = inputs[jobs[head + 8u]];
+    let limit = maps[round.limits + block];
     var x: Lanes2;
     var total: Lanes2;
     if round.index == 0u {
-        let initial = inputs[jobs[head + 8u]];
         x = Lanes2(Lanes(initial.x), Lanes(initial.y));
     } else {
         x = Lanes2(states[2u * block], states[2u * block + 1u]);
@@ -43,7 +45,9 @@ fn work(job: u32, lane: u32, place: u32) {
     var g: Lanes2;
     var map_at = map_first;
     var map = load_map(map_at);
-    for (var s = jobs[bounds]; s < jobs[bounds + 1u]; s++) {
+    let begin = jobs[bounds];
+    var is_done = false;
+    for (var s = begin; s < jobs[bounds + 1u] && !is_done; s++) {
         let segment = segments[s];
         let at = map_first + segment.z * FIELDS;
         if at != map_at {
@@ -53,8 +57,15 @@ fn work(job: u32, lane: u32, place: u32) {
         let before = g;
         g = gain(map_at, inputs[s]);
         x = enter(x, before, g);
+        let start = sample_first + segment.x;
         let end = sample_first + segment.y;
-        for (var n = sample_first + segment.x; n < end; n += BLOCK) {
+        for (var n = start; n < end; n += BLOCK) {
+            if s == begin || n > start && (n - start) % CHECKED_SAMPLES == 0u || s % CHECKED_SEGMENTS == 0u {
+                is_done = may_end(is_above(total, initial, limit));
+            }
+            if is_done {
+                break;
+            }
             let run = walk(Run(x, Lanes2()), map, g, n, min(n + BLOCK, end), weight_shift, place);
             x = run.x;
             total = Lanes2(total.i + run.part.i, total.w + run.part.w);

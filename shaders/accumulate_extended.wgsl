@@ -34,7 +34,8 @@ fn follow(run: Run, map: Map, g: Lanes2, sample: Sample, weight: Pair) -> Run {
     return Run(advance(run.x, map.step, acts), part, shown.sum, given, run.n + 1);
 }
 
-// Runs one invocation. `place` is its index in the subgroup if samples are broadcast in it.
+// Runs one invocation, until no cost of its candidates is needed any more. The next round compares the same sums before its first
+// sample and ends as well. `place` is its index in the subgroup if samples are broadcast in it.
 fn work(job: u32, lane: u32, place: u32) {
     if job >= round.jobs {
         return;
@@ -57,10 +58,11 @@ fn work(job: u32, lane: u32, place: u32) {
     let average = load_average(head, constants, own, lane < blocks);
     var map = Map(load_step(map_first, constants), drive, load_delay(head, constants, drive), average);
     var map_at = map_first;
+    let initial = inputs[jobs[head + 8u]];
+    let limit = maps[round.limits + block];
     var run = Run();
     var total: Lanes2;
     if round.index == 0u {
-        let initial = inputs[jobs[head + 8u]];
         run.x = Lanes2(Lanes(initial.x), Lanes(initial.y));
         run.sum = sums_before(average);
     } else {
@@ -70,7 +72,9 @@ fn work(job: u32, lane: u32, place: u32) {
         total = Lanes2(sums[2u * block], sums[2u * block + 1u]);
     }
     run.given = given_before(map.delay, drive, run.n);
-    for (var s = jobs[bounds]; s < jobs[bounds + 1u]; s++) {
+    let begin = jobs[bounds];
+    var is_done = false;
+    for (var s = begin; s < jobs[bounds + 1u] && !is_done; s++) {
         let segment = segments[s];
         let at = map_first + segment.z * FIELDS;
         if at != map_at {
@@ -78,8 +82,15 @@ fn work(job: u32, lane: u32, place: u32) {
             map.step = load_step(map_at, constants);
         }
         let g = gain(map_at, drive, load, inputs[segment.w]);
+        let start = sample_first + segment.x;
         let end = sample_first + segment.y;
-        for (var n = sample_first + segment.x; n < end; n += BLOCK) {
+        for (var n = start; n < end; n += BLOCK) {
+            if s == begin || n > start && (n - start) % CHECKED_SAMPLES == 0u || s % CHECKED_SEGMENTS == 0u {
+                is_done = may_end(is_above(total, initial, limit));
+            }
+            if is_done {
+                break;
+            }
             run.part = Lanes2();
             run = walk(run, map, g, n, min(n + BLOCK, end), weight_shift, place);
             total = Lanes2(total.i + run.part.i, total.w + run.part.w);

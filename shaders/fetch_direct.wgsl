@@ -13,6 +13,11 @@ fn is_idle(lane: u32, blocks: u32) -> bool {
     return lane >= blocks;
 }
 
+// Returns true if an invocation may end.
+fn may_end(own: bool) -> bool {
+    return own;
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn evaluate(
     @builtin(workgroup_id) workgroup: vec3<u32>,

@@ -27,6 +27,11 @@ fn is_idle(lane: u32, blocks: u32) -> bool {
     return lane / 8u * 8u >= blocks;
 }
 
+// Returns true if an invocation may end: the others of its group need the samples that it reads.
+fn may_end(own: bool) -> bool {
+    return subgroupAll(own);
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn evaluate(
     @builtin(workgroup_id) workgroup: vec3<u32>,

@@ -18,6 +18,13 @@ fn lose(e: Lanes, weight: Scalar, sum: Lanes) -> Lanes {
     return sum + part;
 }
 
+// Returns true if no cost of a block is needed any more: the sums so far, times the factors z and w of the initial state, are above
+// the limits.
+fn is_above(total: Lanes2, initial: vec4<Scalar>, limit: Lanes) -> bool {
+    let score = initial.z * total.i + initial.w * total.w;
+    return all(limit >= Lanes()) && all(score > limit);
+}
+
 fn weight_of(at: u32) -> Pair {
     if WEIGHTED {
         return weights[at];

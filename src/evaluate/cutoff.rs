@@ -5,6 +5,7 @@
 
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
+use super::kernel::Block;
 use super::problem::{Problem, Scaling};
 use super::signals::Signals;
 
@@ -12,22 +13,23 @@ use super::signals::Signals;
 pub(super) struct Limits<const L: usize>([f64; L]);
 
 impl<const L: usize> Limits<L> {
-    /// Returns the limits for the cutoffs of up to `L` candidates, the last of which fills the lanes without a candidate; `None`
-    /// if there are no cutoffs or none is finite.
+    /// Returns the limits for the cutoffs of a block, the last of which fills the lanes without a candidate; `None` if there are no
+    /// cutoffs or none is finite.
     #[inline(always)]
-    pub(super) fn of(problem: &Problem, cutoffs: &[f64]) -> Option<Self> {
+    pub(super) fn of(block: &Block<'_>) -> Option<Self> {
+        let cutoffs = block.candidates.cutoffs();
         let last = cutoffs.len().checked_sub(1)?;
         let mut totals = [f64::INFINITY; L];
         for (lane, total) in totals.iter_mut().enumerate() {
-            *total = total_above(problem, cutoffs[lane.min(last)]);
+            *total = total_above(block, cutoffs[lane.min(last)]);
         }
         totals.iter().any(|total| total.is_finite()).then_some(Self(totals))
     }
 }
 
 /// Returns a total above which a cost is above `cutoff`; ∞ if the cutoff is no number.
-pub(super) fn total_above(problem: &Problem, cutoff: f64) -> f64 {
-    if cutoff.is_nan() { f64::INFINITY } else { problem.total_above(cutoff) }
+pub(super) fn total_above(block: &Block<'_>, cutoff: f64) -> f64 {
+    if cutoff.is_nan() { f64::INFINITY } else { block.slack() * block.problem.total_above(cutoff) }
 }
 
 /// Number of samples before the first comparison with the limits. Later ones are due after half as many samples again, because a

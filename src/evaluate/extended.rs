@@ -40,7 +40,7 @@ struct WithExtensions;
 impl<const L: usize> Kernel<L> for WithExtensions {
     #[inline(always)]
     fn sums<const FMA: bool>(block: &Block<'_>, recording: usize, cut: Option<&mut Cut<'_, L>>) -> Pair<L> {
-        let Block { problem, candidates } = *block;
+        let Block { problem, candidates, .. } = *block;
         let last = candidates.count() - 1;
         let motors: [Extended; L] =
             std::array::from_fn(|lane| problem.motor(candidates.row(lane.min(last)), recording));

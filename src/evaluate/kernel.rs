@@ -15,15 +15,37 @@ use super::segment::{Position, Segment};
 use super::signals::Signals;
 use crate::candidates::Candidates;
 use crate::motor::{Method, StepMaps, step_maps};
+use crate::numeric::count;
 
 /// A block of candidates and their problem.
 #[derive(Clone, Copy)]
 pub(super) struct Block<'a> {
     pub problem: &'a Problem,
     pub candidates: Candidates<'a>,
+    /// The order of the recordings; empty for that of the problem.
+    pub order: &'a [usize],
 }
 
 impl Block<'_> {
+    /// Returns the index of the recording that is simulated in a turn.
+    #[inline(always)]
+    pub(super) fn recording(&self, turn: usize) -> usize {
+        self.order.get(turn).copied().unwrap_or(turn)
+    }
+
+    /// Returns the factor of the limits on totals that are summed in the order of the block. Each sum of n terms has a relative
+    /// error of at most n ε / 2, so it differs by at most n ε from the sum in the order of the problem.
+    #[inline(always)]
+    pub(super) fn slack(&self) -> f64 {
+        1.0 + 4.0 * f64::EPSILON * count(self.order.len())
+    }
+
+    /// Returns a lower bound on the total in the order of the problem, above the cutoff where `total` is above its limit.
+    #[inline(always)]
+    pub(super) fn at_least(&self, total: f64) -> f64 {
+        total * (1.0 - 2.0 * f64::EPSILON * count(self.order.len()))
+    }
+
     /// Returns the parameters of the candidates `ids` on a recording, shape `[parameters][candidates]`. Lanes without a candidate
     /// repeat the last one.
     #[inline(always)]

@@ -19,6 +19,7 @@ mod input;
 mod irregular;
 mod kernel;
 mod lanes;
+mod order;
 mod packed;
 mod path;
 mod problem;

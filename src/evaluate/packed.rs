@@ -23,6 +23,9 @@ struct Pack<'a> {
     limits: Vec<f64>,
     /// The totals over the recordings so far.
     totals: Vec<f64>,
+    /// The contributions of each recording, shape `[recordings][candidates]`; empty if the totals are summed in the order of the
+    /// problem.
+    parts: Vec<f64>,
     /// Candidates that may be within their limits.
     live: Vec<usize>,
 }
@@ -32,15 +35,26 @@ struct Pack<'a> {
 fn run<const L: usize, const FMA: bool>(block: &Block<'_>, costs: &mut [f64]) {
     let problem = block.problem;
     let limit =
-        |n: usize| block.candidates.cutoffs().get(n).map_or(f64::INFINITY, |cutoff| total_above(problem, *cutoff));
-    let limits = (0..costs.len()).map(limit).collect();
-    let mut pack = Pack { block: *block, limits, totals: vec![0.0; costs.len()], live: (0..costs.len()).collect() };
-    for (recording, signals) in problem.signals().iter().enumerate() {
+        |n: usize| block.candidates.cutoffs().get(n).map_or(f64::INFINITY, |cutoff| total_above(block, *cutoff));
+    let (count, limits) = (costs.len(), (0..costs.len()).map(limit).collect());
+    let parts = vec![0.0; block.order.len() * count];
+    let mut pack = Pack { block: *block, limits, totals: vec![0.0; count], parts, live: (0..count).collect() };
+    for turn in 0..problem.signals().len() {
+        let recording = block.recording(turn);
+        let signals = &problem.signals()[recording];
         match (problem.criterion().is_absolute(), signals.weight.is_empty()) {
             (false, true) => pack.simulate::<L, FMA, false, false>(signals, recording),
             (false, false) => pack.simulate::<L, FMA, false, true>(signals, recording),
             (true, true) => pack.simulate::<L, FMA, true, false>(signals, recording),
             (true, false) => pack.simulate::<L, FMA, true, true>(signals, recording),
+        }
+    }
+    if !pack.parts.is_empty() {
+        for total in &mut pack.totals {
+            *total = block.at_least(*total);
+        }
+        for &id in &pack.live {
+            pack.totals[id] = pack.parts[id..].iter().step_by(count).sum();
         }
     }
     for (cost, total) in costs.iter_mut().zip(pack.totals) {
@@ -88,7 +102,11 @@ impl Pack<'_> {
         self.live.clear();
         for state in &states {
             for (lane, &id) in state.ids.iter().enumerate().filter(|(_, id)| **id != State::<L>::EMPTY) {
-                self.totals[id] += scaling.total(state.sums(lane));
+                let part = scaling.total(state.sums(lane));
+                self.totals[id] += part;
+                if let Some(own) = self.parts.get_mut(recording * self.limits.len() + id) {
+                    *own = part;
+                }
                 // A candidate that diverged stays out as well.
                 if self.totals[id] <= self.limits[id] {
                     self.live.push(id);

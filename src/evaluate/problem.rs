@@ -13,7 +13,7 @@ use crate::motor::{
 };
 use crate::record::{Quantity, Record, is_driven_by_current};
 use crate::setting::text;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// The simulation model.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -34,6 +34,8 @@ pub struct Problem {
     features: ModelFeatures,
     criterion: Criterion,
     samples: usize,
+    /// The order of the recordings in evaluations with cutoffs, computed on first use.
+    order: OnceLock<Vec<usize>>,
 }
 
 impl Problem {
@@ -61,7 +63,17 @@ impl Problem {
             })
             .collect::<Result<Vec<_>>>()?;
         let samples = signals.iter().map(|s| s.samples()).sum();
-        Ok(Self { signals, model, input: input(records)?, features: space.features(), space, criterion, samples })
+        let order = OnceLock::new();
+        Ok(Self {
+            signals,
+            model,
+            input: input(records)?,
+            features: space.features(),
+            space,
+            criterion,
+            samples,
+            order,
+        })
     }
 
     /// Returns the same problem with another search space. The recordings are shared.
@@ -83,7 +95,7 @@ impl Problem {
     #[must_use]
     pub fn only(&self, recording: usize) -> Self {
         let signals = vec![self.signals[recording].clone()];
-        Self { samples: signals.iter().map(|s| s.samples()).sum(), signals, ..self.clone() }
+        Self { samples: signals.iter().map(|s| s.samples()).sum(), signals, order: OnceLock::new(), ..self.clone() }
     }
 
     /// Returns the problem with other initial states, one per recording. Initial states that are not free are kept.
@@ -114,6 +126,11 @@ impl Problem {
     #[must_use]
     pub fn signals(&self) -> &[Arc<Signals>] {
         &self.signals
+    }
+
+    /// Returns the order of the recordings in evaluations with cutoffs, found by `find` on first use; empty for a single recording.
+    pub(super) fn order(&self, find: impl FnOnce(&Self) -> Vec<usize>) -> &[usize] {
+        if self.signals.len() == 1 { &[] } else { self.order.get_or_init(|| find(self)) }
     }
 
     /// Returns the simulation model.
@@ -270,7 +287,7 @@ impl Problem {
 /// The factors of both channels of one recording, and the sums of errors before its first active sample.
 #[derive(Clone, Copy)]
 pub(super) struct Scaling {
-    factor: [f64; 2],
+    pub factor: [f64; 2],
     idle: [f64; 2],
 }
 

@@ -16,17 +16,37 @@ pub(super) trait Kernel<const L: usize> {
 #[inline(always)]
 pub(super) fn run<K: Kernel<L>, const L: usize, const FMA: bool>(block: &Block<'_>, costs: &mut [f64]) {
     let problem = block.problem;
-    let limits = Limits::of(problem, block.candidates.cutoffs());
+    let limits = Limits::of(block);
     let mut totals = [0.0; L];
-    for (recording, signals) in problem.signals().iter().enumerate() {
+    // In another order the contributions are kept, and summed in that of the problem.
+    let mut parts = vec![[0.0; L]; block.order.len()];
+    for turn in 0..problem.signals().len() {
+        let recording = block.recording(turn);
+        let signals = &problem.signals()[recording];
         let mut cut = limits.as_ref().map(|limits| Cut::new(limits, problem, signals, totals));
         let sums = K::sums::<FMA>(block, recording, cut.as_mut());
         let is_abandoned = cut.as_ref().is_some_and(|cut| cut.is_passed(&sums));
         for lane in 0..L {
-            totals[lane] += problem.scaled(signals, [sums[0][lane], sums[1][lane]]);
+            let part = problem.scaled(signals, [sums[0][lane], sums[1][lane]]);
+            totals[lane] += part;
+            if let Some(parts) = parts.get_mut(recording) {
+                parts[lane] = part;
+            }
         }
         if is_abandoned {
+            for total in &mut totals {
+                *total = block.at_least(*total);
+            }
+            parts.clear();
             break;
+        }
+    }
+    if !parts.is_empty() {
+        totals = [0.0; L];
+        for part in parts {
+            for lane in 0..L {
+                totals[lane] += part[lane];
+            }
         }
     }
     for (cost, total) in costs.iter_mut().zip(totals) {

@@ -3,6 +3,7 @@
 use super::cpu::{Level, cpu_name};
 use super::evaluator::{Batch, Evaluator, Group};
 use super::kernel::{self, Block};
+use super::order::hardest_first;
 use super::problem::Problem;
 use super::{extended, irregular, packed};
 use crate::Result;
@@ -83,7 +84,8 @@ impl Simd {
     }
 
     fn run(self, group: &Group<'_>, first: usize, costs: &mut [f64]) {
-        let block = Block { problem: group.problem, candidates: group.candidates.rows(first, first + costs.len()) };
+        let candidates = group.candidates.rows(first, first + costs.len());
+        let block = Block { problem: group.problem, candidates, order: order(group) };
         let run = match (kind(group.problem, group.candidates.count()), self.level) {
             (Kind::Even, Level::Avx512) => packed::avx512,
             (Kind::Even, Level::Avx2) => packed::avx2,
@@ -126,6 +128,15 @@ fn kind(problem: &Problem, candidates: usize) -> Kind {
     }
 }
 
+/// Returns the order of the recordings; empty for that of the problem, as without cutoffs.
+fn order<'a>(group: &Group<'a>) -> &'a [usize] {
+    if group.candidates.cutoffs().is_empty() {
+        return &[];
+    }
+    let problem: &Problem = group.problem;
+    problem.order(|problem| hardest_first(problem, &mut Simd::alone()))
+}
+
 impl Evaluator for Simd {
     fn evaluate(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<()> {
         batch.check(costs)?;
@@ -134,6 +145,8 @@ impl Evaluator for Simd {
         let mut parts = Vec::with_capacity(batch.groups.len());
         for group in batch.groups {
             let (own, others) = rest.split_at_mut(group.candidates.count());
+            // On first use the order is found here, by one thread.
+            order(group);
             parts.push((group, simd.together(group), own));
             rest = others;
         }

@@ -41,9 +41,10 @@ impl<const L: usize, T: Number> Reactions<L, T> {
             }
             let mut gain = maps.torque;
             if of == Parameter::BrushDrop {
-                for axis in 0..2 {
+                let [start, end] = &maps.taps;
+                for (gain, (start, end)) in gain.iter_mut().zip(start.iter().zip(end)) {
                     for lane in 0..L {
-                        gain[axis][lane] = maps.taps[0][axis][lane] + maps.taps[1][axis][lane];
+                        gain[lane] = start[lane] + end[lane];
                     }
                 }
             }

@@ -1,6 +1,6 @@
 //! The GPU evaluator: divides batches into submissions, keeps several in flight, and computes costs from their sums.
 
-use super::check;
+use super::check::Specimen;
 use super::clock::Kernel;
 use super::constants::{is_beyond, is_served};
 use super::device::{AdapterFacts, Device, Selector, again, error};
@@ -104,15 +104,15 @@ impl Gpu {
         if self.checked.contains(&variant) {
             return Ok(());
         }
-        let (problem, values) = check::specimen(variant)?;
-        let candidates = Candidates::new(&values, problem.space().free().len());
-        let groups = [Group { problem: &problem, candidates, reference: None }];
+        let specimen = Specimen::new(variant)?;
+        let problem = &specimen.problem;
+        let groups = [Group { problem, candidates: specimen.candidates(), reference: None }];
         let mut set = Set::default();
         set.submit(&self.device, &mut self.pipelines, &groups, variant)?;
         let mut costs = vec![0.0; groups[0].candidates.count()];
-        set.collect(&self.device, &mut |unit, sums| add(unit, &problem, sums, &mut costs))?;
+        set.collect(&self.device, &mut |unit, sums| add(unit, problem, sums, &mut costs))?;
         costs.iter_mut().for_each(|cost| *cost = problem.cost(*cost));
-        check::compare(&self.device.facts, variant.precision, &problem, &values, &costs)?;
+        specimen.compare(&self.device.facts, variant.precision, &costs)?;
         self.checked.insert(variant);
         Ok(())
     }

@@ -139,6 +139,11 @@ impl BatchLayout {
         layout
     }
 
+    /// Returns the index in the maps of the first limit of candidates.
+    pub(super) fn limits_first(&self) -> u32 {
+        word(self.maps * self.variant.fields())
+    }
+
     /// Returns the size of the sums \[bytes\].
     pub(super) fn sums_bytes(&self) -> usize {
         self.blocks * 2 * LANES * self.variant.precision.bytes()
@@ -178,7 +183,7 @@ impl BatchLayout {
         let initial = precision.count(&self.inputs, 4);
         let rounds_first = self.bounds.len();
         let delayed = variant.is_delayed();
-        self.add_initial(signals, delayed);
+        self.add_initial(problem, signals, delayed);
         let rounds = if delayed {
             self.add_segments(first_active, &torques(signals, first_active))
         } else {
@@ -242,12 +247,14 @@ impl BatchLayout {
         }
     }
 
-    /// Adds the initial state and, if inputs are delayed, the voltage before the first sample and all voltages.
-    fn add_initial(&mut self, signals: &Signals, delayed: bool) {
+    /// Adds the initial state with the factors of the sums of errors and, if inputs are delayed, the voltage before the first sample
+    /// and all voltages.
+    fn add_initial(&mut self, problem: &Problem, signals: &Signals, delayed: bool) {
         let precision = self.variant.precision;
         let initial = if precision.is_deviation() { [0.0; 2] } else { signals.initial };
         self.segments.push([0; 4]);
-        precision.push(&mut self.inputs, &[initial[0], initial[1], 0.0, 0.0]);
+        let factor = problem.scaling(signals).factor;
+        precision.push(&mut self.inputs, &[initial[0], initial[1], factor[0], factor[1]]);
         if delayed {
             let commanded = [&[signals.history.voltage], &signals.voltage[..]];
             commanded.into_iter().flatten().for_each(|v| precision.push(&mut self.inputs, &[*v, 0.0, 0.0, 0.0]));

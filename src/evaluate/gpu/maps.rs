@@ -10,6 +10,8 @@ use crate::motor::{Extended, Reactions, StepMaps, inverse, product, step_maps, t
 use crate::numeric::single;
 use rayon::prelude::*;
 
+/// Largest limit, in every precision.
+const LIMIT_MAX: f64 = 1e37;
 /// Number of maps that one task computes.
 const TASK: usize = 64;
 
@@ -60,10 +62,7 @@ fn write_from(groups: &[Group<'_>], units: &[Unit], variant: Variant, mut map: u
         }
         let (number, at) = ((map - map_first) / each, (map - map_first) % each);
         let block = Block { group: &groups[*group], unit: &units[unit], number };
-        let mut put = |values: &[f64; LANES]| match variant.precision {
-            Precision::F32 | Precision::F32Plain => push(&mut bytes, bytemuck::cast_slice(&values.map(single))),
-            Precision::F64 => push(&mut bytes, bytemuck::cast_slice(values)),
-        };
+        let mut put = |values: &[f64; LANES]| put(&mut bytes, variant.precision, values);
         match (variant.features, at.checked_sub(reference.len())) {
             (None, _) => block.put_linear(at, variant.precision, &mut put),
             (Some(_), None) => block.put_extended(at, &mut put),
@@ -76,6 +75,28 @@ fn write_from(groups: &[Group<'_>], units: &[Unit], variant: Variant, mut map: u
             }
         }
         map += 1;
+    }
+}
+
+/// Writes the limits of the candidates of `units`, LANES numbers for each block: totals of one recording above which the costs are
+/// above the cutoffs, also after rounding on the device; −1 without a cutoff.
+pub(super) fn write_limits(groups: &[Group<'_>], units: &[Unit], precision: Precision, mut bytes: Bytes<'_>) {
+    let slack = if precision.bytes() == 8 { 1e-12 } else { 1e-5 };
+    for unit in units {
+        let group = &groups[unit.group];
+        let problem = group.problem;
+        let idle = problem.scaling(&problem.signals()[unit.recording]).total([0.0; 2]);
+        let limit = |cutoff: Option<&f64>| {
+            let Some(cutoff) = cutoff else { return -1.0 };
+            let limit = problem.total_above(*cutoff) * (1.0 + slack) - idle;
+            // Of numbers near the largest of the precision no comparison is certain.
+            if limit < LIMIT_MAX { limit.max(0.0) } else { -1.0 }
+        };
+        let cutoffs = group.candidates.cutoffs();
+        for number in 0..unit.blocks {
+            let block = std::array::from_fn(|lane| limit(cutoffs.get(number * LANES + lane).or(cutoffs.last())));
+            put(&mut bytes, precision, &block);
+        }
     }
 }
 
@@ -125,6 +146,14 @@ impl Block<'_> {
         maps.d.iter().for_each(&mut *put);
         [&maps.taps[0], &maps.taps[1], &maps.torque].into_iter().flatten().for_each(&mut *put);
         Reactions::new(&motors, &maps, problem.features()).adds.iter().for_each(put);
+    }
+}
+
+/// Writes one entry in a precision.
+fn put(bytes: &mut Bytes<'_>, precision: Precision, values: &[f64; LANES]) {
+    match precision {
+        Precision::F32 | Precision::F32Plain => push(bytes, bytemuck::cast_slice(&values.map(single))),
+        Precision::F64 => push(bytes, bytemuck::cast_slice(values)),
     }
 }
 

@@ -62,5 +62,6 @@ fn bytes(problem: &Problem, variant: Variant) -> (usize, usize) {
     let delayed = |s: &Signals| if variant.is_delayed() { 4 * s.len() } else { 0 };
     let samples = |s: &Signals| (s.len() - problem.first_active(s)) * variant.precision.sample() + delayed(s);
     let samples: usize = signals.iter().map(|s| samples(s) * number).sum();
-    ((maps * variant.fields() * number).max(kept), samples)
+    // A limit for each recording follows the maps.
+    (((maps * variant.fields() + signals.len()) * number).max(kept), samples)
 }

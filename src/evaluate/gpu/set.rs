@@ -5,7 +5,7 @@ use super::binding::Binding;
 use super::clock::{BYTES as STAMPS, Clock};
 use super::device::{Device, again, error};
 use super::layout::{BatchLayout, Unit};
-use super::maps::write_maps;
+use super::maps::{write_limits, write_maps};
 use super::pipelines::Pipelines;
 use super::variant::{LANES, Precision, UNIFORM_BYTES, Variant};
 use crate::evaluate::Group;
@@ -94,6 +94,7 @@ impl Set {
             let mut bytes = [0; ROUND_BYTES];
             bytes[..4].copy_from_slice(&index.to_ne_bytes());
             bytes[4..8].copy_from_slice(&batch.job_count.to_ne_bytes());
+            bytes[8..12].copy_from_slice(&batch.limits_first().to_ne_bytes());
             bytes
         };
         let rounds: Vec<u8> = (0..batch.rounds).flat_map(round).collect();
@@ -115,16 +116,18 @@ impl Set {
         Ok(())
     }
 
-    /// Computes the step maps directly in the mapped staging buffer. Returns their size \[bytes\].
+    /// Computes the step maps and the limits directly in the mapped staging buffer. Returns their size \[bytes\].
     fn put_maps(&mut self, device: &Device, groups: &[Group<'_>], batch: &BatchLayout) -> Result<usize> {
         let variant = batch.variant;
-        let bytes = batch.maps * variant.fields() * LANES * variant.precision.bytes();
+        let maps = batch.maps * variant.fields() * LANES * variant.precision.bytes();
+        let bytes = maps + batch.blocks * LANES * variant.precision.bytes();
         self.ensure(device, Binding::Maps, bytes)?;
         let usage = wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC;
         grow(&mut self.upload, device, bytes, usage)?;
         let upload = self.upload.as_ref().ok_or_else(lost)?;
         let mut view = (upload.slice(..bytes as u64).get_mapped_range_mut()).map_err(|e| unmapped(device, &e))?;
-        write_maps(groups, &batch.units, variant, view.slice(..));
+        write_maps(groups, &batch.units, variant, view.slice(..maps));
+        write_limits(groups, &batch.units, variant.precision, view.slice(maps..));
         drop(view);
         upload.unmap();
         Ok(bytes)

@@ -2,7 +2,9 @@
 
 use super::binding::Binding;
 use super::features::{self, ShaderFeatures, Slot};
-use super::variant::{BLOCK, Fetch, LANES, Precision, UNIFORM_BYTES, Variant, WORKGROUP};
+use super::variant::{
+    BLOCK, CHECKED_SAMPLES, CHECKED_SEGMENTS, Fetch, LANES, Precision, UNIFORM_BYTES, Variant, WORKGROUP,
+};
 use crate::motor::Parameter;
 
 /// Includes the text of a file of `shaders/`.
@@ -55,7 +57,8 @@ fn prelude(variant: Variant) -> String {
     let bindings = Binding::constants();
     format!(
         "alias Scalar = {scalar};\nalias Pair = vec2<{scalar}>;\nalias Sample = vec{sample}<{scalar}>;\n\
-         alias Lanes = vec{LANES}<{scalar}>;\nconst WORKGROUP: u32 = {WORKGROUP}u;\nconst FIELDS: u32 = {fields}u;\nconst BLOCK: u32 = {BLOCK}u;\n\
+         alias Lanes = vec{LANES}<{scalar}>;\nconst WORKGROUP: u32 = {WORKGROUP}u;\nconst FIELDS: u32 = {fields}u;\nconst BLOCK: u32 = {BLOCK}u;\nconst CHECKED_SAMPLES: u32 = {CHECKED_SAMPLES}u;\n\
+         const CHECKED_SEGMENTS: u32 = {CHECKED_SEGMENTS}u;\n\
          const JOB: u32 = {job}u;\nconst ABSOLUTE: bool = {absolute};\nconst WEIGHTED: bool = {weighted};\n{bindings}\
          @group(0) @binding(SAMPLES_BINDING) {samples};\n"
     )

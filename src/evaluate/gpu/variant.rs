@@ -124,5 +124,9 @@ pub const WORKGROUP: usize = 32;
 pub const LANES: usize = 2;
 /// Number of samples whose errors are summed before the sum is added to the total.
 pub const BLOCK: usize = 64;
+/// Number of samples after which the sums of errors are compared with the limits of candidates.
+pub(super) const CHECKED_SAMPLES: usize = 2 * BLOCK;
+/// Number of segments, which may have a single sample each, after which they are compared.
+pub(super) const CHECKED_SEGMENTS: usize = 16;
 /// Size of a uniform buffer that every device supports \[bytes\].
 pub const UNIFORM_BYTES: usize = 64 << 10;

@@ -22,7 +22,8 @@ fn usual(gpu: &Gpu) -> Variant {
 }
 
 fn specimen(gpu: &Gpu) -> (Arc<Problem>, Vec<f64>) {
-    check::specimen(usual(gpu)).unwrap()
+    let Specimen { problem, values, .. } = Specimen::new(usual(gpu)).unwrap();
+    (problem, values)
 }
 
 fn evaluate(gpu: &mut Gpu, problem: &Arc<Problem>, values: &[f64]) -> Result<Vec<f64>> {
@@ -50,8 +51,13 @@ fn a_device_with_wrong_costs_is_refused() {
     let Some(mut gpu) = open() else { return };
     let (problem, values) = specimen(&gpu);
     let costs = evaluate(&mut gpu, &problem, &values).unwrap();
-    let compare = |costs: &[f64]| check::compare(&gpu.device.facts, gpu.precision, &problem, &values, costs);
+    let specimen = Specimen::new(usual(&gpu)).unwrap();
+    let compare = |costs: &[f64]| specimen.compare(&gpu.device.facts, gpu.precision, costs);
     compare(&costs).unwrap();
+    // The cost of the first candidate may be any number above its cutoff, a fifth of it.
+    let first = |factor: f64| [&[factor * costs[0]], &costs[1..]].concat();
+    compare(&first(0.21)).unwrap();
+    compare(&first(0.19)).unwrap_err();
     let wrong = compare(&costs.iter().map(|c| c * 1.001).collect::<Vec<_>>()).unwrap_err();
     assert_eq!(wrong.kind(), ErrorKind::Device);
     let text = wrong.to_string();
@@ -103,7 +109,7 @@ fn the_steady_state_makes_no_buffers_and_two_batches_overlap() {
     gpu.budget = 10 * usual(&gpu).fields() * gpu.precision.bytes();
     let whole = evaluate(&mut gpu, &problem, &values).unwrap();
     let oracle: Vec<f64> = values.chunks(5).map(|row| Scalar::cost(&problem, row)).collect();
-    check::compare(&gpu.device.facts, gpu.precision, &problem, &values, &whole).unwrap();
+    Specimen::new(usual(&gpu)).unwrap().compare(&gpu.device.facts, gpu.precision, &whole).unwrap();
     assert!((FLIGHTS..=SETS).contains(&gpu.sets.len()), "{}", gpu.sets.len());
     let made = buffers(&gpu);
     for _ in 0..3 {
@@ -168,7 +174,7 @@ fn every_part_of_extended_shaders_is_correct_and_checked() {
     }
     // The problem of the check is evaluated on the device, by the shader that it checks.
     let features = ShaderFeatures { brushes: true, delayed: true, averages: [true; 2] };
-    let (problem, values) = check::specimen(Variant { features: Some(features), ..usual(&gpu) }).unwrap();
+    let Specimen { problem, values, .. } = Specimen::new(Variant { features: Some(features), ..usual(&gpu) }).unwrap();
     let candidates = Candidates::new(&values, problem.space().free().len());
     let group = Group { problem: &problem, candidates, reference: None };
     assert!(is_served(&problem, 8, gpu.budget));
