@@ -7,7 +7,7 @@
 //! It follows χ² with the rank of X as degrees of freedom if the model is complete. `H = Xᵀ D` accounts for the standard errors
 //! of the parameters; the columns of D are the output sensitivities to independent errors of the parameters.
 
-use crate::estimate::products_about_means;
+use crate::estimate::Products;
 use crate::numeric::{autoregression, chi_square_limit, count, dot, running_sums, sum};
 use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -62,6 +62,8 @@ pub struct Regressors {
     /// Input minus its first value.
     voltage: Vec<f64>,
     columns: Columns,
+    /// Products of the columns from the first sample on whose lags all are samples.
+    late: Products,
     /// Normal matrix of the columns about their means.
     normal: Normal,
 }
@@ -74,7 +76,9 @@ impl Regressors {
         let voltage: Vec<f64> = voltage[..size].iter().map(|v| v - voltage[0]).collect();
         let columns = Columns::new(&voltage);
         let all: Vec<usize> = (0..size).collect();
-        Self { voltage, normal: Normal::new(&products_about_means(&columns.all(), &all)), columns }
+        let (early, late) = all.split_at(LAGS.min(size));
+        let [early, late] = [early, late].map(|rows| Products::new(&columns.all(), rows));
+        Self { voltage, normal: Normal::new(&early.and(&late).about_means()), late, columns }
     }
 }
 
@@ -101,13 +105,18 @@ pub fn residual_input_test(residuals: &Residuals<'_>) -> Option<ResidualInputTes
     if count(rows.len()) < SAMPLES_PER_COLUMN * count(regressors) {
         return None;
     }
-    // Filtering commutes with lags and means.
-    let columns = Columns::new(&filtered(voltage, &filter));
-    let mut all = columns.all();
     let explained = std::iter::once(values.as_slice()).chain(residuals.sensitivities.iter().map(|s| &s[..size]));
     let explained: Vec<Vec<f64>> = explained.map(|signal| centred(filtered(signal, &filter))).collect();
-    all.extend(explained.iter().map(Vec::as_slice));
-    let products = products_about_means(&all, &rows);
+    let explained: Vec<&[f64]> = explained.iter().map(Vec::as_slice).collect();
+    let products = if filter.is_empty() && rows.len() == size - LAGS {
+        // Both channels have the same regressors.
+        residuals.regressors.late.beside(&residuals.regressors.columns.all(), &explained, LAGS)
+    } else {
+        // Filtering commutes with lags and means.
+        let columns = Columns::new(&filtered(voltage, &filter));
+        Products::new(&[columns.all(), explained.clone()].concat(), &rows)
+    };
+    let products = products.about_means();
     let variance = products[(regressors, regressors)] / count(rows.len());
     let allowed = products.view((0, regressors + 1), (regressors, explained.len() - 1));
     let matrix = products.view((0, 0), (regressors, regressors)) * variance + allowed * allowed.transpose();

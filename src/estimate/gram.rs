@@ -4,7 +4,7 @@
 
 use crate::evaluate::{Level, at_level};
 use crate::motor::multiply_add;
-use crate::numeric::count;
+use crate::numeric::dot;
 use nalgebra::DMatrix;
 
 /// Columns of a panel: one vector of AVX-512, two of AVX2.
@@ -26,10 +26,55 @@ impl Panel {
 /// Sums of products of the columns of two panels, shape `[8, 8]`.
 pub(super) type Square = [[f64; WIDE]; WIDE];
 
-/// Returns the Gram matrix `XᵀX` of the columns, each centred on its mean over `rows`, which must ascend; shape
-/// `[columns, columns]`.
-pub(crate) fn products_about_means(columns: &[&[f64]], rows: &[usize]) -> DMatrix<f64> {
-    products_at(Level::best(), columns, rows)
+/// The Gram matrix of columns and a last column of ones, shape `[columns + 1, columns + 1]`.
+#[derive(Debug, Clone)]
+pub(crate) struct Products(DMatrix<f64>);
+
+impl Products {
+    /// Returns the products over `rows`, which must ascend.
+    pub(crate) fn new(columns: &[&[f64]], rows: &[usize]) -> Self {
+        Self::at(Level::best(), columns, rows)
+    }
+
+    /// Returns the Gram matrix `XᵀX` of the columns, each centred on its mean; shape `[columns, columns]`.
+    pub(crate) fn about_means(&self) -> DMatrix<f64> {
+        let ones = self.0.nrows() - 1;
+        let count = self.0[(ones, ones)].max(1.0);
+        DMatrix::from_fn(ones, ones, |a, b| self.0[(a, b)] - self.0[(ones, a)] * self.0[(ones, b)] / count)
+    }
+
+    /// Returns the products over these rows and those of `other`, of the same columns.
+    pub(crate) fn and(&self, other: &Self) -> Self {
+        Self(&self.0 + &other.0)
+    }
+
+    /// Returns the products with more columns, over the same rows `from..`: `columns` are those of `self`.
+    pub(crate) fn beside(&self, columns: &[&[f64]], more: &[&[f64]], from: usize) -> Self {
+        let (ones, all) = (columns.len(), columns.len() + more.len());
+        let ones_column = vec![1.0; columns.first().map_or(0, |column| column.len() - from)];
+        let column = |n: usize| match n {
+            n if n < ones => &columns[n][from..],
+            n if n < all => &more[n - ones][from..],
+            _ => &ones_column,
+        };
+        // The index in `self` of a column that it has.
+        let known = |n: usize| if n == all { Some(ones) } else { Some(n).filter(|n| *n < ones) };
+        let mut products = DMatrix::zeros(all + 1, all + 1);
+        for a in 0..=all {
+            for b in 0..=a {
+                let product = match (known(a), known(b)) {
+                    (Some(a), Some(b)) => self.0[(a, b)],
+                    _ => dot(column(a), column(b)),
+                };
+                (products[(a, b)], products[(b, a)]) = (product, product);
+            }
+        }
+        Self(products)
+    }
+
+    fn at(level: Level, columns: &[&[f64]], rows: &[usize]) -> Self {
+        Self(products_at(level, columns, rows))
+    }
 }
 
 fn products_at(level: Level, columns: &[&[f64]], rows: &[usize]) -> DMatrix<f64> {
@@ -54,9 +99,7 @@ fn products_at(level: Level, columns: &[&[f64]], rows: &[usize]) -> DMatrix<f64>
             Level::Portable => portable(&panels, rows.len(), &mut sums),
         }
     }
-    let sum = |a: usize, b: usize| product(&sums, a, b);
-    let count = count(rows.len().max(1));
-    DMatrix::from_fn(ones, ones, |a, b| sum(a, b) - sum(ones, a) * sum(ones, b) / count)
+    DMatrix::from_fn(ones + 1, ones + 1, |a, b| product(&sums, a, b))
 }
 
 /// Returns zero sums for each pair of panels: the lower triangle of pairs, row by row.
@@ -160,8 +203,19 @@ mod tests {
                     let mean = kept.iter().sum::<f64>() / crate::numeric::count(kept.len());
                     kept.iter().map(|v| v - mean).collect::<Vec<f64>>()
                 };
+                // Of two parts of the rows, and with the last columns added, they are the same.
+                let split = size / 3;
+                let [early, late] =
+                    [0..split, split..size].map(|rows| Products::new(&columns, &rows.collect::<Vec<_>>()));
+                let (some, last) = columns.split_at(count - count / 3);
+                let rest = Products::new(some, &(split..size).collect::<Vec<_>>()).beside(some, last, split);
+                let whole = Products::new(&columns, &(0..size).collect::<Vec<_>>());
+                for (parts, one) in [(early.and(&late), whole), (rest, late)] {
+                    assert!((parts.0 - one.0).amax() < 1e-12 * crate::numeric::count(size));
+                }
                 for level in Level::available() {
-                    let found = products_at(level, &columns, &rows);
+                    let products = Products::at(level, &columns, &rows);
+                    let found = products.about_means();
                     for (a, own) in columns.iter().enumerate() {
                         for (b, other) in columns.iter().enumerate() {
                             let expected: f64 = centred(own).iter().zip(centred(other)).map(|(x, y)| x * y).sum();

@@ -36,7 +36,7 @@ mod uncertainty;
 mod weights;
 
 pub use failure::SmFailure;
-pub(crate) use gram::products_about_means;
+pub(crate) use gram::Products;
 pub use initial::initial_states;
 pub(crate) use multistart::optima;
 pub(crate) use reference::reference_beside;

@@ -14,6 +14,10 @@ use rayon::prelude::*;
 const PARALLEL_MIN: usize = 250_000;
 /// Number of candidate-steps of a linear motor with AVX-512 that takes about 0.1 ms.
 const PARALLEL_MIN_AVX512: usize = 750_000;
+/// Number of groups for each thread from which on groups are not divided, as the threads are busy with whole ones.
+const GROUPS_PER_THREAD: usize = 4;
+/// Number of blocks from which on candidates are divided at whole blocks.
+const BLOCKS_MIN: usize = 8;
 /// About the ratio of the time of a step with extensions, or on an irregular clock, to that of the linear motor.
 const EXTENDED_COST: usize = 2;
 
@@ -71,16 +75,21 @@ impl Simd {
         }
     }
 
-    /// Returns the number of candidates that are evaluated together. With cutoffs they are several blocks, whose candidates are
-    /// packed into fewer as some of them leave.
-    fn together(self, group: &Group<'_>) -> usize {
+    /// Returns the number of candidates of a group, one of `groups`, that are evaluated together. With cutoffs they are several
+    /// blocks, whose candidates are packed into fewer as some of them leave; a few groups are divided evenly among the threads.
+    fn together(self, group: &Group<'_>, groups: usize) -> usize {
         let count = group.candidates.count();
         let lanes = self.lanes(group.problem, count);
         let is_packed = !group.candidates.cutoffs().is_empty() && kind(group.problem, count) == Kind::Even;
         if !is_packed {
             return lanes;
         }
-        count.div_ceil(self.threads()).next_multiple_of(lanes).clamp(lanes, packed::PACK)
+        let shares = if groups < GROUPS_PER_THREAD * self.threads() { self.threads() } else { 1 };
+        let parts = shares * count.div_ceil(shares.saturating_mul(packed::PACK)).max(1);
+        let even = count.div_ceil(parts);
+        // Of few blocks, whole ones would leave one thread with most of the candidates.
+        let whole = if even < BLOCKS_MIN * lanes { even } else { even.next_multiple_of(lanes) };
+        whole.clamp(lanes, packed::PACK)
     }
 
     fn run(self, group: &Group<'_>, first: usize, costs: &mut [f64]) {
@@ -147,7 +156,7 @@ impl Evaluator for Simd {
             let (own, others) = rest.split_at_mut(group.candidates.count());
             // On first use the order is found here, by one thread.
             order(group);
-            parts.push((group, simd.together(group), own));
+            parts.push((group, simd.together(group, batch.groups.len()), own));
             rest = others;
         }
         let is_small = |group: &Group<'_>| simd.takes_one_thread(group.problem, group.candidates.count());
