@@ -1,9 +1,11 @@
 //! Devices: selection of the CPU or a GPU for a search, measured throughput, and evaluation of searches batch by batch.
 
+mod awake;
 mod batch_search;
 mod select;
 mod throughput_profile;
 
+pub(crate) use awake::with_threads_awake;
 pub use batch_search::BatchSearchEvaluator;
 pub use select::{DeviceSettings, DeviceSpec, OnLoss, PrecisionSpec};
 pub use throughput_profile::{AdapterThroughput, ThroughputCurve, ThroughputProfile, Work};

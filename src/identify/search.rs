@@ -1,7 +1,7 @@
 //! The first optimum of a method: the Steiglitz–McBride estimate, a start from a grid, or the result of a population search.
 
 use super::spec::IdentifySpec;
-use crate::device::BatchSearchEvaluator;
+use crate::device::{BatchSearchEvaluator, with_threads_awake};
 use crate::estimate::Estimate;
 use crate::evaluate::{Problem, Scalar};
 use crate::motor::Axis;
@@ -87,7 +87,10 @@ pub(super) fn population(
     let mut runs = [Run::new(spec.method.optimizer(spec.search(problem.space()))?)];
     let mut evaluation = BatchSearchEvaluator::open(spec, vec![problem.clone()])?;
     let slice = evaluation.slice();
-    let stop = minimize(&mut runs, Budget { generations, slice }, &mut evaluation, observe)?;
+    let is_on_cpu = evaluation.device().0 == "cpu";
+    let steps = if is_on_cpu { spec.population.saturating_mul(problem.active()) } else { 0 };
+    let mut search = || minimize(&mut runs, Budget { generations, slice }, &mut evaluation, &mut *observe);
+    let stop = with_threads_awake(steps, &mut search)?;
     let [Run { optimizer, history, evaluations }] = runs;
     let best = optimizer.best().filter(|best| Scalar::cost(problem, best.values).is_finite());
     let Some(best) = best else {

@@ -50,7 +50,7 @@ impl Genetic {
         let parent_count = whole((self.options.pressure * count(self.costs.len())).round()).max(1);
         let mut parents = Vec::with_capacity(parent_count * population.width());
         for _ in 0..parent_count {
-            let at = population.numbers.unit() * total;
+            let at = population.numbers[0].unit() * total;
             let agent = wheel.partition_point(|sum| *sum <= at).min(self.costs.len() - 1);
             parents.extend_from_slice(population.row(agent));
         }
@@ -77,6 +77,7 @@ impl Rule for Genetic {
             next.extend_from_slice(population.row(agent));
         }
         let Population { setup, numbers, values, .. } = population;
+        let numbers = &mut numbers[0];
         while next.len() < values.len() {
             let (first, second) = (numbers.below(count), numbers.below(count));
             let mix = width > 1 && numbers.unit() < self.options.crossover;

@@ -5,7 +5,7 @@
 //! leader, axis and candidate; a decreases in equal steps from `a_start` towards `a_end` over the generations. Candidates
 //! are clamped to the box.
 
-use super::population::{Population, Rule, split};
+use super::population::{PIECE, Population, Rule, each_piece, split};
 use super::table::{NOT_NEGATIVE, search};
 use crate::numeric::count;
 use multiversion::multiversion;
@@ -71,17 +71,19 @@ impl Rule for Gwo {
         };
         // The axes of a tile of candidates, so that the inner loop is long enough to vectorize.
         let genes: Vec<Gene> = (0..TILE * width).map(|n| gene(n % width)).collect();
-        let mut draws = vec![[0; 3]; TILE * width];
-        for tile in values.chunks_mut(TILE * width) {
-            let draws = &mut draws[..tile.len()];
-            numbers.fill(draws.as_flattened_mut());
-            move_towards_leaders(a, &genes, draws, tile);
-        }
+        each_piece(values.chunks_mut(PIECE * width).zip(numbers), |(values, numbers)| {
+            let mut draws = vec![[0; 3]; TILE * width];
+            for tile in values.chunks_mut(TILE * width) {
+                let draws = &mut draws[..tile.len()];
+                numbers.fill(draws.as_flattened_mut());
+                move_towards_leaders(a, &genes, draws, tile);
+            }
+        });
         self.generation += 1;
     }
 }
 
-/// Number of candidates that move in one call.
+/// Number of candidates that move in one call; a piece has a whole number of tiles.
 const TILE: usize = 16;
 
 /// Bounds of one axis of a candidate and the values of the leaders there.

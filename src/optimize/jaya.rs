@@ -3,7 +3,7 @@
 //! `x'_j = x_j + r₁ (best_j − |x_j|) − r₂ (worst_j − |x_j|)`, clamped to the box. The new candidate replaces the old one
 //! only if its cost is not higher. Best and worst are those of the current population.
 
-use super::population::{Population, Rule};
+use super::population::{PIECE, Population, Rule, each_piece};
 use super::table::{Range, SWITCH, search, setting_choice};
 
 /// Sharing of a draw of r₁ and r₂ (one pair for each axis) among candidates.
@@ -69,17 +69,21 @@ impl Rule for Jaya {
         };
         let best = row(self.costs.iter().enumerate().min_by(by_cost));
         let worst = row(self.costs.iter().enumerate().max_by(by_cost));
-        let mut r: Vec<(f64, f64)> = (0..width).map(|_| numbers.pair()).collect();
-        for (trial, kept) in values.chunks_exact_mut(width).zip(self.kept.chunks_exact(width)) {
-            if self.options.sharing == Sharing::Agent {
-                r.fill_with(|| numbers.pair());
+        let shared: Vec<(f64, f64)> = (0..width).map(|_| numbers[0].pair()).collect();
+        let pieces = values.chunks_mut(PIECE * width).zip(self.kept.chunks(PIECE * width)).zip(numbers);
+        each_piece(pieces, |((values, kept), numbers)| {
+            let mut r = shared.clone();
+            for (trial, kept) in values.chunks_exact_mut(width).zip(kept.chunks_exact(width)) {
+                if self.options.sharing == Sharing::Agent {
+                    r.fill_with(|| numbers.pair());
+                }
+                for axis in 0..width {
+                    let (x, (r1, r2), (min, max)) = (kept[axis], r[axis], setup.bounds[axis]);
+                    let moved = x + r1 * (best[axis] - x.abs()) - r2 * (worst[axis] - x.abs()); // Eq. 12
+                    trial[axis] = moved.max(min).min(max);
+                }
             }
-            for axis in 0..width {
-                let (x, (r1, r2), (min, max)) = (kept[axis], r[axis], setup.bounds[axis]);
-                let moved = x + r1 * (best[axis] - x.abs()) - r2 * (worst[axis] - x.abs()); // Eq. 12
-                trial[axis] = moved.max(min).min(max);
-            }
-        }
+        });
     }
 }
 
@@ -98,7 +102,7 @@ mod tests {
         jaya.tell(&[2.0, 1.0, 3.0]);
         let (r1, r2) = {
             let mut numbers = Population::new(setup).unwrap().numbers;
-            numbers.pair()
+            numbers[0].pair()
         };
         let second = jaya.ask().values().to_vec();
         for (x, moved) in first.iter().zip(&second) {

@@ -9,6 +9,7 @@ use crate::{Error, Result};
 use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
 
 /// Largest number of values (candidates × axes) of one population: 1 GiB.
 pub(super) const VALUES_MAX: usize = 1 << 27;
@@ -63,18 +64,26 @@ impl SearchSettings {
     }
 }
 
-/// Random numbers of a run: xoshiro256++, whose state is drawn from `ChaCha8` with the seed as the key and the run as the
-/// stream, so that the sequences of runs are independent.
+/// Number of candidates that share a sequence of random numbers and move together. The pieces of a population move in parallel, and
+/// where they move does not depend on the number of threads.
+pub(super) const PIECE: usize = 128;
+/// Number of pieces from which on a population moves in parallel: fewer take no longer than waking another thread.
+const PARALLEL_MIN: usize = 4;
+
+/// Random numbers of a piece of a population: xoshiro256++, whose state is drawn from `ChaCha8` with the seed as the key and the run
+/// as the stream, so that the sequences of runs and of their pieces are independent.
 #[derive(Debug, Clone)]
 pub(super) struct Numbers(Xoshiro256PlusPlus);
 
 const UNIT53: f64 = 1.0 / count_u64(1 << 53);
 
 impl Numbers {
-    pub(super) fn new(seed: u64, run: u64) -> Self {
-        let mut key = ChaCha8Rng::seed_from_u64(seed);
-        key.set_stream(run);
-        Self(Xoshiro256PlusPlus::from_rng(&mut key))
+    /// Returns the sequences of the pieces of a population.
+    fn of_pieces(setup: &SearchSettings) -> Vec<Self> {
+        let mut key = ChaCha8Rng::seed_from_u64(setup.seed);
+        key.set_stream(setup.run);
+        let next = |_| Self(Xoshiro256PlusPlus::from_rng(&mut key));
+        (0..setup.population.div_ceil(PIECE)).map(next).collect()
     }
 
     /// Returns a uniform number in \[0, 1) with 53 bits.
@@ -114,7 +123,8 @@ pub(super) fn split(draw: u64) -> (f64, f64) {
 #[derive(Debug, Clone)]
 pub(super) struct Population {
     pub setup: SearchSettings,
-    pub numbers: Numbers,
+    /// Random numbers of each piece; the first also serve what concerns the whole population.
+    pub numbers: Vec<Numbers>,
     /// Values of the candidates, row-major, shape `[population, axes]`.
     pub values: Vec<f64>,
     best: Vec<f64>,
@@ -125,7 +135,7 @@ impl Population {
     /// Makes a population of candidates uniform in the box.
     pub(super) fn new(setup: SearchSettings) -> Result<Self> {
         setup.check()?;
-        let (numbers, mut values) = (Numbers::new(setup.seed, setup.run), Vec::new());
+        let (numbers, mut values) = (Numbers::of_pieces(&setup), Vec::new());
         let size = setup.population * setup.bounds.len();
         values.try_reserve_exact(size).map_err(|_| setup.too_large())?;
         values.resize(size, 0.0);
@@ -136,11 +146,15 @@ impl Population {
 
     /// Redraws every candidate: `X_min + (X_max − X_min) r`.
     pub(super) fn scatter(&mut self) {
-        for agent in self.values.chunks_exact_mut(self.setup.bounds.len()) {
-            for (x, &(min, max)) in agent.iter_mut().zip(&self.setup.bounds) {
-                *x = min + (max - min) * self.numbers.unit();
+        let Self { setup, numbers, values, .. } = self;
+        let (bounds, width) = (&setup.bounds, setup.bounds.len());
+        each_piece(values.chunks_mut(PIECE * width).zip(numbers), |(values, numbers)| {
+            for agent in values.chunks_exact_mut(width) {
+                for (x, &(min, max)) in agent.iter_mut().zip(bounds) {
+                    *x = min + (max - min) * numbers.unit();
+                }
             }
-        }
+        });
     }
 
     pub(super) fn width(&self) -> usize {
@@ -162,6 +176,16 @@ impl Population {
             self.best_cost = cost;
             self.best = self.row(agent).to_vec();
         }
+    }
+}
+
+/// Calls `advance` for each piece of a population, in parallel if there are many.
+pub(super) fn each_piece<T: Send>(pieces: impl Iterator<Item = T>, advance: impl Fn(T) + Send + Sync) {
+    let pieces: Vec<T> = pieces.collect();
+    if pieces.len() < PARALLEL_MIN {
+        pieces.into_iter().for_each(advance);
+    } else {
+        pieces.into_par_iter().with_min_len(2).for_each(advance);
     }
 }
 
@@ -221,5 +245,49 @@ impl<R: Rule> Optimizer for Moving<R> {
     fn best(&self) -> Option<Best<'_>> {
         let Population { best, best_cost, .. } = &self.population;
         best_cost.is_finite().then_some(Best { values: best, cost: *best_cost })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optimize::SEARCHES;
+    use rayon::ThreadPoolBuilder;
+
+    fn setup(population: usize) -> SearchSettings {
+        SearchSettings { bounds: vec![(0.0, 1.0), (-2.0, 3.0)], population, generations: 9, seed: 4, run: 2 }
+    }
+
+    #[test]
+    fn where_candidates_move_does_not_depend_on_threads() {
+        // More pieces than threads, the last one smaller.
+        let size = PIECE * (PARALLEL_MIN + 2) + 5;
+        for search in SEARCHES {
+            let after = |threads: usize| {
+                let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| {
+                    let mut search = crate::optimize::ConfiguredSearch::from(search).begin(setup(size)).unwrap();
+                    for _ in 0..4 {
+                        let row = |row: &[f64]| (row[0] - 0.3).powi(2) + row[1].abs();
+                        let costs: Vec<f64> = search.ask().values().chunks(2).map(row).collect();
+                        search.tell(&costs);
+                    }
+                    search.ask().values().to_vec()
+                })
+            };
+            assert_eq!(after(1), after(3), "{}", search.name);
+        }
+    }
+
+    #[test]
+    fn pieces_have_sequences_of_their_own() {
+        // The first candidates of a larger population are those of a smaller one; no two of its pieces are alike.
+        let values = |population: usize| Population::new(setup(population)).unwrap().values;
+        let (one, many) = (values(PIECE), values(5 * PIECE));
+        let pieces: Vec<&[f64]> = many.chunks(2 * PIECE).collect();
+        assert_eq!(pieces[0], one);
+        for (n, piece) in pieces.iter().enumerate() {
+            assert!(pieces[..n].iter().all(|other| other.iter().zip(*piece).all(|(a, b)| a != b)), "piece {n}");
+        }
     }
 }

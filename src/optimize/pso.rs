@@ -7,7 +7,7 @@
 //! each axis (R. C. Eberhart, Y. Shi, IEEE CEC 2000). A particle that would leave the box is placed on its boundary, where
 //! the velocity is set to zero or reversed (J. Robinson, Y. Rahmat-Samii, IEEE Trans. Antennas Propag. 52 (2004)).
 
-use super::population::{Population, Rule, split};
+use super::population::{PIECE, Population, Rule, each_piece, split};
 use super::table::{NOT_NEGATIVE, Range, search, setting_choice};
 use crate::{Error, Result};
 
@@ -97,25 +97,29 @@ impl Rule for Pso {
         let best = self.costs.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(agent, _)| agent);
         let best = &self.own[best * width..(best + 1) * width];
         let PsoOptions { c1, c2, velocity, walls } = self.options;
-        let mut draws = vec![0; width];
-        let rows = values.chunks_exact_mut(width).zip(self.velocities.chunks_exact_mut(width));
-        for ((x, v), own) in rows.zip(self.own.chunks_exact(width)) {
-            numbers.fill(&mut draws);
-            for axis in 0..width {
-                let ((r1, r2), (min, max)) = (split(draws[axis]), setup.bounds[axis]);
-                let pulled = v[axis] + c1 * r1 * (own[axis] - x[axis]) + c2 * r2 * (best[axis] - x[axis]);
-                let fastest = velocity * (max - min);
-                let moved = (constriction * pulled).clamp(-fastest, fastest);
-                let free = x[axis] + moved;
-                x[axis] = free.max(min).min(max);
-                let is_inside = (min..=max).contains(&free);
-                v[axis] = match walls {
-                    _ if is_inside => moved,
-                    Wall::Absorbing => 0.0,
-                    Wall::Reflecting => -moved,
-                };
+        let size = PIECE * width;
+        let states = values.chunks_mut(size).zip(self.velocities.chunks_mut(size));
+        each_piece(states.zip(self.own.chunks(size)).zip(numbers), |(((values, velocities), own), numbers)| {
+            let mut draws = vec![0; width];
+            let rows = values.chunks_exact_mut(width).zip(velocities.chunks_exact_mut(width));
+            for ((x, v), own) in rows.zip(own.chunks_exact(width)) {
+                numbers.fill(&mut draws);
+                for axis in 0..width {
+                    let ((r1, r2), (min, max)) = (split(draws[axis]), setup.bounds[axis]);
+                    let pulled = v[axis] + c1 * r1 * (own[axis] - x[axis]) + c2 * r2 * (best[axis] - x[axis]);
+                    let fastest = velocity * (max - min);
+                    let moved = (constriction * pulled).clamp(-fastest, fastest);
+                    let free = x[axis] + moved;
+                    x[axis] = free.max(min).min(max);
+                    let is_inside = (min..=max).contains(&free);
+                    v[axis] = match walls {
+                        _ if is_inside => moved,
+                        Wall::Absorbing => 0.0,
+                        Wall::Reflecting => -moved,
+                    };
+                }
             }
-        }
+        });
     }
 }
 
@@ -156,7 +160,7 @@ mod tests {
                 let leader = own[(0..3).min_by(|a, b| lowest[*a].total_cmp(&lowest[*b])).unwrap()];
                 for n in 0..3 {
                     for (axis, (min, max)) in [(-1.0, 3.0), (10.0, 20.0)].into_iter().enumerate() {
-                        let (r1, r2) = numbers.pair();
+                        let (r1, r2) = numbers[0].pair();
                         let pull = 2.5 * r1 * (own[n][axis] - x[n][axis]) + 1.9 * r2 * (leader[axis] - x[n][axis]);
                         let unclamped = chi * (v[n][axis] + pull);
                         let fastest = 0.1 * (max - min);
@@ -194,7 +198,7 @@ mod tests {
                 swarm.tell(&[0, 1, 2].map(cost));
             }
             swarm.ask();
-            swarm.population.numbers.unit()
+            swarm.population.numbers[0].unit()
         };
         assert_eq!(after(|_| f64::INFINITY), after(|agent| [1.0, f64::NAN, 0.5][agent]));
     }
