@@ -85,7 +85,7 @@ fn work(job: u32, lane: u32, place: u32) {
         let start = sample_first + segment.x;
         let end = sample_first + segment.y;
         for (var n = start; n < end; n += BLOCK) {
-            if s == begin || n > start && (n - start) % CHECKED_SAMPLES == 0u || s % CHECKED_SEGMENTS == 0u {
+            if s == begin || (n > start && (n - start) % CHECKED_SAMPLES == 0u) || s % CHECKED_SEGMENTS == 0u {
                 is_done = may_end(is_above(total, initial, limit));
             }
             if is_done {

@@ -62,7 +62,7 @@ pub struct Regressors {
     /// Input minus its first value.
     voltage: Vec<f64>,
     columns: Columns,
-    /// Products of the columns from the first sample on whose lags all are samples.
+    /// Products of the columns over the samples from [`LAGS`] on, whose lags are within the recording.
     late: Products,
     /// Normal matrix of the columns about their means.
     normal: Normal,

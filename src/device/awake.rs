@@ -1,9 +1,11 @@
 //! Threads that stay awake between the batches of one search.
 //!
 //! A generation of 100 candidates takes some 0.05 ms, as long as waking a thread that went to sleep after the one before. While a
-//! search runs, other threads of its pool look for its work without sleeping.
+//! search runs, other threads of its pool look for its work without sleeping. They do any other work of the pool as well, and the
+//! search returns once that is done too.
 
 use rayon::Yield;
+use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Number of candidate-steps of a batch for each thread that stays awake, some 0.01 ms.
@@ -11,6 +13,11 @@ const SHARE: usize = 25_000;
 
 /// True while threads stay awake for a search. Only one search at a time has such threads: with more they would wait for each other.
 static IS_TAKEN: AtomicBool = AtomicBool::new(false);
+
+thread_local! {
+    /// Number of searches that run on this thread. It must not wait for another one while they do.
+    static OWN: Cell<usize> = const { Cell::new(0) };
+}
 
 /// Calls the function when it is dropped, also if a search panics.
 struct Finally<F: Fn()>(F);
@@ -24,26 +31,27 @@ impl<F: Fn()> Drop for Finally<F> {
 /// Runs `search`, whose batches have `steps` candidate-steps, while other threads of the current pool stay awake for them. Results do
 /// not depend on it.
 pub(crate) fn with_threads_awake<T>(steps: usize, search: impl FnOnce() -> T) -> T {
+    OWN.set(OWN.get() + 1);
+    let _own = Finally(|| OWN.set(OWN.get() - 1));
     let others = rayon::current_num_threads().saturating_sub(1).min(steps / SHARE);
-    let Some(own) = rayon::current_thread_index().filter(|_| others > 0) else { return search() };
-    if IS_TAKEN.swap(true, Ordering::AcqRel) {
+    let is_inside = rayon::current_thread_index().is_some();
+    if others == 0 || !is_inside || IS_TAKEN.swap(true, Ordering::AcqRel) {
         return search();
     }
     let _free = Finally(|| IS_TAKEN.store(false, Ordering::Release));
     let is_done = AtomicBool::new(false);
     rayon::in_place_scope(|scope| {
         for _ in 0..others {
-            scope.spawn(|_| stay_awake(own, &is_done));
+            scope.spawn(|_| stay_awake(&is_done));
         }
         let _done = Finally(|| is_done.store(true, Ordering::Release));
         search()
     })
 }
 
-/// Does the work of the pool until the search of the thread `own` is done. On that thread it returns at once, because the search
-/// would not go on.
-fn stay_awake(own: usize, is_done: &AtomicBool) {
-    while rayon::current_thread_index() != Some(own) && !is_done.load(Ordering::Acquire) {
+/// Does the work of the pool until the search is done. On a thread with a search of its own, which would not go on, it returns at once.
+fn stay_awake(is_done: &AtomicBool) {
+    while OWN.get() == 0 && !is_done.load(Ordering::Acquire) {
         if rayon::yield_now() != Some(Yield::Executed) {
             // Other programs may need the core.
             std::thread::yield_now();
@@ -58,7 +66,7 @@ mod tests {
     use std::panic::{AssertUnwindSafe, catch_unwind};
 
     fn sum() -> u64 {
-        (0..1000_u64).into_par_iter().with_max_len(50).map(|n| n * n).sum()
+        (0..1000_u32).into_par_iter().with_max_len(50).map(|n| u64::from(n) * u64::from(n)).sum()
     }
 
     #[test]

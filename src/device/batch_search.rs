@@ -146,12 +146,10 @@ impl BatchSearchEvaluator {
         done
     }
 
-    /// Replaces the lowest costs of a run by those of the scalar evaluator until the lowest cost is one of them. Costs above their
-    /// cutoffs, which may be lower bounds, are not used by the search.
+    /// Replaces the lowest costs of a run by those of the scalar evaluator until the lowest cost is one of them.
     fn check_leaders(&mut self, run: usize, population: Candidates<'_>, costs: &mut [f64]) {
         let problem = self.problem(run).clone();
-        let is_needed = |row: &usize| population.cutoffs().get(*row).is_none_or(|cutoff| costs[*row] <= *cutoff);
-        let mut order: Vec<usize> = (0..costs.len()).filter(is_needed).collect();
+        let mut order: Vec<usize> = (0..costs.len()).collect();
         order.sort_by(|a, b| costs[*a].total_cmp(&costs[*b]));
         let mut lowest = f64::INFINITY;
         for (place, row) in order.into_iter().enumerate() {

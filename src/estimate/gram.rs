@@ -48,7 +48,7 @@ impl Products {
         Self(&self.0 + &other.0)
     }
 
-    /// Returns the products with more columns, over the same rows `from..`: `columns` are those of `self`.
+    /// Returns the products of `columns`, which are those of `self`, and `more`; `self` must be over the rows `from..`.
     pub(crate) fn beside(&self, columns: &[&[f64]], more: &[&[f64]], from: usize) -> Self {
         let (ones, all) = (columns.len(), columns.len() + more.len());
         let ones_column = vec![1.0; columns.first().map_or(0, |column| column.len() - from)];

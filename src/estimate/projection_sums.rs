@@ -41,7 +41,7 @@ fn portable(signals: &Signals, motors: &Motors, method: Discretization) -> Sums 
     by_halves::<false>(signals, motors, method)
 }
 
-/// Simulates half of the points after the other.
+/// Simulates one half of the points after the other.
 #[inline(always)]
 fn by_halves<const FMA: bool>(signals: &Signals, motors: &Motors, method: Discretization) -> Sums {
     let mut sums = [[0.0; LANES]; SUMS];

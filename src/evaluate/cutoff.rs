@@ -1,7 +1,7 @@
 //! Abandons a block of candidates whose costs are all known to be above the cutoffs of the search.
 //!
 //! Errors are not negative and rounding to nearest preserves order, so the cost of the sums so far is a lower bound of the cost,
-//! exactly.
+//! exactly; in another order of the recordings after [`Block::at_least`].
 
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 

@@ -12,6 +12,7 @@ const PROBES: usize = 48;
 
 /// Returns the indices of the recordings, ordered by the total per sample that a tenth of the candidates spread over the box stay
 /// below, the highest first. The lowest total is less telling: it is mostly noise where one candidate happens to be close.
+/// Parameters of single recordings are those of the first.
 pub(super) fn hardest_first(problem: &Problem, evaluator: &mut dyn Evaluator) -> Vec<usize> {
     let probes = spread(problem);
     let mut total = |recording: usize| {
@@ -19,7 +20,7 @@ pub(super) fn hardest_first(problem: &Problem, evaluator: &mut dyn Evaluator) ->
         let candidates = Candidates::new(&probes, problem.space().free().len());
         let mut costs = vec![0.0; candidates.count()];
         let group = Group { problem: &alone, candidates, reference: None };
-        // A recording without costs keeps the highest rank.
+        // If the evaluation fails, the recording comes first.
         if evaluator.evaluate(&Batch { groups: &[group] }, &mut costs).is_err() {
             return f64::INFINITY;
         }

@@ -2,7 +2,7 @@
 //! leave, and the others move together into fewer blocks.
 //!
 //! Errors are not negative and rounding to nearest preserves order, so the cost of the sums so far is a lower bound of the cost,
-//! exactly. The states of a candidate do not depend on its lane.
+//! exactly; in another order of the recordings after [`Block::at_least`]. The states of a candidate do not depend on its lane.
 
 use super::at_level::at_each_level;
 use super::cutoff::{FIRST, next_due, total_above};

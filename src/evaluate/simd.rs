@@ -14,7 +14,7 @@ use rayon::prelude::*;
 const PARALLEL_MIN: usize = 250_000;
 /// Number of candidate-steps of a linear motor with AVX-512 that takes about 0.1 ms.
 const PARALLEL_MIN_AVX512: usize = 750_000;
-/// Number of groups for each thread from which on groups are not divided, as the threads are busy with whole ones.
+/// From this number of groups per thread on, groups are not divided: the threads are busy with whole ones.
 const GROUPS_PER_THREAD: usize = 4;
 /// Number of blocks from which on candidates are divided at whole blocks.
 const BLOCKS_MIN: usize = 8;
@@ -154,8 +154,6 @@ impl Evaluator for Simd {
         let mut parts = Vec::with_capacity(batch.groups.len());
         for group in batch.groups {
             let (own, others) = rest.split_at_mut(group.candidates.count());
-            // On first use the order is found here, by one thread.
-            order(group);
             parts.push((group, simd.together(group, batch.groups.len()), own));
             rest = others;
         }

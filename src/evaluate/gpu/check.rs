@@ -45,8 +45,8 @@ impl Specimen {
         Candidates::new(&self.values, self.problem.space().free().len()).with_cutoffs(&self.cutoffs)
     }
 
-    /// Compares the costs of a device with those of the scalar evaluator. Returns a device error if one deviates too far, or is
-    /// not between its cutoff and the cost where this is above.
+    /// Compares the costs of a device with those of the scalar evaluator. Returns a device error if one deviates too far
+    /// or, for a candidate whose cost is above its cutoff, is not between the two.
     pub(super) fn compare(&self, facts: &AdapterFacts, precision: Precision, costs: &[f64]) -> Result<()> {
         // The tolerances are ten times those of the test suite.
         let allowed = match precision {

@@ -79,18 +79,23 @@ fn write_from(groups: &[Group<'_>], units: &[Unit], variant: Variant, mut map: u
 }
 
 /// Writes the limits of the candidates of `units`, LANES numbers for each block: totals of one recording above which the costs are
-/// above the cutoffs, also after rounding on the device; −1 without a cutoff.
+/// above the cutoffs; −1 without a cutoff.
+///
+/// In f32 the limits are higher by a fiftieth, because leaders are evaluated again in f64: candidates whose costs in f32 are near
+/// their cutoffs remain comparable.
 pub(super) fn write_limits(groups: &[Group<'_>], units: &[Unit], precision: Precision, mut bytes: Bytes<'_>) {
-    let slack = if precision.bytes() == 8 { 1e-12 } else { 1e-5 };
+    let slack = if precision.bytes() == 8 { 1e-12 } else { 0.02 };
     for unit in units {
         let group = &groups[unit.group];
         let problem = group.problem;
-        let idle = problem.scaling(&problem.signals()[unit.recording]).total([0.0; 2]);
+        let scaling = problem.scaling(&problem.signals()[unit.recording]);
+        // Near the largest and smallest numbers of the precision comparisons are not reliable.
+        let is_reliable = scaling.factor.iter().all(|factor| *factor == 0.0 || (1e-30..1e30).contains(factor));
+        let idle = scaling.total([0.0; 2]);
         let limit = |cutoff: Option<&f64>| {
             let Some(cutoff) = cutoff else { return -1.0 };
             let limit = problem.total_above(*cutoff) * (1.0 + slack) - idle;
-            // Of numbers near the largest of the precision no comparison is certain.
-            if limit < LIMIT_MAX { limit.max(0.0) } else { -1.0 }
+            if is_reliable && limit < LIMIT_MAX { limit.max(0.0) } else { -1.0 }
         };
         let cutoffs = group.candidates.cutoffs();
         for number in 0..unit.blocks {
