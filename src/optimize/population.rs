@@ -287,7 +287,10 @@ mod tests {
         let pieces: Vec<&[f64]> = many.chunks(2 * PIECE).collect();
         assert_eq!(pieces[0], one);
         for (n, piece) in pieces.iter().enumerate() {
-            assert!(pieces[..n].iter().all(|other| other.iter().zip(*piece).all(|(a, b)| a != b)), "piece {n}");
+            assert!(
+                pieces[..n].iter().all(|other| other.iter().zip(*piece).all(|(a, b)| a.to_bits() != b.to_bits())),
+                "piece {n}"
+            );
         }
     }
 }
