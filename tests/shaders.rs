@@ -64,7 +64,7 @@ fn buffer_layouts_agree_with_the_shaders() {
         let lanes = u32::try_from(LANES).unwrap() * bytes;
         let sample = 16;
         for (name, expected) in [
-            ("round", 8),
+            ("round", 12),
             ("jobs", 4),
             ("segments", 16),
             ("inputs", 4 * bytes),

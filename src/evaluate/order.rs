@@ -55,16 +55,18 @@ mod tests {
     use super::*;
     use crate::criterion::Criterion;
     use crate::evaluate::{Model, Simd};
-    use crate::experiment::{Excitation, simulated};
-    use crate::motor::{Discretization, Parameters, Space};
-    use crate::record::Record;
+    use crate::motor::{Discretization, Parameters, SimulationInput, Space, simulate};
+    use crate::record::{Record, Samples};
 
     #[test]
     fn a_recording_that_tells_candidates_apart_comes_first() {
         let record = |volts: &dyn Fn(u32) -> f64| -> Record {
-            let mut excitation = Excitation::step(10.0, 0.0, 1.0, 0.001).unwrap();
-            excitation.voltage = (0..1001).map(volts).collect();
-            simulated(&Parameters::M2, &excitation, Discretization::Zoh).unwrap()
+            let voltage: Vec<f64> = (0..1001).map(volts).collect();
+            let input =
+                SimulationInput { step_s: &[0.001], step_index: &[], voltage: &voltage, voltage_end: &[], torque: &[] };
+            let [current, speed] = simulate(&Parameters::M2, &input, [0.0; 2], Discretization::Zoh);
+            let time_s = (0..1001).map(|n| f64::from(n) * 0.001).collect();
+            Record::new(Samples { time_s, voltage, torque: None, current: Some(current), speed: Some(speed) }).unwrap()
         };
         let step = record(&|_| 10.0);
         // A voltage that changes sign at every other sample barely moves the motor: every candidate fits it alike.
