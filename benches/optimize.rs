@@ -25,8 +25,13 @@ fn updates(criterion: &mut Criterion) {
             ("ga", Method::from(GeneticOptions::default())),
             ("random", Method::named("method", "random").unwrap()),
         ] {
-            let setup =
-                SearchSettings { bounds: Space::table2().bounds(), population, generations: 1 << 20, seed: 1, run: 0 };
+            let setup = SearchSettings {
+                bounds: Space::table2().bounds(),
+                population,
+                generations: 1 << 20,
+                seed: 1,
+                ..SearchSettings::default()
+            };
             let mut optimizer = method.optimizer(setup).unwrap();
             let costs: Vec<f64> = (0..population).map(|n| 1.0 + ((n * 7919) % 101) as f64).collect();
             group.bench_function(format!("{name}, {population} agents"), |b| {

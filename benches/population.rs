@@ -19,7 +19,14 @@ use std::sync::Arc;
 use support::{m2_problem, median, seconds};
 
 fn optimizer(name: &str, population: usize, generations: usize, run: u64) -> Box<dyn Optimizer> {
-    let setup = SearchSettings { bounds: Space::table2().bounds(), population, generations, seed: 1, run };
+    let setup = SearchSettings {
+        bounds: Space::table2().bounds(),
+        population,
+        generations,
+        seed: 1,
+        run,
+        ..SearchSettings::default()
+    };
     Method::named("method", name).unwrap().optimizer(setup).unwrap()
 }
 

@@ -102,7 +102,7 @@ const ROUNDS: u64 = 15;
 /// Searches with GWO.
 fn run_search(problem: &Arc<Problem>, (population, generations, run): (usize, usize, u64), evaluator: Simd) {
     let bounds = problem.space().bounds();
-    let setup = SearchSettings { bounds, population, generations, seed: 1, run };
+    let setup = SearchSettings { bounds, population, generations, seed: 1, run, ..SearchSettings::default() };
     let mut runs = vec![Run::new(Method::named("method", "gwo").unwrap().optimizer(setup).unwrap())];
     let mut evaluator = BatchSearchEvaluator::new(Box::new(evaluator), vec![problem.clone()]);
     let budget = Budget { generations, slice: usize::MAX };

@@ -27,7 +27,14 @@ fn main() -> motorfit::Result<()> {
     let problems: Vec<Arc<Problem>> = motors.iter().map(problem).collect::<Result<_, _>>()?;
     // One search per motor; in each generation the populations of all searches are one batch.
     let run = |run: u64| -> motorfit::Result<Run> {
-        let setup = SearchSettings { bounds: Space::table2().bounds(), population: 60, generations: 80, seed: 1, run };
+        let setup = SearchSettings {
+            bounds: Space::table2().bounds(),
+            population: 60,
+            generations: 80,
+            seed: 1,
+            run,
+            ..SearchSettings::default()
+        };
         Ok(Run::new(ConfiguredSearch::from(GwoOptions::default()).begin(setup)?))
     };
     let mut runs: Vec<Run> = (0..32).map(run).collect::<Result<_, _>>()?;

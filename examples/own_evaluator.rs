@@ -35,7 +35,7 @@ fn main() -> motorfit::Result<()> {
         Ok(())
     };
     let bounds = vec![(1e-5, 1e-3), (1e-4, 0.1)];
-    let setup = SearchSettings { bounds, population: 30, generations: 300, seed: 1, run: 0 };
+    let setup = SearchSettings { bounds, population: 30, generations: 300, seed: 1, ..SearchSettings::default() };
     let mut runs = [Run::new(ConfiguredSearch::from(JayaOptions::default()).begin(setup)?)];
     let budget = Budget { generations: 300, slice: usize::MAX };
     minimize(&mut runs, budget, &mut evaluate, &mut |_| ControlFlow::Continue(()))?;

@@ -74,6 +74,7 @@ settings! {
     Fix "fix" Values "Parameters with a fixed value."
     Criterion "criterion" Word "The criterion that a search minimizes."
     Criteria "criteria" List "The criteria of a comparison."
+    Transform "transform" List "The coordinates in which searches move their candidates."
     Scale "scale" Word "The divisor of the residuals of each channel."
     Noise "noise" Word "The measurement noise."
     TimeOrigin "time_origin" Number "The origin of time in time-weighted criteria \\[s\\]."

@@ -216,7 +216,13 @@ fn limits_are_those_that_errors_name() {
         ThroughputSpec { populations: vec![count(n)], samples: vec![2], budget_s: 1.0 }.checked().map(|_| ())
     });
     refused("values of a population", &|n| {
-        let search = SearchSettings { bounds: vec![(0.0, 1.0)], population: count(n), generations: 1, seed: 1, run: 0 };
+        let search = SearchSettings {
+            bounds: vec![(0.0, 1.0)],
+            population: count(n),
+            generations: 1,
+            seed: 1,
+            ..SearchSettings::default()
+        };
         search.check()
     });
     assert_eq!(seen, 10);

@@ -181,7 +181,7 @@ pub(crate) struct CompareArgs {
     #[command(flatten)]
     pub reading: Reading,
     /// Use the settings of the paper, and show its tables beside the results
-    #[arg(long, value_parser = described::<Preset>(), conflicts_with_all = ["records", "methods", "criteria", "population", "generations", "set", "bounds", "fix"])]
+    #[arg(long, value_parser = described::<Preset>(), conflicts_with_all = ["records", "methods", "criteria", "population", "generations", "set", "transform", "bounds", "fix"])]
     pub preset: Option<Preset>,
     #[arg(long, help = methods_compared(), value_parser = described::<Method>(), value_delimiter = ',')]
     #[arg(default_value = "gwo,jaya,ga,sm", value_name = "LIST")]
@@ -201,6 +201,10 @@ pub(crate) struct CompareArgs {
     /// Settings of methods, as ga.mutation=0.1,…; alternatives, as 0.1/0.2, are compared separately
     #[arg(long, value_name = "METHOD.KEY=VALUE", value_delimiter = ',')]
     pub set: Vec<String>,
+    /// Other coordinates in which each setting is searched too, to test whether a method depends on them: mirror, shift:SHARE of the
+    /// range (as shift:0.1), log
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "none")]
+    pub transform: Vec<String>,
     /// Seed of the random numbers of all runs
     #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     pub seed: u64,

@@ -5,7 +5,7 @@ use super::prelude::*;
 use motorfit::evaluate::{Initial, Model};
 use motorfit::identify::{IdentifySpec, Method};
 use motorfit::numeric::{count, count_u64};
-use motorfit::report::compare::{compare_document, paper_tables, quartiles, setting_name, tables};
+use motorfit::report::compare::{compare_document, invariance, paper_tables, quartiles, setting_name, tables};
 use motorfit::report::figures::model;
 use motorfit::report::{Table, compare_page};
 use motorfit::settings::Value;
@@ -70,6 +70,7 @@ fn report(args: &CompareArgs, comparison: &Comparison, document: String) -> Vec<
     if args.preset.is_some() {
         files.extend(paper_tables(comparison).iter().map(|table| (format!("{}.csv", table.id), table.csv())));
     }
+    files.extend(invariance(comparison).map(|table| ("invariance.csv".to_owned(), table.csv())));
     files.push(("curves.csv".to_owned(), curves(comparison)));
     for (n, block) in (1..).zip(&comparison.blocks) {
         let tables = tables(comparison, block);
@@ -161,6 +162,7 @@ fn requested(args: &CompareArgs) -> CompareSettings {
         population: args.population.clone(),
         generations: args.generations.clone(),
         set: args.set.clone(),
+        transforms: args.transform.clone(),
         bounds: args.bounds.clone(),
         fix: args.fix.clone(),
     }
@@ -206,6 +208,7 @@ fn text(args: &CompareArgs, comparison: &Comparison) -> String {
     if args.preset.is_some() {
         show(&mut text, &paper_tables(comparison));
     }
+    show(&mut text, invariance(comparison).as_slice());
     for block in &comparison.blocks {
         let _ = writeln!(text, "\n{STRONG}{}{STRONG:#}", setting_name(&block.setting));
         show(&mut text, &tables(comparison, block));

@@ -2,8 +2,9 @@
 
 use super::select::{DeviceSettings, OnLoss, SelectedDevice, taken_over};
 use crate::candidates::Candidates;
+use crate::estimate::descend;
 use crate::evaluate::{Batch, Evaluator, Group, Pending, Problem, Scalar};
-use crate::optimize::Evaluate;
+use crate::optimize::{Evaluate, LocalOptimum, LocalSearch};
 use crate::setting::text;
 use crate::warning::Warning;
 use crate::{Error, Result};
@@ -16,14 +17,29 @@ const LEADERS: usize = 3;
 /// The best candidate of each run with its cost: the reference of deviations.
 type References = Vec<Option<Arc<(f64, Vec<f64>)>>>;
 
+/// One problem for each run, or one for all.
+struct Problems(Vec<Arc<Problem>>);
+
+impl Problems {
+    fn of(&self, run: usize) -> &Arc<Problem> {
+        &self.0[if self.0.len() == 1 { 0 } else { run }]
+    }
+}
+
+impl LocalSearch for Problems {
+    fn descend(&self, run: usize, start: &[f64], evaluations: u64) -> LocalOptimum {
+        let (values, cost, evaluations) = descend(self.of(run), start, evaluations);
+        LocalOptimum { values, cost, evaluations }
+    }
+}
+
 /// Evaluates the populations of any number of runs as one batch, each run on its own problem.
 ///
 /// If the evaluator is not exact, the reference of each run is its best candidate, and the leaders of each run are evaluated
 /// again in f64 until the lowest cost is one in f64. A run therefore does not depend on the others.
 pub struct BatchSearchEvaluator {
     opened: SelectedDevice,
-    /// One problem for each run, or one for all.
-    problems: Vec<Arc<Problem>>,
+    problems: Problems,
     /// Lowest cost of each run, and its candidate.
     references: References,
     /// Batches that were begun, each with the number of evaluators replaced before it and its references.
@@ -65,7 +81,7 @@ impl BatchSearchEvaluator {
 
     /// Replaces the problems: later populations are those of other runs on the same device.
     pub fn set_problems(&mut self, problems: Vec<Arc<Problem>>) {
-        self.problems = problems;
+        self.problems = Problems(problems);
         self.references.clear();
         self.pending.clear();
     }
@@ -73,7 +89,7 @@ impl BatchSearchEvaluator {
     /// Returns the number of candidates between two calls of the observer.
     #[must_use]
     pub fn slice(&self) -> usize {
-        let longest = self.problems.iter().map(|problem| problem.active()).max().unwrap_or(1);
+        let longest = self.problems.0.iter().map(|problem| problem.active()).max().unwrap_or(1);
         (self.opened.slice_steps / longest.max(1)).max(1)
     }
 
@@ -97,7 +113,7 @@ impl BatchSearchEvaluator {
     }
 
     fn on(opened: SelectedDevice, problems: Vec<Arc<Problem>>) -> Self {
-        Self { opened, problems, references: Vec::new(), pending: VecDeque::new() }
+        Self { opened, problems: Problems(problems), references: Vec::new(), pending: VecDeque::new() }
     }
 
     /// Removes and returns the warnings about the device.
@@ -107,7 +123,7 @@ impl BatchSearchEvaluator {
 
     /// Returns the problem of a run.
     fn problem(&self, run: usize) -> &Arc<Problem> {
-        &self.problems[if self.problems.len() == 1 { 0 } else { run }]
+        self.problems.of(run)
     }
 
     fn groups<'a>(&'a self, populations: &[Candidates<'a>], references: &'a References) -> Vec<Group<'a>> {
@@ -125,7 +141,7 @@ impl BatchSearchEvaluator {
         references: &References,
         mut work: impl FnMut(&mut SelectedDevice, &Batch<'_>) -> Result<T>,
     ) -> Result<T> {
-        let (runs, problems) = (populations.len(), self.problems.len());
+        let (runs, problems) = (populations.len(), self.problems.0.len());
         if runs > problems && problems != 1 {
             let message = format!("found populations of {runs} runs, expected at most {problems}");
             return Err(Error::usage(message, "Give a problem for each run, or one for all."));
@@ -218,6 +234,10 @@ impl Evaluate for BatchSearchEvaluator {
 
     fn overlaps(&self) -> bool {
         self.opened.evaluator.overlaps()
+    }
+
+    fn local_search(&self) -> Option<&dyn LocalSearch> {
+        Some(&self.problems)
     }
 }
 

@@ -216,6 +216,11 @@ impl<'a> Descent<'a> {
         })
     }
 
+    /// Returns the values that the descent reached, and the number of its simulations.
+    pub(super) fn end(&self) -> (Vec<f64>, usize) {
+        (self.fit.values(&self.at), self.evaluations)
+    }
+
     /// Returns the estimate that the descent reached; the residuals are tested for whiteness if `is_tested`.
     pub(super) fn finish(self, converged: bool, is_tested: bool) -> Refined {
         let Self { fit, at, normal, evaluations, .. } = &self;

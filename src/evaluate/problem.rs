@@ -109,6 +109,15 @@ impl Problem {
         self
     }
 
+    /// Returns the problem with the initial states as they are: none of them is estimated.
+    pub(crate) fn with_known_initial(&self) -> Self {
+        let mut known = self.clone();
+        for signals in known.signals.iter_mut().filter(|signals| signals.initial_is_free) {
+            Arc::make_mut(signals).initial_is_free = false;
+        }
+        known
+    }
+
     /// Returns the same problem with the squared errors of each recording and channel divided by σ². `sigma` has one pair per
     /// recording. The problem must have unit weights.
     pub(crate) fn weighted_by(&self, sigma: &[[f64; 2]]) -> Self {

@@ -84,7 +84,7 @@ impl IdentifySpec {
     /// Returns the settings of a population search over `space`.
     pub(super) fn search(&self, space: &Space) -> SearchSettings {
         let &Self { population, generations, seed, .. } = self;
-        SearchSettings { bounds: space.bounds(), population, generations, seed, run: 0 }
+        SearchSettings { bounds: space.bounds(), population, generations, seed, ..SearchSettings::default() }
     }
 
     /// Returns the value at which a parameter is fixed; `None` if it is free.

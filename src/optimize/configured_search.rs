@@ -1,8 +1,9 @@
 //! A population search together with the values of its settings.
 
-use super::population::SearchSettings;
 use super::run::Optimizer;
+use super::search_settings::SearchSettings;
 use super::table::{Search, SearchOptions, Values};
+use super::transformed_search::TransformedSearch;
 use crate::Result;
 use std::fmt;
 
@@ -70,13 +71,13 @@ impl ConfiguredSearch {
         changed.map(|(place, setting)| (setting.name, self.shown(place))).collect()
     }
 
-    /// Starts a run.
+    /// Starts a run in the coordinates of the settings.
     ///
     /// # Errors
     /// Returns `Usage` if the box or the settings are invalid.
     pub fn begin(&self, setup: SearchSettings) -> Result<Box<dyn Optimizer>> {
         let mut settings = self.search.settings.iter().zip(self.values.0);
         settings.try_for_each(|(setting, value)| setting.check(self.search, value))?;
-        (self.search.begin)(setup, &self.values)
+        TransformedSearch::begin(setup, |setup| (self.search.begin)(setup, &self.values))
     }
 }

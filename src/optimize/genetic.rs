@@ -5,7 +5,8 @@
 //! single-point crossover. Each gene of the child then mutates, with the mutation rate as probability, to a uniform
 //! value of its range. The best candidates of a generation survive unchanged (elites).
 
-use super::population::{Population, Rule};
+use super::population::Population;
+use super::rule::Rule;
 use super::table::{PROBABILITY, Range, search};
 use crate::numeric::{count, whole};
 
@@ -97,11 +98,17 @@ impl Rule for Genetic {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optimize::population::Moving;
+    use crate::optimize::rule::Moving;
     use crate::optimize::{Optimizer as _, SearchSettings};
 
     fn run(options: GeneticOptions) -> (Vec<f64>, Vec<f64>) {
-        let setup = SearchSettings { bounds: vec![(0.0, 1.0); 4], population: 1000, generations: 3, seed: 5, run: 0 };
+        let setup = SearchSettings {
+            bounds: vec![(0.0, 1.0); 4],
+            population: 1000,
+            generations: 3,
+            seed: 5,
+            ..SearchSettings::default()
+        };
         let mut ga = Moving::new(Genetic { options, costs: Vec::new() }, setup).unwrap();
         let first = ga.ask().values().to_vec();
         // Candidate 7 is ten times as fit as each of the others.

@@ -5,7 +5,9 @@
 //! leader, axis and candidate; a decreases in equal steps from `a_start` towards `a_end` over the generations. Candidates
 //! are clamped to the box.
 
-use super::population::{PIECE, Population, Rule, each_piece, split};
+use super::numbers::{PIECE, split};
+use super::population::{Population, each_piece};
+use super::rule::Rule;
 use super::table::{NOT_NEGATIVE, search};
 use crate::numeric::count;
 use multiversion::multiversion;
@@ -113,7 +115,7 @@ fn move_towards_leaders(a: f64, genes: &[Gene], draws: &[[u64; 3]], values: &mut
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optimize::population::Moving;
+    use crate::optimize::rule::Moving;
     use crate::optimize::{Optimizer as _, SearchSettings};
 
     /// Returns the bits of a draw whose pair is (r1, r2), multiples of 2^-32.
@@ -137,7 +139,13 @@ mod tests {
 
     #[test]
     fn leaders_demote() {
-        let setup = SearchSettings { bounds: vec![(0.0, 1.0)], population: 4, generations: 2, seed: 1, run: 0 };
+        let setup = SearchSettings {
+            bounds: vec![(0.0, 1.0)],
+            population: 4,
+            generations: 2,
+            seed: 1,
+            ..SearchSettings::default()
+        };
         let mut gwo = Moving::new(Gwo::default(), setup).unwrap();
         gwo.tell(&[4.0, 2.0, 3.0, 9.0]);
         let costs = |gwo: &Moving<Gwo>| gwo.rule.leaders.iter().map(|l| l.cost as i32).collect::<Vec<_>>();

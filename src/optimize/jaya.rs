@@ -3,7 +3,10 @@
 //! `x'_j = x_j + r₁ (best_j − |x_j|) − r₂ (worst_j − |x_j|)`, clamped to the box. The new candidate replaces the old one
 //! only if its cost is not higher. Best and worst are those of the current population.
 
-use super::population::{PIECE, Population, Rule, each_piece};
+use super::accepted::Accepted;
+use super::numbers::PIECE;
+use super::population::{Population, each_piece};
+use super::rule::Rule;
 use super::table::{Range, SWITCH, search, setting_choice};
 
 /// Sharing of a draw of r₁ and r₂ (one pair for each axis) among candidates.
@@ -33,29 +36,21 @@ search! {
 #[derive(Default)]
 struct Jaya {
     options: JayaOptions,
-    /// Values of the accepted candidates, row-major.
-    kept: Vec<f64>,
-    /// Costs of the accepted candidates.
-    costs: Vec<f64>,
+    accepted: Accepted,
 }
 
 impl Rule for Jaya {
     fn learn(&mut self, trial: &Population, costs: Vec<f64>) {
-        if self.costs.is_empty() || !self.options.greedy {
-            self.kept.clone_from(&trial.values);
-            self.costs = costs;
-            return;
-        }
-        let rows = self.kept.chunks_exact_mut(trial.width()).zip(&mut self.costs).zip(costs).enumerate();
-        for (agent, ((kept, lowest), cost)) in rows.filter(|(_, ((_, lowest), cost))| cost <= *lowest) {
-            *lowest = cost;
-            kept.copy_from_slice(trial.row(agent));
+        if self.options.greedy {
+            self.accepted.take(trial, costs);
+        } else {
+            self.accepted.replace(trial, costs);
         }
     }
 
     /// A candidate is accepted only if its cost is not above that of the one it replaces.
     fn cutoffs(&self) -> &[f64] {
-        if self.options.greedy { &self.costs } else { &[] }
+        if self.options.greedy { &self.accepted.costs } else { &[] }
     }
 
     /// Moves every candidate by Eq. 12.
@@ -63,14 +58,12 @@ impl Rule for Jaya {
         let Population { setup, numbers, values, .. } = trial;
         let width = setup.bounds.len();
         let by_cost = |a: &(usize, &f64), b: &(usize, &f64)| a.1.total_cmp(b.1);
-        let row = |agent: Option<(usize, &f64)>| {
-            let agent = agent.map_or(0, |(agent, _)| agent);
-            &self.kept[agent * width..(agent + 1) * width]
-        };
-        let best = row(self.costs.iter().enumerate().min_by(by_cost));
-        let worst = row(self.costs.iter().enumerate().max_by(by_cost));
+        let Accepted { values: kept, costs } = &self.accepted;
+        let row = |agent: Option<(usize, &f64)>| self.accepted.row(agent.map_or(0, |(agent, _)| agent), width);
+        let best = row(costs.iter().enumerate().min_by(by_cost));
+        let worst = row(costs.iter().enumerate().max_by(by_cost));
         let shared: Vec<(f64, f64)> = (0..width).map(|_| numbers[0].pair()).collect();
-        let pieces = values.chunks_mut(PIECE * width).zip(self.kept.chunks(PIECE * width)).zip(numbers);
+        let pieces = values.chunks_mut(PIECE * width).zip(kept.chunks(PIECE * width)).zip(numbers);
         each_piece(pieces, |((values, kept), numbers)| {
             let mut r = shared.clone();
             for (trial, kept) in values.chunks_exact_mut(width).zip(kept.chunks_exact(width)) {
@@ -91,12 +84,18 @@ impl Rule for Jaya {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optimize::population::Moving;
+    use crate::optimize::rule::Moving;
     use crate::optimize::{Optimizer as _, SearchSettings};
 
     #[test]
     fn one_move_is_equation_12_and_greedy() {
-        let setup = SearchSettings { bounds: vec![(-100.0, 100.0)], population: 3, generations: 3, seed: 5, run: 0 };
+        let setup = SearchSettings {
+            bounds: vec![(-100.0, 100.0)],
+            population: 3,
+            generations: 3,
+            seed: 5,
+            ..SearchSettings::default()
+        };
         let mut jaya = Moving::new(Jaya::default(), setup.clone()).unwrap();
         let first = jaya.ask().values().to_vec();
         jaya.tell(&[2.0, 1.0, 3.0]);
@@ -112,7 +111,7 @@ mod tests {
         // The first candidate's move is worse and rejected; the second's is equal and accepted; the third's is better and
         // accepted.
         jaya.tell(&[2.5, 1.0, 0.5]);
-        assert_eq!(jaya.rule.kept, [first[0], second[1], second[2]]);
-        assert_eq!(jaya.rule.costs, [2.0, 1.0, 0.5]);
+        assert_eq!(jaya.rule.accepted.values, [first[0], second[1], second[2]]);
+        assert_eq!(jaya.rule.accepted.costs, [2.0, 1.0, 0.5]);
     }
 }

@@ -3,12 +3,12 @@
 //! If the evaluator runs on a separate device, two batches are in flight: the runs are divided into two groups, and while
 //! one is evaluated the other takes its costs and makes its next populations. The result of a run does not depend on this.
 
-use super::run::{Progress, Run, Stop};
+use super::generations::{Batch, Budget, Search, no_local_search};
+use super::run::{LocalSearch, Progress, Run, Stop};
 use crate::Result;
 use crate::candidates::Candidates;
-use rayon::prelude::*;
 use std::collections::VecDeque;
-use std::ops::{ControlFlow, Range};
+use std::ops::ControlFlow;
 
 /// Evaluator of populations, one for each run (empty for a run without candidates in this call). A closure that writes the
 /// costs, run after run, implements it.
@@ -27,6 +27,11 @@ pub trait Evaluate {
     /// Returns an error if the evaluation fails; it ends the search.
     fn finish(&mut self, populations: &[Candidates<'_>], costs: &mut [f64]) -> Result<()>;
 
+    /// Returns the local search on the cost functions of the runs; `None` if there is none.
+    fn local_search(&self) -> Option<&dyn LocalSearch> {
+        None
+    }
+
     /// Returns true if starting an evaluation before another finishes saves time.
     fn overlaps(&self) -> bool {
         false
@@ -42,25 +47,16 @@ impl<F: FnMut(&[Candidates<'_>], &mut [f64]) -> Result<()>> Evaluate for F {
 /// Observer called after every evaluated batch; it may end the search.
 pub type Observe<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + 'a;
 
-/// Budget of searches and size of their batches.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Budget {
-    /// Number of generations, the first population included.
-    pub generations: usize,
-    /// Largest number of candidates in one batch. `observe` is called after each batch, so that a search can be ended
-    /// within a generation.
-    pub slice: usize,
-}
-
 /// Number of batches in flight if the evaluator overlaps them.
 const FLIGHTS: usize = 2;
 
-/// Runs all searches for the generations of `budget`.
+/// Runs all searches for the generations of `budget`; a search whose populations differ in size ends when its own evaluations are
+/// spent.
 ///
 /// If `observe` ends the search, the best candidates are kept, including those of an unfinished generation.
 ///
 /// # Errors
-/// Propagates the errors of `evaluate`.
+/// Propagates the errors of `evaluate`, and returns `Usage` if a search requests local searches and `evaluate` has none.
 pub fn minimize(
     runs: &mut [Run],
     budget: Budget,
@@ -69,6 +65,9 @@ pub fn minimize(
 ) -> Result<Stop> {
     if budget.generations == 0 || runs.is_empty() {
         return Ok(Stop::BudgetSpent);
+    }
+    if evaluate.local_search().is_none() && runs.iter().any(|run| run.optimizer.needs_local_search()) {
+        return Err(no_local_search());
     }
     let flights = if evaluate.overlaps() { FLIGHTS } else { 1 };
     let mut search = Search::new(runs, budget, flights);
@@ -84,7 +83,7 @@ pub fn minimize(
         }
         let Some(batch) = in_flight.pop_front() else { break };
         search.with_rows(batch, |populations, costs| evaluate.finish(populations, costs))?;
-        let progress = search.finished(batch, stopped);
+        let progress = search.finished(batch, stopped, evaluate.local_search())?;
         stopped = stopped || observe(&progress).is_break();
     }
     if !stopped {
@@ -92,180 +91,27 @@ pub fn minimize(
     }
     for group in 0..search.groups.len() {
         if search.groups[group].done > 0 {
-            search.tell(group, false);
+            search.tell(group, false, None)?;
         }
     }
     Ok(Stop::Interrupted)
 }
 
-/// A batch: rows of the populations of a group of runs, taken as one table.
-#[derive(Clone, Copy)]
-struct Batch {
-    group: usize,
-    from: usize,
-    to: usize,
-}
-
-/// Returns the end of a batch that starts at row `from`: as many complete runs as fit in `slice`. A run that does not fit
-/// is cut at its own multiples of `slice`, so that its batches do not depend on the runs beside it.
-fn end_of_batch(counts: &[usize], from: usize, slice: usize) -> usize {
-    let (mut first, mut end) = (0, from);
-    for count in counts {
-        let last = first + count;
-        if last > from && end >= first {
-            if last - from > slice {
-                return if end == from { last.min(from.saturating_add(slice)) } else { end };
-            }
-            end = last;
-        }
-        first = last;
-    }
-    end
-}
-
-/// A group of runs that are evaluated, and take their costs, together.
-#[derive(Default)]
-struct Group {
-    runs: Range<usize>,
-    /// Current generation, counted from 1.
-    generation: usize,
-    /// Number of candidates of each run.
-    counts: Vec<usize>,
-    costs: Vec<f64>,
-    /// Number of rows whose evaluation has started.
-    begun: usize,
-    /// Number of rows whose evaluation has finished.
-    done: usize,
-    /// True if the generation has a batch to start; a generation without candidates has one empty batch.
-    open: bool,
-}
-
-/// State of the loop over all runs.
-struct Search<'r> {
-    runs: &'r mut [Run],
-    /// Number of values of a candidate of each run.
-    widths: Vec<usize>,
-    budget: Budget,
-    groups: Vec<Group>,
-    evaluations: u64,
-}
-
-impl<'r> Search<'r> {
-    fn new(runs: &'r mut [Run], budget: Budget, groups: usize) -> Self {
-        let groups = groups.min(runs.len());
-        let widths = runs.iter_mut().map(|run| run.optimizer.ask().width()).collect();
-        let mut search = Self { runs, widths, budget, groups: Vec::new(), evaluations: 0 };
-        for group in 0..groups {
-            let [first, end] = [group, group + 1].map(|n| n * search.runs.len() / groups);
-            search.groups.push(Group { runs: first..end, ..Group::default() });
-            search.open(group);
-        }
-        search
-    }
-
-    fn open(&mut self, group: usize) {
-        let group = &mut self.groups[group];
-        let runs = &mut self.runs[group.runs.clone()];
-        group.counts.clear();
-        group.counts.extend(runs.iter_mut().map(|run| run.optimizer.ask().count()));
-        group.costs.clear();
-        group.costs.resize(group.counts.iter().sum(), f64::INFINITY);
-        (group.begun, group.done, group.open) = (0, 0, true);
-        group.generation += 1;
-    }
-
-    /// Returns the next batch, of the group in the earliest generation; `None` while all groups wait for costs or have
-    /// finished.
-    fn next(&mut self) -> Option<Batch> {
-        let waiting = |(_, group): &(usize, &mut Group)| group.open;
-        let (n, group) =
-            self.groups.iter_mut().enumerate().filter(waiting).min_by_key(|(_, group)| group.generation)?;
-        let from = group.begun;
-        group.begun = end_of_batch(&group.counts, from, self.budget.slice.max(1));
-        group.open = group.begun < group.costs.len();
-        Some(Batch { group: n, from, to: group.begun })
-    }
-
-    /// Calls `work` with the rows of a batch, one table for every run, and with their costs.
-    fn with_rows<T>(&mut self, batch: Batch, work: impl FnOnce(&[Candidates<'_>], &mut [f64]) -> T) -> T {
-        let Batch { group, from, to } = batch;
-        let Group { runs, costs, .. } = &mut self.groups[group];
-        let mut first = 0;
-        let mut tables = Vec::with_capacity(self.runs.len());
-        for (n, run) in self.runs.iter_mut().enumerate() {
-            if !runs.contains(&n) {
-                tables.push(Candidates::new(&[], self.widths[n]));
-                continue;
-            }
-            let population = run.optimizer.ask();
-            let (start, end) = (from.max(first), to.min(first + population.count()));
-            tables.push(if start < end { population.rows(start - first, end - first) } else { population.rows(0, 0) });
-            first += population.count();
-        }
-        work(&tables, &mut costs[from..to])
-    }
-
-    /// Records the costs of a batch; once a generation is complete, its runs take their costs.
-    fn finished(&mut self, batch: Batch, stopped: bool) -> Progress {
-        let group = &mut self.groups[batch.group];
-        let lowest = group.costs[batch.from..batch.to].iter().copied().fold(f64::INFINITY, f64::min);
-        group.done += batch.to - batch.from;
-        self.evaluations += (batch.to - batch.from) as u64;
-        if group.done == group.costs.len() {
-            let more = group.generation < self.budget.generations && !stopped;
-            self.tell(batch.group, more);
-            if more {
-                self.open(batch.group);
-            } else {
-                let group = &mut self.groups[batch.group];
-                group.generation += 1;
-                (group.done, group.open) = (0, false);
-            }
-        }
-        // The number of generations that all groups have completed.
-        let generation = self.groups.iter().map(|group| group.generation).min().unwrap_or(1) - 1;
-        let best = self.runs.iter().map(Run::cost).fold(f64::INFINITY, f64::min);
-        let cost = best.min(lowest);
-        Progress { generation, generations: self.budget.generations, evaluations: self.evaluations, cost }
-    }
-
-    /// Passes the costs to the runs of a group in parallel.
-    fn tell(&mut self, group: usize, more: bool) {
-        let group = &self.groups[group];
-        let (mut rest, mut left) = (group.costs.as_slice(), group.done);
-        let mut told = Vec::with_capacity(group.runs.len());
-        for (run, &count) in self.runs[group.runs.clone()].iter_mut().zip(&group.counts) {
-            let (own, others) = rest.split_at(count);
-            told.push((run, own, count.min(left) as u64));
-            left -= count.min(left);
-            rest = others;
-        }
-        let tell = |(run, costs, evaluated): (&mut Run, &[f64], u64)| {
-            run.optimizer.tell(costs);
-            if more {
-                // The next population is made here, where runs proceed in parallel.
-                run.optimizer.ask();
-            }
-            run.evaluations += evaluated;
-            run.history.push(run.cost());
-        };
-        if told.len() == 1 {
-            told.into_iter().for_each(tell);
-        } else {
-            told.into_par_iter().for_each(tell);
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optimize::{ConfiguredSearch, JayaOptions, SearchSettings};
+    use crate::optimize::{CmaEsOptions, ConfiguredSearch, JayaOptions, LshadeOptions, SearchSettings};
 
     fn runs() -> Vec<Run> {
         let run = |run: u64| {
             let population = 5 + usize::try_from(run).unwrap();
-            let setup = SearchSettings { bounds: vec![(-1.0, 2.0); 3], population, generations: 12, seed: 1, run };
+            let setup = SearchSettings {
+                bounds: vec![(-1.0, 2.0); 3],
+                population,
+                generations: 12,
+                run,
+                ..SearchSettings::default()
+            };
             Run::new(ConfiguredSearch::from(JayaOptions::default()).begin(setup).unwrap())
         };
         (0..7).map(run).collect()
@@ -336,15 +182,44 @@ mod tests {
     }
 
     #[test]
-    fn batches_are_whole_runs_or_parts_of_one() {
-        let counts = [5, 5, 30, 0, 4, 4];
-        let mut ends = vec![0];
-        while *ends.last().unwrap() < 48 {
-            ends.push(end_of_batch(&counts, *ends.last().unwrap(), 12));
+    fn runs_whose_populations_differ_in_size_spend_the_same_evaluations() {
+        // A shrinking population, one of few samples and one of a fixed size, of 6 × 50 evaluations each.
+        let searches = [LshadeOptions::default().into(), CmaEsOptions::default().into(), JayaOptions::default().into()];
+        let run = |search: &ConfiguredSearch| {
+            let bounds = vec![(-1.0, 2.0); 3];
+            let setup = SearchSettings { bounds, population: 6, generations: 50, ..SearchSettings::default() };
+            Run::new(search.begin(setup).unwrap())
+        };
+        let mut alone = Vec::new();
+        for search in &searches {
+            let mut one = [run(search)];
+            let mut function = |populations: &[Candidates<'_>], costs: &mut [f64]| {
+                sphere(populations, costs);
+                Ok(())
+            };
+            let budget = Budget { generations: 50, slice: usize::MAX };
+            minimize(&mut one, budget, &mut function, &mut |_| ControlFlow::Continue(())).unwrap();
+            assert_eq!((one[0].evaluations, one[0].history.len()), (300, 50), "{search:?}");
+            alone.extend(results(&one));
         }
-        assert_eq!(ends, [0, 10, 22, 34, 44, 48], "30 is cut at its own twelves");
-        assert_eq!(end_of_batch(&counts, 0, usize::MAX), 48);
-        assert_eq!(end_of_batch(&[0, 0], 0, 3), 0);
+        for slice in [usize::MAX, 4] {
+            let mut together: Vec<Run> = searches.iter().map(run).collect();
+            let (mut generations, mut evaluations) = (Vec::new(), 0);
+            let mut function = |populations: &[Candidates<'_>], costs: &mut [f64]| {
+                sphere(populations, costs);
+                Ok(())
+            };
+            let budget = Budget { generations: 50, slice };
+            minimize(&mut together, budget, &mut function, &mut |progress| {
+                generations.push(progress.generation);
+                evaluations = progress.evaluations;
+                ControlFlow::Continue(())
+            })
+            .unwrap();
+            assert_eq!(results(&together), alone, "slices of {slice}");
+            assert_eq!((generations.last(), evaluations), (Some(&50), 900));
+            assert!(generations.is_sorted());
+        }
     }
 
     #[test]

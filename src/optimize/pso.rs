@@ -7,7 +7,9 @@
 //! each axis (R. C. Eberhart, Y. Shi, IEEE CEC 2000). A particle that would leave the box is placed on its boundary, where
 //! the velocity is set to zero or reversed (J. Robinson, Y. Rahmat-Samii, IEEE Trans. Antennas Propag. 52 (2004)).
 
-use super::population::{PIECE, Population, Rule, each_piece, split};
+use super::numbers::{PIECE, split};
+use super::population::{Population, each_piece};
+use super::rule::Rule;
 use super::table::{NOT_NEGATIVE, Range, search, setting_choice};
 use crate::{Error, Result};
 
@@ -127,11 +129,18 @@ impl Rule for Pso {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optimize::population::Moving;
+    use crate::optimize::rule::Moving;
     use crate::optimize::{Optimizer as _, SearchSettings};
 
     fn setup() -> SearchSettings {
-        SearchSettings { bounds: vec![(-1.0, 3.0), (10.0, 20.0)], population: 3, generations: 4, seed: 5, run: 2 }
+        SearchSettings {
+            bounds: vec![(-1.0, 3.0), (10.0, 20.0)],
+            population: 3,
+            generations: 4,
+            seed: 5,
+            run: 2,
+            ..SearchSettings::default()
+        }
     }
 
     fn swarm(options: PsoOptions) -> Result<Moving<Pso>> {

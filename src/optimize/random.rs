@@ -1,6 +1,7 @@
 //! Random search: every population is uniform in the box. It is the baseline that other searches must beat.
 
-use super::population::{Moving, Population, Rule};
+use super::population::Population;
+use super::rule::{Moving, Rule};
 use super::table::{Search, Values};
 
 /// Table row of random search, which has no settings.

@@ -2,6 +2,8 @@
 
 use crate::candidates::Candidates;
 use crate::named::named;
+use crate::numeric::{count, count_u64, whole};
+use rayon::prelude::*;
 
 /// The best candidate evaluated.
 #[derive(Debug, Clone, Copy)]
@@ -12,9 +14,37 @@ pub struct Best<'a> {
     pub cost: f64,
 }
 
+/// Local searches that a search requests.
+#[derive(Debug, Clone, Copy)]
+pub struct LocalSearches<'a> {
+    /// Their starts.
+    pub starts: Candidates<'a>,
+    /// Largest number of evaluations of each.
+    pub evaluations: u64,
+}
+
+/// End of a local search.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LocalOptimum {
+    /// Values of the candidate, one for each axis.
+    pub values: Vec<f64>,
+    /// Cost of the candidate; +∞ if the local search failed.
+    pub cost: f64,
+    /// Number of evaluations that the search took, at least 1.
+    pub evaluations: u64,
+}
+
+/// A local search on the cost function of each run, such as Levenberg–Marquardt on its residuals.
+pub trait LocalSearch: Sync {
+    /// Descends from `start` on the cost function of the run of index `run` with at most `evaluations` evaluations. An evaluation
+    /// with derivatives counts as one more for each of them.
+    fn descend(&self, run: usize, start: &[f64], evaluations: u64) -> LocalOptimum;
+}
+
 /// A population search with the ask/tell interface.
 pub trait Optimizer: Send {
-    /// Returns the candidates to be evaluated next; the same ones until `tell`. They may have cutoffs.
+    /// Returns the candidates to be evaluated next; the same ones until `tell`. They may have cutoffs. There are none once the
+    /// evaluations of [`Self::evaluations_max`] are spent, and while local searches are to be run.
     fn ask(&mut self) -> Candidates<'_>;
 
     /// Takes the costs of the candidates of the last `ask`, in their order; +∞ for one whose evaluation failed. NaN and −∞
@@ -23,6 +53,25 @@ pub trait Optimizer: Send {
 
     /// Returns the best candidate evaluated; `None` before the first `tell` and while every cost was +∞.
     fn best(&self) -> Option<Best<'_>>;
+
+    /// Returns the number of evaluations after which a search has ended whose populations differ in size; `None` if they do not, so
+    /// that any number of generations may follow.
+    fn evaluations_max(&self) -> Option<u64> {
+        None
+    }
+
+    /// Returns true if the search requests local searches, which need a cost function with residuals.
+    fn needs_local_search(&self) -> bool {
+        false
+    }
+
+    /// Returns the local searches to run before the next `ask`, the same until [`Self::arrive`]; `None` without any.
+    fn local_searches(&mut self) -> Option<LocalSearches<'_>> {
+        None
+    }
+
+    /// Takes the ends of the local searches, in the order of their starts.
+    fn arrive(&mut self, _ends: &[LocalOptimum]) {}
 }
 
 named! {
@@ -66,6 +115,36 @@ impl Run {
     #[must_use]
     pub fn new(optimizer: Box<dyn Optimizer>) -> Self {
         Self { optimizer, history: Vec::new(), evaluations: 0 }
+    }
+
+    /// Runs the local searches that the search requests and returns the number of their evaluations.
+    pub(super) fn search_locally(&mut self, index: usize, local: &dyn LocalSearch) -> u64 {
+        let Some(LocalSearches { starts, evaluations }) = self.optimizer.local_searches() else { return 0 };
+        let descend = |row: usize| local.descend(index, starts.row(row), evaluations);
+        let ends: Vec<LocalOptimum> = (0..starts.count()).into_par_iter().map(descend).collect();
+        self.optimizer.arrive(&ends);
+        let evaluations = ends.iter().map(|end| end.evaluations).sum();
+        self.evaluations += evaluations;
+        evaluations
+    }
+
+    /// Adds the lowest cost to the history and returns the number of generations completed, after `before`. A search whose populations
+    /// differ in size has completed one whenever it has spent the evaluations of one; one that asked for nothing has ended.
+    pub(super) fn completed(&mut self, before: usize, is_idle: bool, generations: usize) -> usize {
+        let cost = self.cost();
+        let completed = match self.optimizer.evaluations_max() {
+            None => before + 1,
+            Some(_) if is_idle => generations,
+            Some(max) => whole(count_u64(self.evaluations) / count_u64(max.max(1)) * count(generations)),
+        };
+        let completed = completed.min(generations);
+        if completed > self.history.len() {
+            // A generation that ended before the last evaluations had the cost known before.
+            let known = self.history.last().copied().unwrap_or(f64::INFINITY);
+            self.history.resize(completed - 1, known);
+            self.history.push(cost);
+        }
+        completed
     }
 
     /// Returns the lowest cost found; +∞ before there is one.

@@ -1,7 +1,7 @@
 //! Rows of the table of population searches: names, descriptions and settings.
 
-use super::population::SearchSettings;
 use super::run::Optimizer;
+use super::search_settings::SearchSettings;
 use crate::numeric::{count, whole};
 use crate::setting::text;
 use crate::text::excerpt;
@@ -104,7 +104,7 @@ impl SettingValue for usize {
 /// Implements [`SettingValue`] for an enum: a value is the index of its variant in the list.
 macro_rules! setting_choice {
     ($type:ty: $($choice:expr),+) => {
-        impl SettingValue for $type {
+        impl $crate::optimize::table::SettingValue for $type {
             fn number(self) -> f64 {
                 [$($choice),+].iter().position(|one| *one == self).map_or(0.0, $crate::numeric::count)
             }
@@ -165,7 +165,7 @@ macro_rules! search {
             defaults: || $options::default().values(),
             begin: |setup, values| {
                 let rule = $search { options: $options::of(values), ..$search::default() };
-                Ok(Box::new($crate::optimize::population::Moving::new(rule, setup)?))
+                Ok(Box::new($crate::optimize::rule::Moving::new(rule, setup)?))
             },
             debug: |values| format!("{}({:?})", stringify!($search), $options::of(values)),
         };

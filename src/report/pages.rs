@@ -1,7 +1,7 @@
 //! Pages of `identify` and `compare`: the result first, then its reliability, the plots, and the command that
 //! reproduces it.
 
-use super::compare::{best, paper_tables, setting_name, tables};
+use super::compare::{best, invariance, paper_tables, setting_name, tables};
 use super::figures;
 use super::held_out::held_out;
 use super::identified::{noise_floor_text, with_error};
@@ -143,6 +143,7 @@ pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> P
         let tables = paper_tables(comparison).into_iter().map(Part::Table).collect();
         sections.push(section("The paper's tables and these results", tables));
     }
+    sections.extend(invariance(comparison).map(|table| section("Invariance", vec![Part::Table(table)])));
     for (n, block) in comparison.blocks.iter().enumerate() {
         let id = format!("block{}", n + 1);
         let mut parts: Vec<Part> = tables(comparison, block).into_iter().map(Part::Table).collect();

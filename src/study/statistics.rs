@@ -25,6 +25,23 @@ pub(super) fn median_interval(values: &[f64], seed: u64) -> [f64; 2] {
     [0.025, 0.975].map(|p| quantile(&medians, p))
 }
 
+/// Returns the 95 % percentile bootstrap confidence interval of a statistic of two independent samples, neither of which may be empty.
+/// The same seed gives the same interval.
+pub(super) fn two_sample_interval(
+    a: &[f64],
+    b: &[f64],
+    seed: u64,
+    statistic: impl Fn(&[f64], &[f64]) -> f64,
+) -> [f64; 2] {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let mut draw = |values: &[f64]| -> Vec<f64> {
+        (0..values.len()).map(|_| values[random.random_range(0..values.len())]).collect()
+    };
+    let resampled = (0..RESAMPLES).map(|_| statistic(&draw(a), &draw(b)));
+    let resampled = sorted(&resampled.collect::<Vec<_>>());
+    [0.025, 0.975].map(|p| quantile(&resampled, p))
+}
+
 /// Returns the two-sided p-value of Wilcoxon's signed-rank test (Wilcoxon 1945) for paired differences. Zeros and NaN
 /// are omitted. The distribution is exact up to 50 differences without ties; otherwise it is the normal approximation
 /// with a correction for ties.
@@ -82,13 +99,13 @@ pub(super) fn holm(p_values: &[f64]) -> Vec<f64> {
 
 /// Returns the probability of superiority `P(a < b) + P(a = b) / 2` (Vargha and Delaney 2000); NaN without values.
 pub(super) fn superiority(a: &[f64], b: &[f64]) -> f64 {
-    let pairs = a.iter().flat_map(|x| b.iter().map(move |y| (x, y)));
-    let wins = pairs.map(|(x, y)| match x.total_cmp(y) {
-        std::cmp::Ordering::Less => 1.0,
-        std::cmp::Ordering::Equal => 0.5,
-        std::cmp::Ordering::Greater => 0.0,
-    });
-    wins.sum::<f64>() / count(a.len() * b.len())
+    let b = sorted(b);
+    let wins = |x: &f64| {
+        let (below, up_to) =
+            (b.partition_point(|y| y.total_cmp(x).is_lt()), b.partition_point(|y| y.total_cmp(x).is_le()));
+        count(b.len() - up_to) + 0.5 * count(up_to - below)
+    };
+    a.iter().map(wins).sum::<f64>() / count(a.len() * b.len())
 }
 
 #[cfg(test)]

@@ -127,8 +127,14 @@ impl<E: Evaluator> Evaluator for Whole<E> {
 
 /// Returns the history and the best candidate of each run.
 fn searched(search: ConfiguredSearch, problem: &Arc<Problem>, on: Box<dyn Evaluator>) -> Vec<(Vec<f64>, Vec<f64>)> {
-    let setup =
-        |run: u64| SearchSettings { bounds: problem.space().bounds(), population: 37, generations: 40, seed: 3, run };
+    let setup = |run: u64| SearchSettings {
+        bounds: problem.space().bounds(),
+        population: 37,
+        generations: 40,
+        seed: 3,
+        run,
+        ..SearchSettings::default()
+    };
     let mut runs: Vec<Run> = (0..3).map(|run| Run::new(search.begin(setup(run)).unwrap())).collect();
     let mut evaluate = BatchSearchEvaluator::new(on, vec![problem.clone()]);
     // Slices cut a population in two, with its cutoffs.

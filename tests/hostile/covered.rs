@@ -24,6 +24,7 @@ const DRIVERS: &[Driver] = &[
     motor::values,
     motor::simulations,
     optimize::settings,
+    optimize::coordinates,
     optimize::samples,
     record::words,
     record::made_of_signals,

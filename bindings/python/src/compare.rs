@@ -15,7 +15,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 /// Keyword arguments of `compare`.
-const COMPARE: [&str; 16] = [
+const COMPARE: [&str; 17] = [
     "preset",
     "methods",
     "runs",
@@ -23,6 +23,7 @@ const COMPARE: [&str; 16] = [
     "population",
     "generations",
     "set",
+    "transform",
     "seed",
     "noise_records",
     "target",
@@ -34,7 +35,7 @@ const COMPARE: [&str; 16] = [
     "threads",
 ];
 /// Keyword arguments that the preset `paper` fixes.
-const OF_PRESET: [&str; 7] = ["methods", "criteria", "population", "generations", "set", "bounds", "fix"];
+const OF_PRESET: [&str; 8] = ["methods", "criteria", "population", "generations", "set", "transform", "bounds", "fix"];
 
 /// Compares methods on recordings of one motor.
 ///
@@ -47,7 +48,7 @@ const OF_PRESET: [&str; 7] = ["methods", "criteria", "population", "generations"
 /// progress : callable, optional
 ///     Called with a `Progress` after each generation, in the calling thread. The comparison ends when it returns False.
 /// preset : {"paper"}
-///     Set-up of the paper. It fixes methods, criteria, population, generations, set, bounds and fix.
+///     Set-up of the paper. It fixes methods, criteria, population, generations, set, transform, bounds and fix.
 #[doc = include_str!("docs/methods.txt")]
 /// runs : int, default 50
 ///     Runs of each method.
@@ -57,6 +58,9 @@ const OF_PRESET: [&str; 7] = ["methods", "criteria", "population", "generations"
 ///     Candidates per generation, and generations including the initial population; each of several values gives a block.
 /// set : str, sequence or mapping
 ///     Settings of the methods, {"ga.mutation": 0.1}; several values, as in "0.1/0.2", give a block each.
+/// transform : str or sequence, default "none"
+///     Coordinates in which each setting is searched too: "mirror", "shift:SHARE" of the range as in "shift:0.1", "log". The tests
+///     of invariance are `to_dict()["invariance"]`.
 /// seed : int, default 1
 ///     Seed of all runs.
 /// noise_records : int, default 200
@@ -134,6 +138,7 @@ fn factors(py: Python<'_>, keys: &Keywords<'_, '_>) -> PyResult<CompareSettings>
         population: keys.sizes("population", 100)?,
         generations: keys.sizes("generations", 100)?,
         set: keys.items("set")?,
+        transforms: keys.items("transform")?,
         bounds: keys.items("bounds")?,
         fix: keys.items("fix")?,
     })

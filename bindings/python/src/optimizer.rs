@@ -3,6 +3,7 @@
 use crate::arrays::{Table, array, rows, signal, table};
 use crate::errors::Raise as _;
 use crate::spec;
+use motorfit::Error;
 use motorfit::optimize::SearchSettings;
 use motorfit::settings;
 use numpy::{PyArray1, PyArray2};
@@ -23,10 +24,11 @@ use std::sync::{Mutex, MutexGuard};
 /// population : int, default 100
 ///     Candidates per generation.
 /// generations : int, default 100
-///     Planned number of generations; GWO decreases its coefficient a over them.
+///     Planned number of generations; GWO decreases its coefficient a over them. Searches whose populations differ in size (lshade,
+///     cmaes) spend population times generations evaluations, after which `ask` returns no candidates.
 /// seed, run : int, default 1 and 0
-///     Seed and number of the run. Runs of one seed are independent; all methods start run k of a seed from the same
-///     population.
+///     Seed and number of the run. Runs of one seed are independent; all methods but cmaes start run k of a seed
+///     from the same population.
 /// set : str, sequence or mapping
 ///     Settings of the method, {"mutation": 0.1}.
 ///
@@ -79,9 +81,13 @@ impl Optimizer {
             )));
         };
         let bounds = values.chunks(2).map(|pair| (pair[0], pair[1])).collect();
-        let setup = SearchSettings { bounds, population, generations, seed, run };
+        let setup = SearchSettings { bounds, population, generations, seed, run, ..SearchSettings::default() };
         let set = set.map_or_else(|| Ok(Vec::new()), |set| spec::items(set, "set"))?;
         let optimizer = settings::method(method, &set).and_then(|method| method.optimizer(setup)).raise(py)?;
+        if optimizer.needs_local_search() {
+            let message = format!("{method} descends along the residuals of recordings, which costs do not give");
+            return Err(Error::usage(message, "Choose another method, or use identify.")).raise(py);
+        }
         let search = Mutex::new(Search { optimizer, is_asked: false });
         Ok(Self { search, width, method: method.to_owned() })
     }

@@ -6,7 +6,7 @@ use crate::identify::bounds;
 use crate::record::Severity;
 use crate::report::document::{by_symbol, warnings};
 use crate::report::spelling::command_line;
-use crate::study::compare::{Block, Comparison, MethodResult, Outcome, PairwiseTest, Reached, reached};
+use crate::study::compare::{Block, Comparison, InvarianceTest, MethodResult, Outcome, PairwiseTest, Reached, reached};
 use serde_json::{Map, Value, json as value};
 
 /// Returns the JSON document of a comparison; with `paper` it includes the paper's tables.
@@ -28,6 +28,7 @@ pub fn compare_document(comparison: &Comparison, paper: bool) -> Value {
         "bounds": bounds(&spec.space),
         "device": {"kind": device.0, "name": device.1, "precision": device.2},
         "blocks": comparison.blocks.iter().map(|block| self::block(comparison, block)).collect::<Value>(),
+        "invariance": comparison.invariance().iter().map(|test| invariance(comparison, test)).collect::<Value>(),
         "steiglitz_mcbride": comparison.steiglitz.as_ref().map(|sm| value!({
             "parameters": sm.estimate.as_ref().ok(),
             "failure": sm.estimate.as_ref().err(),
@@ -45,6 +46,24 @@ pub fn compare_document(comparison: &Comparison, paper: bool) -> Value {
         "stop": if comparison.interrupted { "interrupted" } else { "budget_spent" },
         "evaluations": comparison.evaluations,
         "seconds": comparison.batch_seconds,
+    })
+}
+
+fn invariance(comparison: &Comparison, test: &InvarianceTest) -> Value {
+    let [base, other] = test.blocks.map(|block| &comparison.blocks[block]);
+    value!({
+        "setting": setting_name(&base.setting),
+        "blocks": test.blocks,
+        "method": base.results[test.method].method.name(),
+        "transform": other.setting.coordinates.to_string(),
+        "median_excess": test.excess,
+        "ratio": test.ratio,
+        "ratio_ci95": test.ratio_interval,
+        "higher": test.higher,
+        "higher_ci95": test.higher_interval,
+        "p": test.p_value,
+        "p_holm": test.p_holm,
+        "verdict": test.verdict.name(),
     })
 }
 
@@ -66,6 +85,7 @@ fn block(comparison: &Comparison, block: &Block) -> Value {
         "scale": block.setting.criterion.scale.name(),
         "population": block.setting.population,
         "generations": block.setting.generations,
+        "transform": block.setting.coordinates.to_string(),
         "methods": block.results.iter().map(|c| result(comparison, c)).collect::<Value>(),
         "ranking": ranking.order.iter().map(|n| name(*n)).collect::<Value>(),
         "pairs": ranking.pairs.iter().map(pair).collect::<Value>(),

@@ -7,4 +7,4 @@ mod tables;
 pub use document::compare_document;
 pub use paper::paper_tables;
 pub(super) use tables::{best, cell};
-pub use tables::{quartiles, setting_name, tables};
+pub use tables::{invariance, quartiles, setting_name, tables};

@@ -3,10 +3,11 @@
 use crate::identify::Method;
 use crate::motor::{Parameter, Parameters, StepResponse, response, simulate};
 use crate::numeric::{mean, quantile, sorted};
+use crate::optimize::Coordinates;
 use crate::report::Table;
 use crate::report::spelling::command_line;
 use crate::report::table::dash;
-use crate::study::compare::{Block, Comparison, ComparisonSetting, FEW, MethodResult, reached};
+use crate::study::compare::{Block, Comparison, ComparisonSetting, FEW, Invariance, MethodResult, reached};
 use crate::text::{decimals, engineering, significant};
 
 /// Headings of tables with a column for each parameter.
@@ -18,7 +19,54 @@ pub fn setting_name(setting: &ComparisonSetting) -> String {
     let criterion = setting.criterion.norm.name();
     let scale = setting.criterion.scale.name();
     let own: String = setting.methods.iter().filter_map(changed).map(|own| format!("; {own}")).collect();
-    format!("{criterion}, scale {scale}, {} agents × {} generations{own}", setting.population, setting.generations)
+    let coordinates = match setting.coordinates {
+        Coordinates::None => String::new(),
+        other => format!(", transform {other}"),
+    };
+    let (population, generations) = (setting.population, setting.generations);
+    format!("{criterion}, scale {scale}, {population} agents × {generations} generations{coordinates}{own}")
+}
+
+/// Returns the table of the tests of invariance; `None` without other coordinates.
+#[must_use]
+pub fn invariance(comparison: &Comparison) -> Option<Table> {
+    let tests = comparison.invariance();
+    let title = "Invariance: each method in other coordinates against itself";
+    let heads = ["method", "transform", "median excess", "ratio", "p (Holm)", "verdict"];
+    let mut table = Table::new("invariance", title, &heads);
+    let bases: Vec<usize> = tests.iter().map(|test| test.blocks[0]).collect();
+    let is_one = bases.windows(2).all(|pair| pair[0] == pair[1]);
+    for test in &tests {
+        let [base, other] = test.blocks.map(|block| &comparison.blocks[block]);
+        let name = base.results[test.method].method.name();
+        let under = if is_one { String::new() } else { format!(" ({})", setting_name(&base.setting)) };
+        let ratio = |ratio: f64| if ratio < 1e4 { cell(ratio, 2) } else { format!("{ratio:.1e}") };
+        let [low, high] = test.ratio_interval.map(ratio);
+        let interval = if test.ratio_interval[0].is_nan() { String::new() } else { format!(" ({low}\u{2026}{high})") };
+        let verdict = match test.verdict {
+            Invariance::Unchanged => "unchanged",
+            Invariance::Biased => "biased",
+            Invariance::Changed => "changed",
+            Invariance::Few => "too few runs",
+        };
+        table.named_row(
+            &format!("{name}{under}"),
+            [
+                other.setting.coordinates.to_string(),
+                format!("{} \u{2192} {}", cell(test.excess[0], 2), cell(test.excess[1], 2)),
+                format!("{}{interval}", ratio(test.ratio)),
+                cell(test.p_holm, 2),
+                verdict.to_owned(),
+            ],
+        );
+    }
+    table.note(
+        "Excess: final cost above the lowest cost known; excesses below 1e-8 of the first costs count as equal. Ratio: of the medians, \
+         with its 95 % bootstrap interval. p: two-sided Wilcoxon signed-rank test, paired by run number, with Holm's correction for \
+         all methods and transforms. A method is biased if it finds other costs in a mirrored or shifted box: it searches some parts \
+         of the box better than others. In logarithms the problem has another shape for every search, so that a change is no bias.",
+    );
+    (!tests.is_empty()).then_some(table)
 }
 
 /// Describes the hyperparameters of a method that differ from their defaults; `None` if none does.
@@ -143,8 +191,8 @@ fn ranking(block: &Block) -> Table {
         ]);
     }
     table.note(
-        "Two-sided Wilcoxon signed-rank test of the logarithms of the final costs, paired by run number (paired runs start \
-         from the same population), with Holm's correction for all pairs of this block. \"Lower in\" counts every run of the \
+        "Two-sided Wilcoxon signed-rank test of the logarithms of the final costs, paired by run number (paired runs of \
+         methods that begin with a uniform population start from the same one), with Holm's correction for all pairs of this block. \"Lower in\" counts every run of the \
          first method against every run of the second, ties as half (Vargha and Delaney's A). All methods have the same \
          number of evaluations.",
     );

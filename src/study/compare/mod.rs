@@ -5,6 +5,7 @@
 //! Comparisons between methods are therefore paired.
 
 mod estimates;
+mod invariance;
 mod ranking;
 mod settings;
 
@@ -14,6 +15,7 @@ mod steiglitz;
 mod targets;
 
 pub use estimates::MethodEstimates;
+pub use invariance::{Invariance, InvarianceTest};
 pub use ranking::{FEW, PairwiseTest, Ranking, Summary};
 pub use settings::CompareSettings;
 pub use spec::{CompareSpec, ComparisonSetting, ComparisonSubject, Preset};
@@ -268,8 +270,10 @@ impl ComparisonRun<'_> {
         let run = |entry: &Entry| {
             let [s, m] = entry.indices;
             let setting = &self.spec.settings[s];
-            let (bounds, population) = (self.problems[s].space().bounds(), setting.population);
-            let setup = SearchSettings { bounds, population, generations, seed: self.spec.seed, run: entry.run };
+            let (bounds, population, coordinates) =
+                (self.problems[s].space().bounds(), setting.population, setting.coordinates);
+            let (seed, run) = (self.spec.seed, entry.run);
+            let setup = SearchSettings { bounds, population, generations, seed, run, coordinates };
             Ok(Run::new(setting.methods[m].optimizer(setup)?))
         };
         let mut runs: Vec<Run> = entries.iter().map(run).collect::<Result<_>>()?;

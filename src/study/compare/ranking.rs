@@ -1,5 +1,6 @@
 //! Summary of the runs of a method, and the ranking of the methods of a block with pairwise significance tests.
 
+use super::invariance::Precision;
 use super::{Block, MethodResult};
 use crate::numeric::{mean, quantile, sorted};
 use crate::study::statistics::{holm, median_interval, superiority, wilcoxon};
@@ -80,7 +81,10 @@ impl Block {
     /// Ranks the methods by median cost and tests each pair.
     #[must_use]
     pub fn ranking(&self) -> Ranking {
-        let costs: Vec<Vec<f64>> = self.results.iter().map(MethodResult::costs).collect();
+        // Runs that reached the lowest cost to within the precision are ties: below it there is only rounding.
+        let precision = Precision::of(std::iter::once(self));
+        let costs = |result: &MethodResult| result.costs().into_iter().map(|cost| precision.counted(cost)).collect();
+        let costs: Vec<Vec<f64>> = self.results.iter().map(costs).collect();
         let median = |n: usize| quantile(&sorted(&costs[n]), 0.5);
         let mut order: Vec<usize> = (0..costs.len()).collect();
         order.sort_by(|a, b| median(*a).total_cmp(&median(*b)));

@@ -6,7 +6,7 @@ use crate::device::DeviceSpec;
 use crate::evaluate::Model;
 use crate::identify::{BatchCosts, IdentifySpec, Method};
 use crate::motor::Space;
-use crate::optimize::SEARCHES;
+use crate::optimize::{Coordinates, SEARCHES};
 use crate::setting::{Setting as Named, text};
 use crate::settings::parse;
 use crate::text::{alternatives, excerpt, listed};
@@ -25,6 +25,9 @@ pub struct CompareSettings {
     pub generations: Vec<usize>,
     /// Hyperparameters as `METHOD.KEY=VALUE`, several values as `0.1/0.2`.
     pub set: Vec<String>,
+    /// Coordinates in which the searches move their candidates, as `mirror`, `shift:0.1`, `log` or `none`. With any of the first three
+    /// each setting is also compared in the coordinates of the parameters.
+    pub transforms: Vec<String>,
     /// Bounds of the parameters. The default is Table 2 for a simulated motor, and bounds around the estimate
     /// otherwise.
     pub bounds: Vec<String>,
@@ -39,21 +42,28 @@ impl CompareSettings {
     /// Returns a `Usage` error for invalid or repeated values.
     pub fn settings(&self) -> Result<Vec<ComparisonSetting>> {
         let variants = self.variants()?;
+        let transforms = self.transforms.iter().map(|text| text.parse()).collect::<Result<Vec<Coordinates>>>()?;
         let repeated = [
             (Named::Criteria, twice(&self.criteria).is_some()),
             (Named::Population, twice(&self.population).is_some()),
             (Named::Generations, twice(&self.generations).is_some()),
+            (Named::Transform, twice(&transforms).is_some()),
         ];
         if let Some((name, _)) = repeated.into_iter().find(|(_, is_repeated)| *is_repeated) {
             return Err(Error::usage(text!({name} " has a value twice"), "Give each once."));
         }
+        let others = transforms.iter().copied().filter(|transform| *transform != Coordinates::None);
+        let transforms: Vec<Coordinates> = std::iter::once(Coordinates::None).chain(others).collect();
         let mut settings = Vec::new();
         for criterion in &self.criteria {
             let criterion: Criterion = criterion.parse()?;
             for &population in &self.population {
                 for &generations in &self.generations {
-                    let setting = |methods| ComparisonSetting { criterion, population, generations, methods };
-                    settings.extend(variants.iter().cloned().map(setting));
+                    for (methods, &coordinates) in variants.iter().flat_map(|v| transforms.iter().map(move |t| (v, t)))
+                    {
+                        let methods = methods.clone();
+                        settings.push(ComparisonSetting { criterion, population, generations, methods, coordinates });
+                    }
                 }
             }
         }

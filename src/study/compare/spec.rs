@@ -8,7 +8,7 @@ use crate::experiment::{Excitation, simulated};
 use crate::identify::{IdentifySpec, Method};
 use crate::motor::{Discretization, Parameters, Space};
 use crate::named::named;
-use crate::optimize::{GeneticOptions, GwoOptions, JayaOptions};
+use crate::optimize::{Coordinates, GeneticOptions, GwoOptions, JayaOptions};
 use crate::record::Record;
 
 /// A setting under which all methods are compared.
@@ -22,6 +22,8 @@ pub struct ComparisonSetting {
     pub generations: usize,
     /// Search methods with their hyperparameters.
     pub methods: Vec<Method>,
+    /// Coordinates in which the searches move their candidates.
+    pub coordinates: Coordinates,
 }
 
 impl ComparisonSetting {
@@ -38,6 +40,7 @@ impl ComparisonSetting {
                 JayaOptions::default().into(),
                 GeneticOptions::default().into(),
             ],
+            coordinates: Coordinates::None,
         }
     }
 }

@@ -279,7 +279,8 @@ fn set_up(ready: &[Ready], generations: usize) -> Result<Vec<Run>> {
     let run = |one: &Ready| {
         let f = &one.jobs[0].factors;
         let bounds = one.prepared.problem().space().bounds();
-        let setup = SearchSettings { bounds, population: f.population, generations, seed: f.seed, run: 0 };
+        let setup =
+            SearchSettings { bounds, population: f.population, generations, seed: f.seed, ..SearchSettings::default() };
         Ok(Run::new(f.method.optimizer(setup)?))
     };
     ready.par_iter().map(run).collect()

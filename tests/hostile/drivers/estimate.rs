@@ -2,14 +2,17 @@
 
 use crate::arguments::step;
 use crate::calls::{Calls, ask, drive};
+use motorfit::device::BatchSearchEvaluator;
 use motorfit::estimate::{
-    fit_problem, global_reference, initial_states, refine_coarse, refine_on, residual_squares, robust_uncertainty,
-    steiglitz_mcbride, steiglitz_mcbride_on,
+    descend, fit_problem, global_reference, initial_states, refine_coarse, refine_on, residual_squares,
+    robust_uncertainty, steiglitz_mcbride, steiglitz_mcbride_on,
 };
-use motorfit::evaluate::Model;
+use motorfit::evaluate::{Model, Simd};
 use motorfit::experiment::with_noise;
 use motorfit::motor::{Axis, Parameter, Parameters, Scope, Space};
+use motorfit::optimize::Evaluate as _;
 use motorfit::record::{Record, Samples};
+use std::sync::Arc;
 
 /// Returns recordings of a step with noise: scaled, shifted, reversed, irregularly sampled, without a channel.
 fn identifiable() -> Vec<Record> {
@@ -61,6 +64,13 @@ pub fn identifiable_recordings(calls: &mut Calls) {
                     "estimate::initial_states" => initial_states(&problem, &start, sigma),
                     "estimate::refine_coarse" => refine_coarse(&problem, &start, &[sigma]),
                 );
+                let local = BatchSearchEvaluator::new(Box::new(Simd::default()), vec![Arc::new(problem.clone())]);
+                for evaluations in [0, 5, 6, 100, u64::MAX] {
+                    drive!(calls, (&with, evaluations); "optimize::LocalSearch::descend" =>
+                        local.local_search().map(|local| local.descend(0, &start, evaluations)));
+                    drive!(calls, &with; "estimate::descend" => descend(&problem, &start[1..], evaluations));
+                    drive!(calls, (&with, evaluations); "estimate::descend" => descend(&problem, &start, evaluations));
+                }
                 let refined = calls.ask("estimate::refine_on", &with, || refine_on(&problem, &start, Some(&[sigma])));
                 let Some(refined) = refined else { continue };
                 refined_all += 1;

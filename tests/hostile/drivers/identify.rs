@@ -145,7 +145,14 @@ pub fn words(calls: &mut Calls) {
             "identify::Method::from" => Method::from(GwoOptions::default()),
         );
         for bounds in [vec![], vec![(0.0, 1.0)], vec![(f64::NAN, 1.0); 2], vec![(1.0, 0.0)]] {
-            let setup = SearchSettings { bounds, population: count, generations: count, seed: 1, run: u64::MAX };
+            let setup = SearchSettings {
+                bounds,
+                population: count,
+                generations: count,
+                seed: 1,
+                run: u64::MAX,
+                ..SearchSettings::default()
+            };
             ask!(calls, (method, &setup); "identify::Method::optimizer" => method.optimizer(setup.clone()).map(drop));
         }
     }

@@ -6,8 +6,8 @@ use motorfit::candidates::Candidates;
 use motorfit::identify::Method;
 use motorfit::named::Named;
 use motorfit::optimize::{
-    Budget, ConfiguredSearch, Evaluate, GeneticOptions, GwoOptions, JayaOptions, PsoOptions, Run, Sample, Sampling,
-    SearchOptions, SearchSettings, Stop, minimize,
+    Budget, ConfiguredSearch, Coordinates, Evaluate, GeneticOptions, GwoOptions, JayaOptions, LocalOptimum, PsoOptions,
+    Run, Sample, Sampling, SearchOptions, SearchSettings, Stop, minimize,
 };
 use std::ops::ControlFlow;
 
@@ -62,9 +62,16 @@ pub fn settings(calls: &mut Calls) {
     );
     for bounds in boxes() {
         for (population, generations) in COUNTS.into_iter().flat_map(|p| COUNTS.map(|g| (p, g))) {
-            let setup =
-                SearchSettings { bounds: bounds.clone(), population, generations, seed: u64::MAX, run: u64::MAX };
+            let setup = SearchSettings {
+                bounds: bounds.clone(),
+                population,
+                generations,
+                seed: u64::MAX,
+                run: u64::MAX,
+                ..SearchSettings::default()
+            };
             ask!(calls, setup; "optimize::SearchSettings::check" => setup.check());
+            drive!(calls, setup; "optimize::SearchSettings::evaluations" => setup.evaluations());
         }
         for tuned in searches() {
             for population in [0, 1, 2, 3, 5, usize::MAX] {
@@ -76,19 +83,25 @@ pub fn settings(calls: &mut Calls) {
 
 /// Runs a search by ask and tell and by the loop, with extreme costs.
 fn begun(calls: &mut Calls, tuned: ConfiguredSearch, bounds: Vec<(f64, f64)>, population: usize, generations: usize) {
-    let setup = SearchSettings { bounds, population, generations, seed: u64::MAX, run: 1 };
+    let setup = SearchSettings { bounds, population, generations, seed: u64::MAX, run: 1, ..SearchSettings::default() };
     let with = (tuned, &setup);
     let Some(mut search) = calls.ask("optimize::ConfiguredSearch::begin", &with, || tuned.begin(setup.clone())) else {
         return;
     };
-    let size = search.ask().count();
     for cost in FEW {
+        let size = search.ask().count();
+        let end = LocalOptimum { values: vec![cost; setup.bounds.len()], cost, evaluations: 1 };
         drive!(calls, (&with, cost);
             "optimize::Optimizer::ask" => search.ask().count(),
             "optimize::Optimizer::tell" => search.tell(&vec![cost; size]),
             "optimize::Optimizer::best" => search.best().map(|best| best.cost),
+            "optimize::Optimizer::evaluations_max" => search.evaluations_max(),
+            "optimize::Optimizer::needs_local_search" => search.needs_local_search(),
+            "optimize::Optimizer::local_searches" => search.local_searches().map(|local| local.starts.count()),
+            "optimize::Optimizer::arrive" => search.arrive(&[end]),
         );
     }
+    let size = search.ask().count();
     for wrong in [0, 1, size + 1] {
         calls.may_panic("optimize::Optimizer::tell", || search.tell(&vec![1.0; wrong]));
     }
@@ -105,6 +118,7 @@ fn begun(calls: &mut Calls, tuned: ConfiguredSearch, bounds: Vec<(f64, f64)>, po
         drive!(calls, &with;
             "optimize::Run::cost" => runs[0].cost(),
             "optimize::Evaluate::overlaps" => Evaluate::overlaps(&evaluate),
+            "optimize::Evaluate::local_search" => Evaluate::local_search(&evaluate).is_none(),
             "optimize::Evaluate::begin" => Evaluate::begin(&mut evaluate, &[]),
             "optimize::Evaluate::finish" => Evaluate::finish(&mut evaluate, &[], &mut []),
         );
@@ -115,6 +129,36 @@ fn begun(calls: &mut Calls, tuned: ConfiguredSearch, bounds: Vec<(f64, f64)>, po
         let mut evaluate = |_: &[Candidates<'_>], _: &mut [f64]| -> motorfit::Result<()> { Ok(()) };
         minimize(&mut [], Budget { generations: 2, slice: 1 }, &mut evaluate, &mut |_| ControlFlow::Break(()))
     });
+}
+
+pub fn coordinates(calls: &mut Calls) {
+    for word in texts() {
+        ask!(calls, word; "optimize::Coordinates::from_str" => word.parse::<Coordinates>());
+    }
+    for number in FEW {
+        for coordinates in [Coordinates::None, Coordinates::Mirror, Coordinates::Shift(number), Coordinates::Log] {
+            for axis in FEW.into_iter().flat_map(|a| FEW.map(|b| (a, b))) {
+                drive!(calls, (coordinates, axis);
+                    "optimize::Coordinates::coordinate" => coordinates.coordinate(number, axis),
+                    "optimize::Coordinates::value" => coordinates.value(number, axis),
+                );
+            }
+            let bounds = vec![(0.5, 2.0), (0.0, 1.0)];
+            for tuned in searches() {
+                let setup =
+                    SearchSettings { bounds: bounds.clone(), population: 5, coordinates, ..SearchSettings::default() };
+                let Some(mut search) = calls
+                    .ask("optimize::ConfiguredSearch::begin", &(tuned, coordinates), || tuned.begin(setup.clone()))
+                else {
+                    continue;
+                };
+                for _ in 0..3 {
+                    let size = search.ask().count();
+                    drive!(calls, coordinates; "optimize::Optimizer::tell" => search.tell(&vec![number; size]));
+                }
+            }
+        }
+    }
 }
 
 pub fn samples(calls: &mut Calls) {

@@ -188,6 +188,7 @@ pub fn compared(calls: &mut Calls) {
         let shown = format!("{:?} {:?}", comparison.blocks, comparison.subject.truth);
         drive!(calls, shown;
             "report::compare::compare_document" => [true, false].map(|paper| compare::compare_document(&comparison, paper)),
+            "report::compare::invariance" => compare::invariance(&comparison).is_some(),
             "report::compare::paper_tables" => compare::paper_tables(&comparison),
             "report::compare_page" => [true, false].map(|paper| compare_page(&comparison, paper, &how("")).html()),
         );

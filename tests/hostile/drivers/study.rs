@@ -8,7 +8,7 @@ use motorfit::evaluate::{Model, Scalar, Simd};
 use motorfit::identify::{IdentifySpec, Method};
 use motorfit::motor::{Parameter, Parameters};
 use motorfit::named::Named;
-use motorfit::optimize::{GeneticOptions, GwoOptions};
+use motorfit::optimize::{Coordinates, GeneticOptions, GwoOptions};
 use motorfit::study::compare::{
     Block, CompareSettings, CompareSpec, Comparison, ComparisonSetting, ComparisonSubject, MethodEstimates,
     MethodResult, Outcome, Preset, Steiglitz, compare, paper, reached,
@@ -18,7 +18,8 @@ use std::ops::ControlFlow;
 
 fn setting(population: usize, generations: usize) -> ComparisonSetting {
     let methods = vec![GwoOptions::default().into(), GeneticOptions::default().into()];
-    ComparisonSetting { criterion: Criterion::default(), population, generations, methods }
+    let (criterion, coordinates) = (Criterion::default(), Coordinates::Mirror);
+    ComparisonSetting { criterion, population, generations, methods, coordinates }
 }
 
 fn quick() -> CompareSpec {
@@ -35,6 +36,18 @@ pub fn comparisons() -> Vec<Comparison> {
         change(&mut other);
         all.push(other);
     };
+    // The comparison is of mirrored coordinates alone; with the same block in those of the parameters it is a test of invariance.
+    let both = |c: &mut Comparison| {
+        let mut plain = c.blocks[0].clone();
+        plain.setting.coordinates = Coordinates::None;
+        c.blocks.push(plain);
+    };
+    with(&both);
+    with(&|c| {
+        both(c);
+        c.blocks[1].results.truncate(1);
+        c.blocks[1].results[0].runs.clear();
+    });
     with(&|c| c.blocks.clear());
     with(&|c| c.blocks[0].results.clear());
     with(&|c| c.blocks[0].results[0].runs.clear());
@@ -68,6 +81,7 @@ pub fn compared(calls: &mut Calls) {
         let shown = format!("{:?}", comparison.blocks);
         drive!(calls, shown;
             "study::compare::Comparison::expected" => comparison.expected(),
+            "study::compare::Comparison::invariance" => comparison.invariance().len(),
             "study::compare::Comparison::is_free" => Parameter::ALL.map(|p| comparison.is_free(p)),
         );
         for block in &comparison.blocks {
@@ -155,13 +169,14 @@ pub fn compare_specs(calls: &mut Calls) {
         ask!(calls, word; "study::compare::Preset::named" => <Preset as Named>::named("preset", &word));
         drive!(calls, word; "study::compare::paper::printed" => paper::printed(&word));
         let own = |n: usize, m: usize| if n == m { vec![word.clone()] } else { Vec::new() };
-        for n in 0..6 {
+        for n in 0..7 {
             let settings = CompareSettings {
-                methods: if n == 5 { Vec::new() } else { vec![GeneticOptions::default().into()] },
+                methods: if n == 6 { Vec::new() } else { vec![GeneticOptions::default().into()] },
                 criteria: if n == 0 { own(0, 0) } else { vec!["euclidean:peak".to_owned()] },
                 population: vec![usize::MAX],
                 generations: vec![0],
                 set: own(n, 1),
+                transforms: own(n, 4),
                 bounds: own(n, 2),
                 fix: own(n, 3),
             };
