@@ -20,9 +20,10 @@ const TOLERANCE: f64 = 1e-9;
 pub fn descend(problem: &Problem, start: &[f64], evaluations: u64) -> (Vec<f64>, f64, u64) {
     let each = 1 + problem.space().free().len() as u64;
     let failed = |evaluations: u64| (start.to_vec(), f64::INFINITY, evaluations);
-    let simulations = evaluations / each;
+    // The cost of the end is one more evaluation.
+    let simulations = evaluations.saturating_sub(1) / each;
     if simulations == 0 || start.len() != problem.space().free().len() {
-        return failed(evaluations.max(1));
+        return failed(0);
     }
     let problem = problem.with_known_initial();
     let fit = Fit::new(&problem);
@@ -33,12 +34,18 @@ pub fn descend(problem: &Problem, start: &[f64], evaluations: u64) -> (Vec<f64>,
     let (values, simulations) = descent.end();
     let cost = Scalar::cost(&problem, &values);
     let cost = if cost.is_nan() { f64::INFINITY } else { cost };
-    (values, cost, simulations as u64 * each)
+    (values, cost, 1 + simulations as u64 * each)
 }
 
 /// Returns the divisors of the residuals of each recording and channel.
 fn scales(problem: &Problem) -> Sigma {
-    let divisor = |factor: f64| if factor > 0.0 { 1.0 / factor.sqrt() } else { 1.0 };
+    // The sum of magnitudes is divided by the scale, that of squares by its square.
+    let is_absolute = problem.criterion().is_absolute();
+    let divisor = |factor: f64| match factor > 0.0 {
+        true if is_absolute => 1.0 / factor,
+        true => 1.0 / factor.sqrt(),
+        false => 1.0,
+    };
     problem.signals().iter().map(|signals| signals.factor.map(divisor)).collect()
 }
 
@@ -52,4 +59,72 @@ fn signal_length(problem: &Problem, sigma: &Sigma) -> f64 {
         channel(0) + channel(1)
     };
     problem.signals().iter().zip(sigma).map(one).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::criterion::{Criterion, Norm};
+    use crate::evaluate::Model;
+    use crate::experiment::{Excitation, simulated, with_noise};
+    use crate::motor::{Discretization, Parameters, Space};
+    use crate::record::{Record, Samples};
+
+    fn record() -> Record {
+        let step = Excitation::step(10.5, 0.1, 0.8, 0.001).unwrap();
+        with_noise(&simulated(&Parameters::M2, &step, Discretization::Zoh).unwrap(), [0.2, 1.5], 3).unwrap()
+    }
+
+    #[test]
+    fn a_descent_ends_at_an_optimum_of_the_criterion() {
+        let start = [0.5, 0.01, 0.06, 5e-4, 2e-4];
+        for norm in [Norm::Nrmse, Norm::Euclidean, Norm::Ise, Norm::Mse] {
+            let criterion = Criterion { norm, ..Criterion::default() };
+            let problem = Problem::new(&[record()], Model::default(), Space::table2(), criterion).unwrap();
+            let (values, cost, evaluations) = descend(&problem, &start, 10_000);
+            assert!(evaluations < 400 && evaluations % 6 == 1, "{norm:?}: {evaluations}");
+            assert!((cost / Scalar::cost(&problem, &values) - 1.0).abs() < 1e-15);
+            assert!(cost < Scalar::cost(&problem, &Parameters::M2.to_array()), "below that of the true parameters");
+            for axis in 0..5 {
+                for factor in [0.9999, 1.0001] {
+                    let mut beside = values.clone();
+                    beside[axis] *= factor;
+                    assert!(Scalar::cost(&problem, &beside) > cost, "{norm:?}: axis {axis} by {factor}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn magnitudes_are_divided_by_the_scale() {
+        // The optimum of the squares is the same, whatever the norm that is evaluated there.
+        let values = |norm: Norm| {
+            let criterion = Criterion { norm, ..Criterion::default() };
+            let problem = Problem::new(&[record()], Model::default(), Space::table2(), criterion).unwrap();
+            descend(&problem, &[0.5, 0.01, 0.06, 5e-4, 2e-4], 10_000).0
+        };
+        for (squares, magnitudes) in values(Norm::Ise).iter().zip(values(Norm::Iae)) {
+            assert!((squares / magnitudes - 1.0).abs() < 1e-7, "{squares} {magnitudes}");
+        }
+    }
+
+    #[test]
+    fn evaluations_are_limited_and_initial_states_are_kept() {
+        let problem = Problem::new(&[record()], Model::default(), Space::table2(), Criterion::default()).unwrap();
+        let start = [0.5, 0.01, 0.06, 5e-4, 2e-4];
+        assert_eq!(descend(&problem, &start, 6), (start.to_vec(), f64::INFINITY, 0));
+        assert_eq!(descend(&problem, &start, 7).2, 7);
+        assert!(descend(&problem, &start, 20).2 <= 20);
+        // A recording that begins in motion: a search simulates it from the measured state.
+        let whole = record();
+        let samples = whole.samples();
+        let from = |signal: &Option<Vec<f64>>| signal.as_ref().map(|signal| signal[150..].to_vec());
+        let (time_s, voltage) = (samples.time_s[150..].to_vec(), samples.voltage[150..].to_vec());
+        let (current, speed) = (from(&samples.current), from(&samples.speed));
+        let moving = Record::new(Samples { time_s, voltage, torque: None, current, speed }).unwrap();
+        let problem = Problem::new(&[moving], Model::default(), Space::table2(), Criterion::default()).unwrap();
+        assert!(problem.signals()[0].initial_is_free);
+        let (values, cost, _) = descend(&problem, &start, 10_000);
+        assert!((cost / Scalar::cost(&problem, &values) - 1.0).abs() < 1e-15);
+    }
 }

@@ -2,8 +2,8 @@
 //!
 //! Candidates are food sources. In every other generation each source has a trial `v_j = x_j + φ (x_j − x_kj)` on one random axis j,
 //! with another source k and φ uniform in \[−1, 1); in the generations between, the trials belong to sources drawn with probability
-//! proportional to their fitness, 1/(1 + cost). A trial replaces its source if its cost is lower. A source without success in as many
-//! trials as the limit is abandoned, one in each cycle, for a point uniform in the box.
+//! proportional to their fitness, 1/(1 + cost). A trial replaces its source if its cost is lower. A source without success in
+//! more trials than the limit is abandoned, one in each cycle, for a point uniform in the box.
 
 use super::differential_evolution::others;
 use super::numbers::PIECE;
@@ -16,7 +16,7 @@ search! {
     BeeColony = "abc", "Artificial bee colony";
     /// Settings of the artificial bee colony.
     pub struct BeeColonyOptions {
-        /// Number of trials without success after which a source is abandoned; 0 for the number of sources times that of axes.
+        /// Number of trials without success above which a source is abandoned; 0 for the number of sources times that of axes.
         limit: usize = 0, "limit" in Range::Count;
     }
 }

@@ -176,13 +176,18 @@ impl<'r> Search<'r> {
             rest = others;
         }
         let tell = |(index, run, completed, costs, evaluated): (usize, &mut Run, &mut usize, &[f64], usize)| {
+            let known = run.cost();
             run.optimizer.tell(costs);
             run.evaluations += evaluated as u64;
             let mut searched = 0;
+            if run.optimizer.needs_local_search() && !costs.is_empty() {
+                *completed = run.completed(*completed, known, false, generations);
+            }
+            let known = if run.optimizer.needs_local_search() { run.cost() } else { known };
             if more && run.optimizer.local_searches().is_some() {
                 searched = run.search_locally(index, local.ok_or_else(no_local_search)?);
             }
-            *completed = run.completed(*completed, costs.is_empty() && searched == 0, generations);
+            *completed = run.completed(*completed, known, costs.is_empty() && searched == 0, generations);
             if more && *completed < generations {
                 // The next population is made here, where runs proceed in parallel.
                 run.optimizer.ask();

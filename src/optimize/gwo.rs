@@ -150,6 +150,7 @@ mod tests {
         gwo.tell(&[4.0, 2.0, 3.0, 9.0]);
         let costs = |gwo: &Moving<Gwo>| gwo.rule.leaders.iter().map(|l| l.cost as i32).collect::<Vec<_>>();
         assert_eq!(costs(&gwo), [2, 3, 4]);
+        gwo.ask();
         gwo.tell(&[f64::NAN, 1.0, 8.0, 8.0]);
         assert_eq!(costs(&gwo), [1, 2, 3], "a new best pushes alpha to beta and beta to delta");
     }

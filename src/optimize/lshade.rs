@@ -12,6 +12,7 @@ use super::population::{Population, each_piece};
 use super::rule::Rule;
 use super::table::{Range, search};
 use crate::numeric::{count, whole};
+use crate::{Error, Result};
 
 search! {
     Lshade = "lshade", "L-SHADE";
@@ -28,6 +29,8 @@ search! {
 
 /// Smallest population: a mutation needs four candidates.
 const SMALLEST: usize = 4;
+/// Largest number of entries of the memory.
+const MEMORY_MAX: usize = 1000;
 /// First value of each entry of the memory.
 const MEMORY_START: f64 = 0.5;
 /// Scale of the distributions of CR and F.
@@ -153,6 +156,14 @@ impl Lshade {
 }
 
 impl Rule for Lshade {
+    fn check(&self) -> Result<()> {
+        if self.options.memory <= MEMORY_MAX {
+            return Ok(());
+        }
+        let message = format!("memory of lshade is {}", self.options.memory);
+        Err(Error::usage(message, format!("Give at most {MEMORY_MAX}.")))
+    }
+
     fn learn(&mut self, trials: &Population, costs: Vec<f64>) {
         self.evaluations += costs.len();
         if self.costs.is_empty() {
@@ -219,9 +230,10 @@ impl Rule for Lshade {
 /// Returns an index below `count` that is none of `taken`, if there are enough.
 #[inline]
 fn other(numbers: &mut Numbers, count: usize, taken: [usize; 2]) -> usize {
+    let distinct = 1 + usize::from(taken[0] != taken[1]);
     loop {
         let index = numbers.below(count);
-        if count <= taken.len() || !taken.contains(&index) {
+        if count <= distinct || !taken.contains(&index) {
             return index;
         }
     }

@@ -96,8 +96,7 @@ impl<R: Rule> Optimizer for Moving<R> {
     }
 
     fn tell(&mut self, costs: &[f64]) {
-        // Costs may be told again, as those of the same population.
-        let asked = if costs.is_empty() { self.asked() } else { self.population.count().min(index(self.left())) };
+        let asked = self.asked();
         if asked == 0 {
             return;
         }

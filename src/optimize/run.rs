@@ -2,7 +2,6 @@
 
 use crate::candidates::Candidates;
 use crate::named::named;
-use crate::numeric::{count, count_u64, whole};
 use rayon::prelude::*;
 
 /// The best candidate evaluated.
@@ -30,7 +29,7 @@ pub struct LocalOptimum {
     pub values: Vec<f64>,
     /// Cost of the candidate; +∞ if the local search failed.
     pub cost: f64,
-    /// Number of evaluations that the search took, at least 1.
+    /// Number of evaluations that the search took.
     pub evaluations: u64,
 }
 
@@ -48,7 +47,7 @@ pub trait Optimizer: Send {
     fn ask(&mut self) -> Candidates<'_>;
 
     /// Takes the costs of the candidates of the last `ask`, in their order; +∞ for one whose evaluation failed. NaN and −∞
-    /// count as +∞.
+    /// count as +∞. Costs that were told before are ignored.
     fn tell(&mut self, costs: &[f64]);
 
     /// Returns the best candidate evaluated; `None` before the first `tell` and while every cost was +∞.
@@ -128,21 +127,22 @@ impl Run {
         evaluations
     }
 
-    /// Adds the lowest cost to the history and returns the number of generations completed, after `before`. A search whose populations
-    /// differ in size has completed one whenever it has spent the evaluations of one; one that asked for nothing has ended.
-    pub(super) fn completed(&mut self, before: usize, is_idle: bool, generations: usize) -> usize {
-        let cost = self.cost();
+    /// Returns the number of generations completed, after `before`, and adds them to the history. A search whose populations differ in
+    /// size has completed one whenever it has spent the evaluations of one; one that is idle, since it asked for nothing, has ended.
+    /// Generations that ended before the last evaluations have the cost that was known then.
+    pub(super) fn completed(&mut self, before: usize, known: f64, is_idle: bool, generations: usize) -> usize {
         let completed = match self.optimizer.evaluations_max() {
             None => before + 1,
             Some(_) if is_idle => generations,
-            Some(max) => whole(count_u64(self.evaluations) / count_u64(max.max(1)) * count(generations)),
+            Some(max) => {
+                let share = u128::from(self.evaluations) * generations as u128 / u128::from(max.max(1));
+                usize::try_from(share).unwrap_or(usize::MAX)
+            }
         };
-        let completed = completed.min(generations);
-        if completed > self.history.len() {
-            // A generation that ended before the last evaluations had the cost known before.
-            let known = self.history.last().copied().unwrap_or(f64::INFINITY);
-            self.history.resize(completed - 1, known);
-            self.history.push(cost);
+        let completed = completed.clamp(before, generations);
+        if completed > before {
+            self.history.resize(self.history.len() + completed - before - 1, known);
+            self.history.push(self.cost());
         }
         completed
     }

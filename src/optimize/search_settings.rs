@@ -51,7 +51,7 @@ impl SearchSettings {
     /// population or the number of evaluations exceeds its limit.
     pub fn check(&self) -> Result<()> {
         let size = self.population.checked_mul(self.bounds.len());
-        if self.bounds.is_empty() || self.bounds.iter().any(|&(a, b)| !(a.is_finite() && b.is_finite() && a <= b)) {
+        if self.bounds.is_empty() || self.bounds.iter().any(|&(a, b)| !((b - a).is_finite() && a <= b)) {
             return Err(Error::usage("the box of the search is empty", "Give finite bounds with min ≤ max."));
         }
         if self.population == 0 || self.generations == 0 {

@@ -84,6 +84,12 @@ impl Optimizer for TransformedSearch {
             let values = end.values.iter().zip(&self.bounds).map(coordinate).collect();
             LocalOptimum { values, ..*end }
         };
+        for end in ends {
+            // The values of the optimum are those of its cost, which those of rounded coordinates are not.
+            if end.cost < self.best.as_ref().map_or(f64::INFINITY, |best| best.1) {
+                self.best = Some((end.values.clone(), end.cost));
+            }
+        }
         let ends: Vec<LocalOptimum> = ends.iter().map(end).collect();
         self.search.arrive(&ends);
         self.changed();

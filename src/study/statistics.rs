@@ -25,20 +25,20 @@ pub(super) fn median_interval(values: &[f64], seed: u64) -> [f64; 2] {
     [0.025, 0.975].map(|p| quantile(&medians, p))
 }
 
-/// Returns the 95 % percentile bootstrap confidence interval of a statistic of two independent samples, neither of which may be empty.
+/// Returns the 95 % percentile bootstrap confidence interval of a statistic of two samples that are paired by index; NaN without pairs.
 /// The same seed gives the same interval.
-pub(super) fn two_sample_interval(
-    a: &[f64],
-    b: &[f64],
-    seed: u64,
-    statistic: impl Fn(&[f64], &[f64]) -> f64,
-) -> [f64; 2] {
+pub(super) fn paired_interval(a: &[f64], b: &[f64], seed: u64, statistic: impl Fn(&[f64], &[f64]) -> f64) -> [f64; 2] {
+    let pairs = a.len().min(b.len());
+    if pairs == 0 {
+        return [f64::NAN; 2];
+    }
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
-    let mut draw = |values: &[f64]| -> Vec<f64> {
-        (0..values.len()).map(|_| values[random.random_range(0..values.len())]).collect()
+    let mut resampled = || {
+        let drawn = (0..pairs).map(|_| random.random_range(0..pairs)).map(|pair| (a[pair], b[pair]));
+        let (a, b): (Vec<f64>, Vec<f64>) = drawn.unzip();
+        statistic(&a, &b)
     };
-    let resampled = (0..RESAMPLES).map(|_| statistic(&draw(a), &draw(b)));
-    let resampled = sorted(&resampled.collect::<Vec<_>>());
+    let resampled = sorted(&(0..RESAMPLES).map(|_| resampled()).collect::<Vec<_>>());
     [0.025, 0.975].map(|p| quantile(&resampled, p))
 }
 

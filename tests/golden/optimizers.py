@@ -116,7 +116,7 @@ def lshade(seed):
 
 
 METHODS = {"cmaes": cmaes, "de": de, "lshade": lshade}
-BUDGET = {"cmaes": 10_000, "de": 50_000, "lshade": 20_000}
+BUDGET = {"cmaes": 10_000, ("cmaes", "rastrigin"): 50_000, "de": 50_000, "lshade": 20_000}
 RUNS = 101
 
 if __name__ == "__main__":
@@ -124,6 +124,7 @@ if __name__ == "__main__":
     with open("optimizers.csv", "w") as file:
         for method, search in METHODS.items():
             for name, (function, target) in FUNCTIONS.items():
-                found = sorted(evaluations(function, target, BUDGET[method], search(seed)) for seed in range(RUNS))
+                budget = BUDGET.get((method, name), BUDGET[method])
+                found = sorted(evaluations(function, target, budget, search(seed)) for seed in range(RUNS))
                 print(method, name, sum(map(math.isfinite, found)), np.quantile(found, [0.1, 0.25, 0.5, 0.75, 0.9], method="lower"), file=sys.stderr, flush=True)
-                file.write(",".join([method, name, repr(target), str(BUDGET[method]), *map(str, found)]) + "\n")
+                file.write(",".join([method, name, repr(target), str(budget), *map(str, found)]) + "\n")

@@ -34,9 +34,13 @@ impl Penalty {
         }
         if self.weights.is_empty() {
             let mean_variance = (0..n).map(|axis| distribution.covariance[(axis, axis)]).sum::<f64>() / count(n);
-            let range = median(&self.ranges.iter().copied().collect::<Vec<_>>());
+            let range = median(&sorted(&self.ranges.iter().copied().collect::<Vec<_>>()));
             let weight = 2.0 * range / (distribution.sigma.powi(2) * mean_variance);
-            self.weights = vec![if weight.is_finite() { weight } else { 0.0 }; n];
+            // While all costs are equal they give no scale.
+            if !(weight.is_finite() && weight > 0.0) {
+                return;
+            }
+            self.weights = vec![weight; n];
         }
         let far = (count(n).sqrt() / strategy.mass).max(1.0);
         let growth = 1.1_f64.powf((strategy.mass / (10.0 * count(n))).max(1.0));
@@ -74,10 +78,20 @@ mod tests {
         let mut distribution = Distribution::new(DVector::from_vec(vec![0.5, 0.5]), 0.1);
         let mut penalty = Penalty::default();
         let costs = [1.0, 2.0, 3.0, 4.0, 5.0];
-        penalty.adapt(&distribution, &strategy, &costs);
+        // Interquartile ranges of 2, 12, 1 and, once outside, 2: their median is 2.
+        for scale in [1.0, 6.0, 0.5] {
+            penalty.adapt(&distribution, &strategy, &costs.map(|cost| scale * cost));
+        }
         assert!(penalty.of(&distribution, &[1.5, 0.5]) == 0.0, "no weights while the mean is inside");
-        // The interquartile range is 2 and the variance 0.01: the weights are 2 · 2 / 0.01. A sample 0.5 outside, on one of two axes.
+        // The median range is 2 and the variance 0.01: the weights are 2 · 2 / 0.01. A sample 0.5 outside, on one of two axes.
         distribution.mean[0] = 1.05;
+        let mut flat = Penalty::default();
+        flat.adapt(&distribution, &strategy, &[1.0; 5]);
+        assert!(flat.of(&distribution, &[1.5, 0.5]) == 0.0);
+        flat.adapt(&distribution, &strategy, &[1.0; 5].map(|cost| cost + 1.0));
+        flat.ranges.clear();
+        flat.adapt(&distribution, &strategy, &costs);
+        assert!(flat.of(&distribution, &[1.5, 0.5]) > 0.0, "weights are set once costs differ");
         penalty.adapt(&distribution, &strategy, &costs);
         assert!((penalty.of(&distribution, &[1.5, 0.5]) - 400.0 * 0.25 / 2.0).abs() < 1e-12);
         assert!(penalty.of(&distribution, &[1.0, 0.0]) == 0.0, "nothing inside");

@@ -14,10 +14,11 @@ pub use restarts::Restarts;
 use super::population::Population;
 use super::rule::Rule;
 use super::table::{Range, SWITCH, search};
+use crate::{Error, Result};
 use bounds::Penalty;
 use distribution::{Distribution, Strategy};
 use nalgebra::DVector;
-use restarts::{Progress, Schedule, Start, is_spent, published_lambda};
+use restarts::{LAMBDA_MAX, RecentCosts, Schedule, Start, is_spent, published_lambda};
 
 search! {
     CmaEs = "cmaes", "CMA-ES with restarts";
@@ -40,7 +41,7 @@ struct Current {
     strategy: Strategy,
     distribution: Distribution,
     penalty: Penalty,
-    progress: Progress,
+    recent: RecentCosts,
     evaluations: u64,
 }
 
@@ -49,7 +50,7 @@ struct CmaEs {
     options: CmaEsOptions,
     schedule: Schedule,
     current: Option<Current>,
-    /// The next run, once the present one has ended.
+    /// True if the present run has ended, so that the next generation begins another one.
     has_ended: bool,
     /// Samples in the unit cube before they were moved into it, row-major.
     samples: Vec<f64>,
@@ -66,7 +67,7 @@ impl CmaEs {
             strategy: Strategy::new(axes, start.lambda, self.options.active),
             distribution: Distribution::new(mean, self.options.sigma * start.scale),
             penalty: Penalty::default(),
-            progress: Progress::default(),
+            recent: RecentCosts::default(),
             evaluations: 0,
         });
         self.has_ended = false;
@@ -88,6 +89,14 @@ impl CmaEs {
 }
 
 impl Rule for CmaEs {
+    fn check(&self) -> Result<()> {
+        if self.options.lambda <= LAMBDA_MAX {
+            return Ok(());
+        }
+        let message = format!("lambda of cmaes is {}", self.options.lambda);
+        Err(Error::usage(message, format!("Give at most {LAMBDA_MAX}.")))
+    }
+
     fn begin(&mut self, population: &mut Population) {
         let published = published_lambda(population.width());
         let lambda = if self.options.lambda == 0 { published } else { self.options.lambda.max(2) };
@@ -103,7 +112,7 @@ impl Rule for CmaEs {
         if costs.len() < current.strategy.lambda {
             return;
         }
-        let Current { strategy, distribution, penalty, progress, .. } = current;
+        let Current { strategy, distribution, penalty, recent, .. } = current;
         penalty.adapt(distribution, strategy, &costs);
         let rows: Vec<&[f64]> = self.samples.chunks_exact(width).collect();
         costs.iter_mut().zip(&rows).for_each(|(cost, row)| *cost += penalty.of(distribution, row));
@@ -116,7 +125,7 @@ impl Rule for CmaEs {
         }
         let sigma = self.options.sigma * current.start.scale;
         self.has_ended =
-            progress.has_ended(&sorted, distribution, strategy, sigma) || is_spent(&current.start, current.evaluations);
+            recent.has_ended(&sorted, distribution, strategy, sigma) || is_spent(&current.start, current.evaluations);
     }
 
     fn changes_size(&self) -> bool {

@@ -24,7 +24,7 @@ setting_choice!(Restarts: Restarts::Bipop, Restarts::Ipop, Restarts::Same);
 /// Factor of the number of samples at a restart.
 const GROWTH: usize = 2;
 /// Largest number of samples of a generation.
-const LAMBDA_MAX: usize = 1 << 16;
+pub(super) const LAMBDA_MAX: usize = 1 << 16;
 
 /// Settings of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,9 +49,9 @@ pub(super) struct Schedule {
 }
 
 impl Schedule {
-    /// Returns the first run.
+    /// Returns the first run, whose evaluations count as those of runs with few samples.
     pub(super) fn begin(&mut self, lambda: usize) -> Start {
-        (self.first, self.many) = (lambda, lambda);
+        (self.first, self.many, self.is_few) = (lambda, lambda, true);
         Start { lambda, scale: 1.0, evaluations: u64::MAX }
     }
 
@@ -64,7 +64,7 @@ impl Schedule {
             let ratio = 0.5 * count(self.many) / count(self.first);
             let size = whole(count(self.first) * ratio.powf(numbers.unit().powi(2)));
             let scale = 10.0_f64.powf(-2.0 * numbers.unit());
-            return Start { lambda: size.max(self.first.min(2)), scale, evaluations: (many / 2).max(1) };
+            return Start { lambda: size.max(self.first), scale, evaluations: (many / 2).max(1) };
         }
         if restarts != Restarts::Same {
             self.many = (self.many * GROWTH).min(LAMBDA_MAX);
@@ -75,7 +75,7 @@ impl Schedule {
 
 /// The best costs of the last generations of a run, by which it ends.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Progress {
+pub(super) struct RecentCosts {
     best: VecDeque<f64>,
     /// For each of the last generations, true if the best costs were equal.
     is_flat: VecDeque<bool>,
@@ -90,7 +90,7 @@ const CONDITION: f64 = 1e14;
 /// Growth of the step size above which a run ends.
 const DIVERGENCE: f64 = 1e4;
 
-impl Progress {
+impl RecentCosts {
     /// Takes the costs of a generation in ascending order. Returns true if the run has ended, by the conditions of BIPOP: the best
     /// costs, equal costs, standard deviations, the condition number, no effect on the mean, and the number of generations.
     pub(super) fn has_ended(&mut self, sorted: &[f64], at: &Distribution, strategy: &Strategy, sigma: f64) -> bool {
@@ -166,7 +166,7 @@ mod tests {
                 ran = 100 * largest as u64;
             }
         }
-        assert!(largest > 64);
+        assert!(largest > 64 && 2 * spent[1] > spent[0], "{spent:?}");
         let mut lambdas = |restarts: Restarts| {
             let mut schedule = Schedule::default();
             schedule.begin(8);

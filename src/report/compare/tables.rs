@@ -191,10 +191,10 @@ fn ranking(block: &Block) -> Table {
         ]);
     }
     table.note(
-        "Two-sided Wilcoxon signed-rank test of the logarithms of the final costs, paired by run number (paired runs of \
-         methods that begin with a uniform population start from the same one), with Holm's correction for all pairs of this block. \"Lower in\" counts every run of the \
-         first method against every run of the second, ties as half (Vargha and Delaney's A). All methods have the same \
-         number of evaluations.",
+        "Two-sided Wilcoxon signed-rank test of the logarithms of the final costs, paired by run number (paired runs of methods that \
+         begin with a uniform population start from the same one), with Holm's correction for all pairs of this block. \"Lower in\" \
+         counts every run of the first method against every run of the second, ties as half (Vargha and Delaney's A). Costs that exceed \
+         the lowest by less than 1e-8 of the first ones are ties. All methods have the same budget of evaluations.",
     );
     table
 }

@@ -5,7 +5,7 @@ use super::{Block, Comparison, FEW};
 use crate::named::named;
 use crate::numeric::{quantile, sorted};
 use crate::optimize::Coordinates;
-use crate::study::statistics::{holm, superiority, two_sample_interval, wilcoxon};
+use crate::study::statistics::{holm, paired_interval, superiority, wilcoxon};
 
 named! {
     /// Verdict on a method in other coordinates.
@@ -30,9 +30,9 @@ pub struct InvarianceTest {
     pub method: usize,
     /// Median excess of the final costs over the lowest known cost in both coordinates.
     pub excess: [f64; 2],
-    /// Ratio of the second to the first, with its 95 % bootstrap confidence interval; NaN below [`FEW`] runs.
+    /// Ratio of the second median to the first.
     pub ratio: f64,
-    /// Interval of the ratio.
+    /// 95 % bootstrap confidence interval of the ratio; NaN below [`FEW`] runs.
     pub ratio_interval: [f64; 2],
     /// Probability that a run in the other coordinates ends higher than one in those of the parameters, ties as half.
     pub higher: f64,
@@ -61,7 +61,8 @@ impl Precision {
         let runs = || blocks.clone().flat_map(|block| block.results.iter().flat_map(|result| &result.runs));
         let known = blocks.clone().filter_map(|block| block.reference_cost).fold(f64::INFINITY, f64::min);
         let lowest = runs().map(|run| run.cost).fold(known, f64::min);
-        let firsts = sorted(&runs().filter_map(|run| run.history.first().copied()).collect::<Vec<_>>());
+        let firsts = runs().filter_map(|run| run.history.first().copied()).filter(|cost| cost.is_finite());
+        let firsts = sorted(&firsts.collect::<Vec<_>>());
         Self { lowest, smallest: (PRECISION * quantile(&firsts, 0.5)).max(1e-300) }
     }
 
@@ -106,7 +107,7 @@ impl Comparison {
         let pairs = others.iter().flat_map(|other| (0..methods(other)).map(move |method| (*other, method)));
         let test = |(other, method): (usize, usize)| {
             let [before, after] = [base, other].map(|block| excess(block, method));
-            self.test([base, other], method, &before, &after)
+            self.test([base, other], method, [&before, &after], precision.smallest)
         };
         let mut tests: Vec<InvarianceTest> = pairs.map(test).collect();
         let p_holm = holm(&tests.iter().map(|test| test.p_value).collect::<Vec<_>>());
@@ -123,15 +124,20 @@ impl Comparison {
         tests
     }
 
-    fn test(&self, blocks: [usize; 2], method: usize, before: &[f64], after: &[f64]) -> InvarianceTest {
+    /// Tests a method by its excesses in both coordinates; differences below `smallest` are ties.
+    fn test(&self, blocks: [usize; 2], method: usize, [before, after]: [&[f64]; 2], smallest: f64) -> InvarianceTest {
         let median = |values: &[f64]| quantile(&sorted(values), 0.5);
         let logarithm = |cost: f64| cost.clamp(1e-300, 1e300).ln();
-        let differences: Vec<f64> = before.iter().zip(after).map(|(a, b)| logarithm(*b) - logarithm(*a)).collect();
+        let difference = |(a, b): (&f64, &f64)| match (a - b).abs() < smallest {
+            true => 0.0,
+            false => logarithm(*b) - logarithm(*a),
+        };
+        let differences: Vec<f64> = before.iter().zip(after).map(difference).collect();
         let p_value = wilcoxon(&differences);
         let ratio = |before: &[f64], after: &[f64]| median(after) / median(before);
         let interval = |of: &dyn Fn(&[f64], &[f64]) -> f64| match before.len().min(after.len()) < FEW {
             true => [f64::NAN; 2],
-            false => two_sample_interval(before, after, self.spec.seed, of),
+            false => paired_interval(before, after, self.spec.seed, of),
         };
         InvarianceTest {
             blocks,

@@ -1,8 +1,8 @@
 //! Comparison of search methods: all runs of all methods under each setting, with the candidates of a generation
 //! evaluated as one batch.
 //!
-//! Runs with the same number start from the same random numbers, and so from the same population, whatever the method.
-//! Comparisons between methods are therefore paired.
+//! Runs with the same number start from the same random numbers, and so from the same population for every method that begins with a
+//! uniform one. Comparisons between methods are therefore paired.
 
 mod estimates;
 mod invariance;

@@ -51,7 +51,8 @@ pub fn reached(block: &Block, target: Option<f64>) -> (Vec<f64>, Vec<Reached>) {
 /// first.
 fn range(block: &Block) -> Vec<f64> {
     let runs = || block.results.iter().flat_map(|result| &result.runs);
-    let firsts = sorted(&runs().filter_map(|run| run.history.first().copied()).collect::<Vec<_>>());
+    let firsts = runs().filter_map(|run| run.history.first().copied()).filter(|cost| cost.is_finite());
+    let firsts = sorted(&firsts.collect::<Vec<_>>());
     let easiest = quantile(&firsts, 0.5);
     let hardest = runs().filter_map(|run| run.history.last().copied()).fold(f64::INFINITY, f64::min);
     if !(easiest.is_finite() && hardest.is_finite()) {

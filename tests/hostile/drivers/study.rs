@@ -10,7 +10,7 @@ use motorfit::motor::{Parameter, Parameters};
 use motorfit::named::Named;
 use motorfit::optimize::{Coordinates, GeneticOptions, GwoOptions};
 use motorfit::study::compare::{
-    Block, CompareSettings, CompareSpec, Comparison, ComparisonSetting, ComparisonSubject, MethodEstimates,
+    Block, CompareSettings, CompareSpec, Comparison, ComparisonSetting, ComparisonSubject, Invariance, MethodEstimates,
     MethodResult, Outcome, Preset, Steiglitz, compare, paper, reached,
 };
 use motorfit::study::{Contender, CostMap, Measurement, Throughput, ThroughputSpec, contenders, cost_map, throughput};
@@ -81,6 +81,7 @@ pub fn compared(calls: &mut Calls) {
         let shown = format!("{:?}", comparison.blocks);
         drive!(calls, shown;
             "study::compare::Comparison::expected" => comparison.expected(),
+            "study::compare::Invariance::name" => Invariance::ALL.map(Invariance::name),
             "study::compare::Comparison::invariance" => comparison.invariance().len(),
             "study::compare::Comparison::is_free" => Parameter::ALL.map(|p| comparison.is_free(p)),
         );
@@ -167,6 +168,7 @@ pub fn compare_specs(calls: &mut Calls) {
     }
     for word in texts() {
         ask!(calls, word; "study::compare::Preset::named" => <Preset as Named>::named("preset", &word));
+        ask!(calls, word; "study::compare::Invariance::named" => <Invariance as Named>::named("verdict", &word));
         drive!(calls, word; "study::compare::paper::printed" => paper::printed(&word));
         let own = |n: usize, m: usize| if n == m { vec![word.clone()] } else { Vec::new() };
         for n in 0..7 {

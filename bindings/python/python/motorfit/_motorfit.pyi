@@ -25,8 +25,8 @@ _Precision = Literal["auto", "f32", "f64"]
 _Polish = Literal["lm", "none"]
 _BadRows = Literal["error", "skip"]
 _Gaps = Literal["error", "keep", "split"]
-_Method = Literal["auto", "sm", "gwo", "jaya", "ga", "pso", "de", "lshade", "cmaes", "multistart", "random"]
-_Search = Literal["gwo", "jaya", "ga", "pso", "de", "lshade", "cmaes", "multistart", "random"]
+_Method = Literal["auto", "sm", "gwo", "jaya", "ga", "pso", "de", "lshade", "cmaes", "abc", "cuckoo", "multistart", "random"]
+_Search = Literal["gwo", "jaya", "ga", "pso", "de", "lshade", "cmaes", "abc", "cuckoo", "random"]
 
 class _ReadOptions(TypedDict, total=False):
     columns: _Named
