@@ -9,21 +9,27 @@ use criterion::{Criterion, Throughput};
 use motorfit::identify::{IdentifySpec, Method, Polish, identify};
 use motorfit::motor::Space;
 use motorfit::named::Named as _;
-use motorfit::optimize::{GeneticOptions, GwoOptions, JayaOptions, SearchSettings, Sharing};
+use motorfit::optimize::{CmaEsOptions, GeneticOptions, GwoOptions, JayaOptions, Restarts, SearchSettings, Sharing};
 use motorfit::record::Record;
 use std::hint::black_box;
 use support::m2_record;
 
 fn updates(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("update");
+    let named = |name: &str| Method::named("method", name).unwrap();
     for population in [100, 10_000] {
-        group.throughput(Throughput::Elements(population as u64));
         for (name, method) in [
             ("gwo", Method::from(GwoOptions::default())),
             ("jaya", Method::from(JayaOptions::default())),
             ("jaya, numbers per agent", Method::from(JayaOptions { sharing: Sharing::Agent, greedy: true })),
             ("ga", Method::from(GeneticOptions::default())),
-            ("random", Method::named("method", "random").unwrap()),
+            ("pso", named("pso")),
+            ("de", named("de")),
+            ("lshade", named("lshade")),
+            ("cmaes", CmaEsOptions { restarts: Restarts::Same, ..CmaEsOptions::default() }.into()),
+            ("abc", named("abc")),
+            ("cuckoo", named("cuckoo")),
+            ("random", named("random")),
         ] {
             let setup = SearchSettings {
                 bounds: Space::table2().bounds(),
@@ -34,10 +40,12 @@ fn updates(criterion: &mut Criterion) {
             };
             let mut optimizer = method.optimizer(setup).unwrap();
             let costs: Vec<f64> = (0..population).map(|n| 1.0 + ((n * 7919) % 101) as f64).collect();
+            // CMA-ES has its own number of samples; that of L-SHADE hardly shrinks with this many generations.
+            group.throughput(Throughput::Elements(optimizer.ask().count() as u64));
             group.bench_function(format!("{name}, {population} agents"), |b| {
                 b.iter(|| {
-                    black_box(optimizer.ask());
-                    optimizer.tell(&costs);
+                    let count = black_box(optimizer.ask()).count();
+                    optimizer.tell(&costs[..count]);
                 });
             });
         }

@@ -65,14 +65,22 @@ fn signal_length(problem: &Problem, sigma: &Sigma) -> f64 {
 mod tests {
     use super::*;
     use crate::criterion::{Criterion, Norm};
+    use crate::estimate::simulated::simulated;
     use crate::evaluate::Model;
-    use crate::experiment::{Excitation, simulated, with_noise};
-    use crate::motor::{Discretization, Parameters, Space};
+    use crate::motor::{Parameters, Space};
     use crate::record::{Record, Samples};
 
+    /// Returns a recording of a step with noise that is white by its sequence: the sine of squares.
     fn record() -> Record {
-        let step = Excitation::step(10.5, 0.1, 0.8, 0.001).unwrap();
-        with_noise(&simulated(&Parameters::M2, &step, Discretization::Zoh).unwrap(), [0.2, 1.5], 3).unwrap()
+        let time_s: Vec<f64> = (0..801).map(|n| f64::from(n) * 0.001).collect();
+        let voltage = (0..801).map(|n| if n < 100 { 0.0 } else { 10.5 }).collect();
+        let clean = simulated(time_s, voltage, None).samples().clone();
+        let noisy = |signal: Option<Vec<f64>>, sigma: f64| {
+            let noise = |(n, value): (usize, f64)| value + sigma * (count(n) * count(n)).sin();
+            signal.map(|signal| signal.into_iter().enumerate().map(noise).collect())
+        };
+        let (current, speed) = (noisy(clean.current, 0.2), noisy(clean.speed, 1.5));
+        Record::new(Samples { time_s: clean.time_s, voltage: clean.voltage, torque: None, current, speed }).unwrap()
     }
 
     #[test]

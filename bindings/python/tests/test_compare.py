@@ -51,6 +51,15 @@ def test_a_recording_is_compared_on(program):
     assert found.expected == found.to_dict()["refined"]
 
 
+def test_methods_are_compared_in_other_coordinates():
+    found = motorfit.compare(methods=["de", "gwo"], runs=6, population=12, generations=5, transform=["mirror", "log"])
+    tests = found.to_dict()["invariance"]
+    assert [(test["method"], test["transform"]) for test in tests] == [
+        ("de", "mirror"), ("gwo", "mirror"), ("de", "log"), ("gwo", "log"),
+    ]
+    assert [block.setting.split("transform ")[1:] for block in found.blocks] == [[], ["mirror"], ["log"]]
+
+
 def test_the_preset_of_the_paper(program):
     printed = json.loads(program("compare", "--preset", "paper", "--runs", "2", "--json", "--device", "cpu").stdout)
     found = motorfit.compare(preset="paper", runs=2, device="cpu")

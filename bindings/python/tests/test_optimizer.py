@@ -37,6 +37,26 @@ def test_any_cost_function_can_be_minimized(method):
     assert np.median(costs) < (1.0 if method == "random" else 0.02)
 
 
+@pytest.mark.parametrize("method", ["lshade", "cmaes"])
+def test_populations_of_different_sizes_spend_the_same_evaluations(method):
+    """At the end `ask` returns no candidates; the optimum of a quadratic cost is found to rounding."""
+    search = motorfit.Optimizer(method, [(-5.0, 5.0)] * 3, population=30, generations=100)
+    sizes = []
+    while len(asked := search.ask()):
+        sizes.append(len(asked))
+        search.tell(np.sum((asked - 1.0) ** 2, axis=1))
+    assert sum(sizes) == 3000 and len(set(sizes)) > 1
+    assert search.ask().shape == (0, 3)
+    assert search.best()[1] < 1e-6
+
+
+def test_a_multistart_needs_recordings(record):
+    with pytest.raises(motorfit.UsageError, match="residuals"):
+        motorfit.Optimizer("multistart", [(0, 1)])
+    found = motorfit.identify(record, method="multistart", polish="none", bounds="table2", device="cpu")
+    assert found.history[-1] <= found.history[0]
+
+
 def test_settings_and_faults():
     search = motorfit.Optimizer("ga", [(0, 1)], population=10, generations=5, set=["mutation=0.2"])
     assert search.best() is None and search.method == "ga"

@@ -73,6 +73,7 @@ class _CompareSettings(TypedDict, total=False):
     population: int | Sequence[int]
     generations: int | Sequence[int]
     set: _Settings
+    transform: str | Sequence[str]
     seed: int
     noise_records: int
     target: float
