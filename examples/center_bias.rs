@@ -6,7 +6,7 @@
 //!
 //! ```sh
 //! cargo run --release --example center_bias             # 10 dimensions, 5,000 evaluations, 5 runs: seconds
-//! cargo run --release --example center_bias full 20     # 30 dimensions, 50,000 evaluations, 20 runs, 20 repetitions: an hour
+//! cargo run --release --example center_bias -- full 20     # 30 dimensions, 50,000 evaluations, 20 runs, 20 repetitions: an hour
 //! ```
 #![allow(clippy::print_stdout, reason = "an example prints")]
 #![allow(clippy::cast_precision_loss, reason = "counts are small")]

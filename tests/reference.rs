@@ -55,7 +55,8 @@ fn settings_of_searches() -> String {
                     let end = if max.is_finite() { format!("{max}]") } else { "∞)".to_owned() };
                     format!("{}{min}, {end}", if above { "(" } else { "[" })
                 }
-                Range::Count => "a count".to_owned(),
+                Range::Count(u32::MAX) => "a count".to_owned(),
+                Range::Count(most) => format!("0 to {most}"),
                 Range::Choice(words) => words.join(", "),
             };
             let text = setting.text.replace('|', "\\|");

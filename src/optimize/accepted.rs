@@ -20,14 +20,26 @@ impl Accepted {
 
     /// Takes each trial whose cost is not above that of its parent, and all of the first population.
     pub(super) fn take(&mut self, trials: &Population, costs: Vec<f64>) {
+        self.take_after(trials, costs, |_, _, _| {});
+    }
+
+    /// Takes trials like [`Self::take`], and calls `before` with the index, the parent and both costs `[parent, trial]` of each before
+    /// it replaces its parent.
+    pub(super) fn take_after(
+        &mut self,
+        trials: &Population,
+        costs: Vec<f64>,
+        mut before: impl FnMut(usize, &[f64], [f64; 2]),
+    ) {
         if self.costs.is_empty() {
             return self.replace(trials, costs);
         }
-        let width = trials.width();
-        for (agent, cost) in costs.into_iter().enumerate() {
-            if cost <= self.costs[agent] {
-                self.costs[agent] = cost;
-                self.values[agent * width..(agent + 1) * width].copy_from_slice(trials.row(agent));
+        let parents = self.values.chunks_exact_mut(trials.width()).zip(&mut self.costs);
+        for ((agent, cost), (parent, own)) in costs.into_iter().enumerate().zip(parents) {
+            if cost <= *own {
+                before(agent, parent, [*own, cost]);
+                *own = cost;
+                parent.copy_from_slice(trials.row(agent));
             }
         }
     }

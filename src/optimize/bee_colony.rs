@@ -5,21 +5,24 @@
 //! proportional to their fitness, 1/(1 + cost). A trial replaces its source if its cost is lower. A source without success in
 //! more trials than the limit is abandoned, one in each cycle, for a point uniform in the box.
 
-use super::differential_evolution::others;
+use super::differential_evolution::other;
 use super::numbers::PIECE;
 use super::population::{Population, each_piece};
+use super::roulette::Roulette;
 use super::rule::Rule;
 use super::table::{Range, search};
-use crate::numeric::count;
 
 search! {
     BeeColony = "abc", "Artificial bee colony";
     /// Settings of the artificial bee colony.
     pub struct BeeColonyOptions {
         /// Number of trials without success above which a source is abandoned; 0 for the number of sources times that of axes.
-        limit: usize = 0, "limit" in Range::Count;
+        limit: usize = 0, "limit" in Range::Count(u32::MAX);
     }
 }
+
+/// Number of failures that marks a source as abandoned: its next trial is accepted at any cost.
+const ABANDONED: usize = usize::MAX;
 
 #[derive(Default)]
 struct BeeColony {
@@ -42,8 +45,8 @@ fn fitness(cost: f64) -> f64 {
 }
 
 impl BeeColony {
-    /// Abandons the source with the most failures if they exceed the limit; the next trial of its place is accepted at any cost.
-    fn scout(&mut self, width: usize) -> Option<usize> {
+    /// Returns the source to be abandoned: that with the most failures if they exceed the limit.
+    fn scout(&self, width: usize) -> Option<usize> {
         let limit = if self.options.limit == 0 { self.costs.len() * width } else { self.options.limit };
         let worst = (0..self.failures.len()).max_by_key(|source| self.failures[*source])?;
         (self.failures[worst] > limit).then_some(worst)
@@ -51,21 +54,8 @@ impl BeeColony {
 
     /// Draws a source for each trial with probability proportional to the fitness.
     fn draw(&mut self, population: &mut Population) {
-        let mut wheel: Vec<f64> = self.costs.iter().map(|cost| fitness(*cost)).collect();
-        let mut total = 0.0;
-        for share in &mut wheel {
-            total += *share;
-            *share = total;
-        }
-        if !(total > 0.0 && total.is_finite()) {
-            // If all sources diverged, all have the same probability.
-            wheel = (1..=self.costs.len()).map(count).collect();
-            total = count(self.costs.len());
-        }
-        for owner in &mut self.owners {
-            let at = population.numbers[0].unit() * total;
-            *owner = wheel.partition_point(|sum| *sum <= at).min(self.costs.len() - 1);
-        }
+        let wheel = Roulette::new(self.costs.iter().map(|cost| fitness(*cost)));
+        self.owners.fill_with(|| wheel.draw(&mut population.numbers[0]));
     }
 }
 
@@ -82,13 +72,13 @@ impl Rule for BeeColony {
         let width = trials.width();
         for (trial, cost) in costs.into_iter().enumerate() {
             let owner = self.owners[trial];
-            let is_new = self.cutoffs[trial] == f64::INFINITY && self.failures[owner] == usize::MAX;
-            if is_new || cost < self.costs[owner] {
+            let is_abandoned = self.failures[owner] == ABANDONED;
+            if is_abandoned || cost < self.costs[owner] {
                 self.costs[owner] = cost;
                 self.failures[owner] = 0;
                 self.sources[owner * width..(owner + 1) * width].copy_from_slice(trials.row(trial));
             } else {
-                self.failures[owner] = self.failures[owner].saturating_add(1);
+                self.failures[owner] += 1;
             }
         }
     }
@@ -116,7 +106,7 @@ impl Rule for BeeColony {
             values.chunks_mut(PIECE * width).zip(numbers.iter_mut()).enumerate(),
             |(piece, (values, numbers))| {
                 for (owner, trial) in owners[piece * PIECE..].iter().zip(values.chunks_exact_mut(width)) {
-                    let [other] = others(numbers, owners.len(), *owner);
+                    let other = other(numbers, owners.len(), &[*owner]);
                     let (axis, phi) = (numbers.below(width), 2.0 * numbers.unit() - 1.0);
                     trial.copy_from_slice(row(*owner));
                     let ((min, max), x) = (setup.bounds[axis], trial[axis]);
@@ -128,7 +118,7 @@ impl Rule for BeeColony {
             for (x, (min, max)) in values[source * width..(source + 1) * width].iter_mut().zip(&setup.bounds) {
                 *x = (min + (max - min) * numbers[0].unit()).clamp(*min, *max);
             }
-            (self.cutoffs[source], self.failures[source]) = (f64::INFINITY, usize::MAX);
+            (self.cutoffs[source], self.failures[source]) = (f64::INFINITY, ABANDONED);
         }
     }
 }

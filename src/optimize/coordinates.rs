@@ -23,9 +23,6 @@ pub enum Coordinates {
 }
 
 impl Coordinates {
-    /// Formats of coordinates in settings.
-    pub const FORMS: [&str; 4] = ["none", "mirror", "shift:0.1", "log"];
-
     /// Returns the coordinate of a value on an axis.
     #[must_use]
     pub fn coordinate(self, value: f64, (min, max): (f64, f64)) -> f64 {
@@ -92,11 +89,11 @@ impl FromStr for Coordinates {
 
 #[allow(clippy::float_cmp, reason = "exact equality is meant")]
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    const BOUNDS: [(f64, f64); 3] = [(0.5, 8.0), (2.0, 3.0), (-1.0, 4.0)];
-    const ALL: [Coordinates; 5] =
+    pub const BOUNDS: [(f64, f64); 3] = [(0.5, 8.0), (2.0, 3.0), (-1.0, 4.0)];
+    pub const ALL: [Coordinates; 5] =
         [Coordinates::None, Coordinates::Mirror, Coordinates::Shift(0.1), Coordinates::Shift(-3.0), Coordinates::Log];
 
     #[test]

@@ -27,25 +27,38 @@ struct DifferentialEvolution {
     accepted: Accepted,
 }
 
-/// Returns `N` indices below `count`, different from each other and from `own` if there are enough.
+/// Returns an index below `count` that is none of `taken`, which differ from each other; any index if there are too few.
 #[inline]
-pub(super) fn others<const N: usize>(numbers: &mut Numbers, count: usize, own: usize) -> [usize; N] {
-    let mut drawn = [own; N];
-    for n in 0..N {
-        drawn[n] = loop {
-            let index = numbers.below(count);
-            if count <= N || index != own && !drawn[..n].contains(&index) {
-                break index;
-            }
-        };
+pub(super) fn other(numbers: &mut Numbers, count: usize, taken: &[usize]) -> usize {
+    loop {
+        let index = numbers.below(count);
+        if count <= taken.len() || !taken.contains(&index) {
+            return index;
+        }
     }
-    drawn
+}
+
+/// Writes a trial by binomial crossover: each value is that of the mutant with probability `cr`, moved back into its bounds, and otherwise
+/// that of the parent; one value is certainly that of the mutant.
+#[inline]
+pub(super) fn cross(
+    numbers: &mut Numbers,
+    cr: f64,
+    (parent, bounds): (&[f64], &[(f64, f64)]),
+    trial: &mut [f64],
+    mutant: impl Fn(usize) -> f64,
+) {
+    let certain = numbers.below(trial.len());
+    for (axis, value) in trial.iter_mut().enumerate() {
+        let is_crossed = numbers.unit() < cr || axis == certain;
+        *value = if is_crossed { back_inside(mutant(axis), parent[axis], bounds[axis]) } else { parent[axis] };
+    }
 }
 
 /// Returns a value, or if it is outside of the bounds the mean of the parent and the bound that it exceeds (J. Zhang,
 /// A. C. Sanderson, IEEE Trans. Evol. Comput. 13 (2009)).
 #[inline]
-pub(super) fn back_inside(value: f64, parent: f64, (min, max): (f64, f64)) -> f64 {
+fn back_inside(value: f64, parent: f64, (min, max): (f64, f64)) -> f64 {
     if value < min {
         0.5 * (parent + min)
     } else if value > max {
@@ -70,15 +83,13 @@ impl Rule for DifferentialEvolution {
         let (accepted, count) = (&self.accepted, self.accepted.costs.len());
         each_piece(values.chunks_mut(PIECE * width).zip(numbers).enumerate(), |(piece, (values, numbers))| {
             for (agent, trial) in (piece * PIECE..).zip(values.chunks_exact_mut(width)) {
-                let [a, b, c] = others(numbers, count, agent).map(|other| accepted.row(other, width));
-                let parent = accepted.row(agent, width);
-                let certain = numbers.below(width);
-                for axis in 0..width {
-                    let mutant = a[axis] + f * (b[axis] - c[axis]);
-                    let is_crossed = numbers.unit() < cr || axis == certain;
-                    let mutant = back_inside(mutant, parent[axis], setup.bounds[axis]);
-                    trial[axis] = if is_crossed { mutant } else { parent[axis] };
+                let mut drawn = [agent; 4];
+                for n in 1..4 {
+                    drawn[n] = other(numbers, count, &drawn[..n]);
                 }
+                let [parent, a, b, c] = drawn.map(|index| accepted.row(index, width));
+                let mutant = |axis: usize| a[axis] + f * (b[axis] - c[axis]);
+                cross(numbers, cr, (parent, &setup.bounds), trial, mutant);
             }
         });
     }
@@ -145,9 +156,8 @@ mod tests {
     fn small_populations_draw_what_there_is() {
         let numbers = &mut Population::new(setup(1)).unwrap().numbers[0];
         for _ in 0..100 {
-            let [a, b, c] = others(numbers, 4, 2);
-            assert_eq!(a + b + c, 4, "0, 1 and 3");
-            assert!(others::<3>(numbers, 2, 0).iter().all(|index| *index < 2));
+            assert_eq!(other(numbers, 3, &[0, 2]), 1);
+            assert!(other(numbers, 2, &[0, 1, 1]) < 2);
         }
     }
 }

@@ -176,15 +176,16 @@ impl<'r> Search<'r> {
             rest = others;
         }
         let tell = |(index, run, completed, costs, evaluated): (usize, &mut Run, &mut usize, &[f64], usize)| {
-            let known = run.cost();
+            let mut known = run.cost();
             run.optimizer.tell(costs);
             run.evaluations += evaluated as u64;
             let mut searched = 0;
-            if run.optimizer.needs_local_search() && !costs.is_empty() {
-                *completed = run.completed(*completed, known, false, generations);
-            }
-            let known = if run.optimizer.needs_local_search() { run.cost() } else { known };
             if more && run.optimizer.local_searches().is_some() {
+                // Generations that ended before the local searches have the cost of their candidates.
+                if run.optimizer.evaluations_max().is_some() {
+                    *completed = run.completed(*completed, known, false, generations);
+                }
+                known = run.cost();
                 searched = run.search_locally(index, local.ok_or_else(no_local_search)?);
             }
             *completed = run.completed(*completed, known, costs.is_empty() && searched == 0, generations);
@@ -198,6 +199,7 @@ impl<'r> Search<'r> {
     }
 }
 
+/// Returns the error for a search that requests local searches on a cost function without them.
 pub(super) fn no_local_search() -> Error {
     Error::usage(
         "this search descends along the residuals of recordings, and the cost function has none",

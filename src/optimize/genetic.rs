@@ -6,6 +6,7 @@
 //! value of its range. The best candidates of a generation survive unchanged (elites).
 
 use super::population::Population;
+use super::roulette::Roulette;
 use super::rule::Rule;
 use super::table::{PROBABILITY, Range, search};
 use crate::numeric::{count, whole};
@@ -21,7 +22,7 @@ search! {
         /// Probability that a child is a crossover of two parents; otherwise it copies one.
         crossover: f64 = 1.0, "crossover" in PROBABILITY;
         /// Number of the best candidates that survive unchanged.
-        elites: usize = 1, "elites" in Range::Count;
+        elites: usize = 1, "elites" in Range::Count(u32::MAX);
     }
 }
 
@@ -35,24 +36,11 @@ impl Genetic {
     /// Draws parents by roulette-wheel selection on fitness 1/cost, with replacement.
     fn parents(&self, population: &mut Population) -> Vec<f64> {
         // The lower limit keeps the fitness of a cost of zero finite.
-        let fitness = self.costs.iter().map(|cost| 1.0 / cost.max(1e-300));
-        let mut wheel: Vec<f64> = fitness
-            .scan(0.0, |sum, f| {
-                *sum += f;
-                Some(*sum)
-            })
-            .collect();
-        let mut total = wheel.last().copied().unwrap_or(0.0);
-        if !(total > 0.0 && total.is_finite()) {
-            // If all candidates diverged, all have the same probability.
-            wheel = (1..=self.costs.len()).map(count).collect();
-            total = count(self.costs.len());
-        }
+        let wheel = Roulette::new(self.costs.iter().map(|cost| 1.0 / cost.max(1e-300)));
         let parent_count = whole((self.options.pressure * count(self.costs.len())).round()).max(1);
         let mut parents = Vec::with_capacity(parent_count * population.width());
         for _ in 0..parent_count {
-            let at = population.numbers[0].unit() * total;
-            let agent = wheel.partition_point(|sum| *sum <= at).min(self.costs.len() - 1);
+            let agent = wheel.draw(&mut population.numbers[0]);
             parents.extend_from_slice(population.row(agent));
         }
         parents

@@ -6,20 +6,20 @@
 //! of those values that made a trial better than its parent. The population shrinks from its setting to four over the evaluations of
 //! the budget.
 
-use super::differential_evolution::back_inside;
+use super::accepted::Accepted;
+use super::differential_evolution::{cross, other};
 use super::numbers::{Numbers, PIECE};
 use super::population::{Population, each_piece};
 use super::rule::Rule;
 use super::table::{Range, search};
 use crate::numeric::{count, whole};
-use crate::{Error, Result};
 
 search! {
     Lshade = "lshade", "L-SHADE";
     /// Settings of L-SHADE.
     pub struct LshadeOptions {
         /// Number of entries of the memory of successful parameters.
-        memory: usize = 6, "memory" in Range::Count;
+        memory: usize = 6, "memory" in Range::Count(1000);
         /// Size of the archive, relative to the population.
         archive: f64 = 2.6, "archive" in Range::Number(0.0, 100.0, false);
         /// Fraction of the population from which the best candidate of a mutation is drawn.
@@ -29,8 +29,6 @@ search! {
 
 /// Smallest population: a mutation needs four candidates.
 const SMALLEST: usize = 4;
-/// Largest number of entries of the memory.
-const MEMORY_MAX: usize = 1000;
 /// First value of each entry of the memory.
 const MEMORY_START: f64 = 0.5;
 /// Scale of the distributions of CR and F.
@@ -41,9 +39,7 @@ const DIVERGED: f64 = 1e30;
 #[derive(Default)]
 struct Lshade {
     options: LshadeOptions,
-    /// Values of the candidates, row-major.
-    kept: Vec<f64>,
-    costs: Vec<f64>,
+    accepted: Accepted,
     /// Values of replaced parents, row-major.
     archive: Vec<f64>,
     memory: Memory,
@@ -108,9 +104,9 @@ impl Memory {
 
 impl Lshade {
     fn row(&self, index: usize, width: usize) -> &[f64] {
-        let (rows, index) = match index.checked_sub(self.costs.len()) {
+        let (rows, index) = match index.checked_sub(self.accepted.costs.len()) {
             Some(index) => (&self.archive, index),
-            None => (&self.kept, index),
+            None => (&self.accepted.values, index),
         };
         &rows[index * width..(index + 1) * width]
     }
@@ -120,18 +116,18 @@ impl Lshade {
         let (full, width) = (population.setup.population, population.width());
         let spent = count(self.evaluations) / (count(full) * count(population.setup.generations));
         let size = whole((count(full) - (count(full) - count(SMALLEST)) * spent).round()).max(SMALLEST);
-        if size < self.costs.len() {
+        if size < self.accepted.costs.len() {
             let mut order = self.lowest(size);
             order.sort_unstable();
             for (place, &agent) in order.iter().enumerate() {
-                self.kept.copy_within(agent * width..(agent + 1) * width, place * width);
-                self.costs[place] = self.costs[agent];
+                self.accepted.values.copy_within(agent * width..(agent + 1) * width, place * width);
+                self.accepted.costs[place] = self.accepted.costs[agent];
             }
-            self.kept.truncate(size * width);
-            self.costs.truncate(size);
+            self.accepted.values.truncate(size * width);
+            self.accepted.costs.truncate(size);
         }
-        population.values.truncate(self.kept.len());
-        let largest = whole((self.options.archive * count(self.costs.len())).round());
+        population.values.truncate(self.accepted.values.len());
+        let largest = whole((self.options.archive * count(self.accepted.costs.len())).round());
         while self.archive.len() > largest * width {
             let (last, out) = (self.archive.len() - width, population.numbers[0].below(self.archive.len() / width));
             self.archive.copy_within(last.., out * width);
@@ -141,14 +137,14 @@ impl Lshade {
 
     /// Returns the indices of the candidates of lowest cost from which a mutation draws, at least two.
     fn best(&self) -> Vec<usize> {
-        self.lowest(whole((self.options.best * count(self.costs.len())).round()).max(2))
+        self.lowest(whole((self.options.best * count(self.accepted.costs.len())).round()).max(2))
     }
 
     /// Returns the indices of the `size` candidates of lowest cost, in no particular order.
     fn lowest(&self, size: usize) -> Vec<usize> {
-        let mut order: Vec<usize> = (0..self.costs.len()).collect();
+        let mut order: Vec<usize> = (0..self.accepted.costs.len()).collect();
         if size < order.len() {
-            order.select_nth_unstable_by(size, |a, b| self.costs[*a].total_cmp(&self.costs[*b]));
+            order.select_nth_unstable_by(size, |a, b| self.accepted.costs[*a].total_cmp(&self.accepted.costs[*b]));
             order.truncate(size);
         }
         order
@@ -156,41 +152,23 @@ impl Lshade {
 }
 
 impl Rule for Lshade {
-    fn check(&self) -> Result<()> {
-        if self.options.memory <= MEMORY_MAX {
-            return Ok(());
-        }
-        let message = format!("memory of lshade is {}", self.options.memory);
-        Err(Error::usage(message, format!("Give at most {MEMORY_MAX}.")))
-    }
-
     fn learn(&mut self, trials: &Population, costs: Vec<f64>) {
         self.evaluations += costs.len();
-        if self.costs.is_empty() {
-            let start = Drawn { f: MEMORY_START, cr: MEMORY_START };
-            self.memory.entries = vec![start; self.options.memory.max(1)];
-            self.kept.clone_from(&trials.values);
-            self.costs = costs;
-            return;
+        if self.memory.entries.is_empty() {
+            self.memory.entries = vec![Drawn { f: MEMORY_START, cr: MEMORY_START }; self.options.memory.max(1)];
         }
-        let (width, mut successes) = (trials.width(), Vec::new());
-        for (agent, cost) in costs.into_iter().enumerate() {
-            let own = &mut self.costs[agent];
-            if cost <= *own {
-                let parent = &mut self.kept[agent * width..(agent + 1) * width];
-                if cost < *own {
-                    self.archive.extend_from_slice(parent);
-                    successes.push(Success { drawn: self.drawn[agent], gain: own.min(DIVERGED) - cost.min(DIVERGED) });
-                }
-                *own = cost;
-                parent.copy_from_slice(trials.row(agent));
+        let (archive, drawn, mut successes) = (&mut self.archive, &self.drawn, Vec::new());
+        self.accepted.take_after(trials, costs, |agent, parent, [own, cost]| {
+            if cost < own {
+                archive.extend_from_slice(parent);
+                successes.push(Success { drawn: drawn[agent], gain: own.min(DIVERGED) - cost.min(DIVERGED) });
             }
-        }
+        });
         self.memory.learn(&successes);
     }
 
     fn cutoffs(&self) -> &[f64] {
-        &self.costs
+        &self.accepted.costs
     }
 
     fn changes_size(&self) -> bool {
@@ -202,40 +180,24 @@ impl Rule for Lshade {
         let best = self.best();
         let mut drawn = std::mem::take(&mut self.drawn);
         drawn.clear();
-        drawn.resize(self.costs.len(), Drawn::default());
+        drawn.resize(self.accepted.costs.len(), Drawn::default());
         let Population { setup, numbers, values, .. } = trials;
         let width = setup.bounds.len();
-        let (agents, all) = (self.costs.len(), self.costs.len() + self.archive.len() / width);
+        let (agents, all) = (self.accepted.costs.len(), self.accepted.costs.len() + self.archive.len() / width);
         let pieces = values.chunks_mut(PIECE * width).zip(drawn.chunks_mut(PIECE)).zip(numbers).enumerate();
         each_piece(pieces, |(piece, ((values, drawn), numbers))| {
             for ((agent, trial), drawn) in (piece * PIECE..).zip(values.chunks_exact_mut(width)).zip(drawn) {
                 *drawn = self.memory.draw(numbers);
                 let leader = self.row(best[numbers.below(best.len())], width);
-                let a = other(numbers, agents, [agent; 2]);
-                let b = other(numbers, all, [agent, a]);
+                let a = other(numbers, agents, &[agent]);
+                let b = other(numbers, all, &[agent, a]);
                 let (a, b, parent) = (self.row(a, width), self.row(b, width), self.row(agent, width));
-                let certain = numbers.below(width);
-                for axis in 0..width {
-                    let x = parent[axis];
-                    let mutant = x + drawn.f * (leader[axis] - x) + drawn.f * (a[axis] - b[axis]);
-                    let is_crossed = numbers.unit() < drawn.cr || axis == certain;
-                    trial[axis] = if is_crossed { back_inside(mutant, x, setup.bounds[axis]) } else { x };
-                }
+                let f = drawn.f;
+                let mutant = |axis: usize| parent[axis] + f * (leader[axis] - parent[axis]) + f * (a[axis] - b[axis]);
+                cross(numbers, drawn.cr, (parent, &setup.bounds), trial, mutant);
             }
         });
         self.drawn = drawn;
-    }
-}
-
-/// Returns an index below `count` that is none of `taken`, if there are enough.
-#[inline]
-fn other(numbers: &mut Numbers, count: usize, taken: [usize; 2]) -> usize {
-    let distinct = 1 + usize::from(taken[0] != taken[1]);
-    loop {
-        let index = numbers.below(count);
-        if count <= distinct || !taken.contains(&index) {
-            return index;
-        }
     }
 }
 
@@ -296,22 +258,22 @@ mod tests {
             evaluations += costs.len();
             search.tell(&costs);
             let mut mirror = search.population.numbers[0].clone();
-            let (before, archive) = (search.rule.kept.clone(), search.rule.archive.len() / 2);
+            let (before, archive) = (search.rule.accepted.values.clone(), search.rule.archive.len() / 2);
             search.ask();
             let Moving { rule, population, .. } = &search;
             if evaluations == 200 {
                 break;
             }
             let size = whole((20.0 - 16.0 * count(evaluations) / 200.0).round());
-            assert_eq!((rule.costs.len(), population.values.len()), (size, 2 * size), "after {evaluations}");
+            assert_eq!((rule.accepted.costs.len(), population.values.len()), (size, 2 * size), "after {evaluations}");
             assert!(rule.archive.len() / 2 <= whole((2.6 * count(size)).round()));
             archived = archived.max(archive);
-            if before.len() != rule.kept.len() || archive != rule.archive.len() / 2 {
+            if before.len() != rule.accepted.values.len() || archive != rule.archive.len() / 2 {
                 continue;
             }
-            let all = [&rule.kept[..], &rule.archive[..]].concat();
+            let all = [&rule.accepted.values[..], &rule.archive[..]].concat();
             let mut order: Vec<usize> = (0..size).collect();
-            order.sort_by(|a, b| rule.costs[*a].total_cmp(&rule.costs[*b]));
+            order.sort_by(|a, b| rule.accepted.costs[*a].total_cmp(&rule.accepted.costs[*b]));
             order.truncate(whole((0.11 * count(size)).round()).max(2));
             for n in 0..size {
                 let Drawn { f, cr } = rule.memory.draw(&mut mirror);

@@ -1,6 +1,6 @@
 //! Multistart of a local search: the baseline that population searches must beat.
 //!
-//! Points that fill the box are evaluated as one batch and divided into as many blocks as there are starts; the best point of each
+//! The points of a Latin hypercube are evaluated as one batch and divided into as many blocks as there are starts; the best point of each
 //! block is the start of a local search along the residuals, Levenberg–Marquardt. Then further points follow, until the evaluations
 //! are spent. An iteration of the local search counts as one evaluation and one more for each derivative.
 
@@ -8,28 +8,15 @@ use super::population::Population;
 use super::rule::Rule;
 use super::run::LocalOptimum;
 use super::sample::{Sample, Sampling};
-use super::table::{Range, search, setting_choice};
+use super::table::{Range, search};
 use crate::numeric::index;
-
-/// Points among which the starts are chosen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Starts {
-    /// A Latin hypercube.
-    LatinHypercube,
-    /// Independent uniform points.
-    Uniform,
-}
-
-setting_choice!(Starts: Starts::LatinHypercube, Starts::Uniform);
 
 search! {
     Multistart = "multistart", "Multistart of Levenberg–Marquardt";
     /// Settings of the multistart.
     pub struct MultistartOptions {
         /// Number of local searches from each population of points.
-        starts: usize = 4, "starts" in Range::Count;
-        /// Points among which the starts are chosen: a Latin hypercube or independent uniform points.
-        points: Starts = Starts::LatinHypercube, "points" in Range::Choice(&["lhs", "uniform"]);
+        starts: usize = 4, "starts" in Range::Count(u32::MAX);
     }
 }
 
@@ -44,17 +31,13 @@ struct Multistart {
 }
 
 impl Multistart {
-    /// Replaces the population by points of the box.
+    /// Replaces the population by a Latin hypercube.
     fn sample(&mut self, population: &mut Population) {
         let Population { setup, numbers, values, .. } = population;
         let size = (setup.population as u64).min(setup.evaluations() / PART).max(1);
-        let sampling = match self.options.points {
-            Starts::LatinHypercube => Sampling::LatinHypercube,
-            Starts::Uniform => Sampling::Uniform,
-        };
         values.resize(index(size) * setup.bounds.len(), 0.0);
         // The box and the size have been checked.
-        if let Ok(sample) = Sample::new(sampling, size, setup.bounds.clone(), numbers[0].bits()) {
+        if let Ok(sample) = Sample::new(Sampling::LatinHypercube, size, setup.bounds.clone(), numbers[0].bits()) {
             sample.fill(0, values);
         }
     }
@@ -137,7 +120,7 @@ mod tests {
     }
 
     fn runs(starts: usize, count: u64) -> Vec<Run> {
-        let options = MultistartOptions { starts, ..MultistartOptions::default() };
+        let options = MultistartOptions { starts };
         let run = |run: u64| {
             let bounds = vec![(0.0, 8.0)];
             let setup = SearchSettings { bounds, population: 8, generations: 10, run, ..SearchSettings::default() };

@@ -37,8 +37,8 @@ pub struct Hyperparameter {
 pub enum Range {
     /// A finite number between two limits; `true` excludes the lower one.
     Number(f64, f64, bool),
-    /// A whole number, 0 or more.
-    Count,
+    /// A whole number from 0 to this one.
+    Count(u32),
     /// One of these words.
     Choice(&'static [&'static str]),
 }
@@ -192,7 +192,7 @@ impl Hyperparameter {
     pub(super) fn shown(&self, value: f64) -> String {
         match self.range {
             Range::Number(..) => format!("{value:?}"),
-            Range::Count => value.to_string(),
+            Range::Count(_) => value.to_string(),
             Range::Choice(words) => words[usize::of(value)].to_owned(),
         }
     }
@@ -206,7 +206,7 @@ impl Hyperparameter {
                 Ok(number) => Ok(number),
                 Err(_) => wrong("not a number", "Use a decimal point.".to_owned()),
             },
-            Range::Count => match text.trim().parse::<u32>() {
+            Range::Count(_) => match text.trim().parse::<u32>() {
                 Ok(count) => Ok(f64::from(count)),
                 Err(_) => wrong("not a count", "Give a whole number, 0 or more.".to_owned()),
             },
@@ -218,7 +218,11 @@ impl Hyperparameter {
     }
 
     pub(super) fn check(&self, search: &Search, value: f64) -> Result<()> {
-        let Range::Number(min, max, above) = self.range else { return Ok(()) };
+        let (min, max, above) = match self.range {
+            Range::Number(min, max, above) => (min, max, above),
+            Range::Count(max) => (0.0, f64::from(max), false),
+            Range::Choice(_) => return Ok(()),
+        };
         if value.is_finite() && value <= max && if above { value > min } else { value >= min } {
             return Ok(());
         }

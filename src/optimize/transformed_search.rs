@@ -14,9 +14,11 @@ pub(super) struct TransformedSearch {
     bounds: Vec<(f64, f64)>,
     /// Values of the candidates asked for, row-major.
     values: Vec<f64>,
+    /// True if these are the values of the present candidates.
     is_current: bool,
-    /// The best candidate and the starts of local searches, as values.
+    /// Values and cost of the best candidate.
     best: Option<(Vec<f64>, f64)>,
+    /// Values of the starts of local searches, row-major.
     starts: Vec<f64>,
 }
 
@@ -111,11 +113,8 @@ impl TransformedSearch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::optimize::coordinates::tests::{ALL, BOUNDS};
     use crate::optimize::{ConfiguredSearch, GwoOptions, JayaOptions, SEARCHES};
-
-    const BOUNDS: [(f64, f64); 3] = [(0.5, 8.0), (2.0, 3.0), (-1.0, 4.0)];
-    const ALL: [Coordinates; 5] =
-        [Coordinates::None, Coordinates::Mirror, Coordinates::Shift(0.1), Coordinates::Shift(-3.0), Coordinates::Log];
 
     fn setup(coordinates: Coordinates) -> SearchSettings {
         let bounds = BOUNDS.to_vec();

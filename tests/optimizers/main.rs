@@ -167,7 +167,10 @@ fn runs_of_one_number_start_alike_and_settings_have_an_effect() {
                     let below = if above { min } else { min - 0.1 };
                     (good.to_string(), vec![below.to_string(), "inf".to_owned(), "NaN".to_owned(), "x".to_owned()])
                 }
-                Range::Count => ("7".to_owned(), vec!["-1".to_owned(), "1.5".to_owned()]),
+                Range::Count(most) => {
+                    let above = (u64::from(most) + 1).to_string();
+                    ("7".to_owned(), vec!["-1".to_owned(), "1.5".to_owned(), above])
+                }
                 Range::Choice(words) => (words[1].to_owned(), vec![String::new(), "x".to_owned()]),
             };
             for bad in bad {

@@ -14,18 +14,17 @@ pub use restarts::Restarts;
 use super::population::Population;
 use super::rule::Rule;
 use super::table::{Range, SWITCH, search};
-use crate::{Error, Result};
 use bounds::Penalty;
 use distribution::{Distribution, Strategy};
 use nalgebra::DVector;
-use restarts::{LAMBDA_MAX, RecentCosts, Schedule, Start, is_spent, published_lambda};
+use restarts::{LAMBDA_MAX, RecentCosts, Schedule, Start, published_lambda};
 
 search! {
     CmaEs = "cmaes", "CMA-ES with restarts";
     /// Settings of CMA-ES.
     pub struct CmaEsOptions {
         /// Number of samples of a generation of the first run; 0 for the published 4 + ⌊3 ln n⌋ with n axes.
-        lambda: usize = 0, "lambda" in Range::Count;
+        lambda: usize = 0, "lambda" in Range::Count(LAMBDA_MAX);
         /// First step size, as a fraction of the range of each axis.
         sigma: f64 = 0.2, "sigma" in Range::Number(0.0, 1.0, true);
         /// Restarts once a run has converged: with alternating, growing or the same number of samples.
@@ -89,14 +88,6 @@ impl CmaEs {
 }
 
 impl Rule for CmaEs {
-    fn check(&self) -> Result<()> {
-        if self.options.lambda <= LAMBDA_MAX {
-            return Ok(());
-        }
-        let message = format!("lambda of cmaes is {}", self.options.lambda);
-        Err(Error::usage(message, format!("Give at most {LAMBDA_MAX}.")))
-    }
-
     fn begin(&mut self, population: &mut Population) {
         let published = published_lambda(population.width());
         let lambda = if self.options.lambda == 0 { published } else { self.options.lambda.max(2) };
@@ -124,8 +115,8 @@ impl Rule for CmaEs {
             distribution.update(strategy, &ordered);
         }
         let sigma = self.options.sigma * current.start.scale;
-        self.has_ended =
-            recent.has_ended(&sorted, distribution, strategy, sigma) || is_spent(&current.start, current.evaluations);
+        self.has_ended = recent.has_ended(&sorted, distribution, strategy, sigma)
+            || current.evaluations >= current.start.evaluations;
     }
 
     fn changes_size(&self) -> bool {

@@ -2,7 +2,7 @@
 //! a run ends.
 
 use super::distribution::{Distribution, Strategy};
-use crate::numeric::{count, count_u64, whole};
+use crate::numeric::{count, whole};
 use crate::optimize::numbers::Numbers;
 use crate::optimize::table::setting_choice;
 use std::collections::VecDeque;
@@ -24,7 +24,7 @@ setting_choice!(Restarts: Restarts::Bipop, Restarts::Ipop, Restarts::Same);
 /// Factor of the number of samples at a restart.
 const GROWTH: usize = 2;
 /// Largest number of samples of a generation.
-pub(super) const LAMBDA_MAX: usize = 1 << 16;
+pub(super) const LAMBDA_MAX: u32 = 1 << 16;
 
 /// Settings of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,7 +67,7 @@ impl Schedule {
             return Start { lambda: size.max(self.first), scale, evaluations: (many / 2).max(1) };
         }
         if restarts != Restarts::Same {
-            self.many = (self.many * GROWTH).min(LAMBDA_MAX);
+            self.many = (self.many * GROWTH).min(LAMBDA_MAX as usize);
         }
         Start { lambda: self.many, scale: 1.0, evaluations: u64::MAX }
     }
@@ -126,11 +126,6 @@ impl RecentCosts {
 /// Returns the published number of samples, `4 + ⌊3 ln n⌋`.
 pub(super) fn published_lambda(axes: usize) -> usize {
     4 + whole((3.0 * count(axes).ln()).floor())
-}
-
-/// Returns true if a run has spent its evaluations.
-pub(super) fn is_spent(start: &Start, evaluations: u64) -> bool {
-    count_u64(evaluations) >= count_u64(start.evaluations)
 }
 
 #[cfg(test)]

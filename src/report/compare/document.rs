@@ -28,7 +28,7 @@ pub fn compare_document(comparison: &Comparison, paper: bool) -> Value {
         "bounds": bounds(&spec.space),
         "device": {"kind": device.0, "name": device.1, "precision": device.2},
         "blocks": comparison.blocks.iter().map(|block| self::block(comparison, block)).collect::<Value>(),
-        "invariance": comparison.invariance().iter().map(|test| invariance(comparison, test)).collect::<Value>(),
+        "invariance": comparison.invariance.iter().filter_map(|test| invariance(comparison, test)).collect::<Value>(),
         "steiglitz_mcbride": comparison.steiglitz.as_ref().map(|sm| value!({
             "parameters": sm.estimate.as_ref().ok(),
             "failure": sm.estimate.as_ref().err(),
@@ -49,12 +49,12 @@ pub fn compare_document(comparison: &Comparison, paper: bool) -> Value {
     })
 }
 
-fn invariance(comparison: &Comparison, test: &InvarianceTest) -> Value {
-    let [base, other] = test.blocks.map(|block| &comparison.blocks[block]);
-    value!({
+fn invariance(comparison: &Comparison, test: &InvarianceTest) -> Option<Value> {
+    let (result, [base, other]) = test.of(comparison)?;
+    Some(value!({
         "setting": setting_name(&base.setting),
         "blocks": test.blocks,
-        "method": base.results[test.method].method.name(),
+        "method": result.method.name(),
         "transform": other.setting.coordinates.to_string(),
         "median_excess": test.excess,
         "ratio": test.ratio,
@@ -64,7 +64,7 @@ fn invariance(comparison: &Comparison, test: &InvarianceTest) -> Value {
         "p": test.p_value,
         "p_holm": test.p_holm,
         "verdict": test.verdict.name(),
-    })
+    }))
 }
 
 fn block(comparison: &Comparison, block: &Block) -> Value {

@@ -7,7 +7,7 @@ use crate::optimize::Coordinates;
 use crate::report::Table;
 use crate::report::spelling::command_line;
 use crate::report::table::dash;
-use crate::study::compare::{Block, Comparison, ComparisonSetting, FEW, Invariance, MethodResult, reached};
+use crate::study::compare::{Block, Comparison, ComparisonSetting, FEW, MethodResult, reached};
 use crate::text::{decimals, engineering, significant};
 
 /// Headings of tables with a column for each parameter.
@@ -30,25 +30,17 @@ pub fn setting_name(setting: &ComparisonSetting) -> String {
 /// Returns the table of the tests of invariance; `None` without other coordinates.
 #[must_use]
 pub fn invariance(comparison: &Comparison) -> Option<Table> {
-    let tests = comparison.invariance();
     let title = "Invariance: each method in other coordinates against itself";
     let heads = ["method", "transform", "median excess", "ratio", "p (Holm)", "verdict"];
     let mut table = Table::new("invariance", title, &heads);
-    let bases: Vec<usize> = tests.iter().map(|test| test.blocks[0]).collect();
-    let is_one = bases.windows(2).all(|pair| pair[0] == pair[1]);
-    for test in &tests {
-        let [base, other] = test.blocks.map(|block| &comparison.blocks[block]);
-        let name = base.results[test.method].method.name();
+    let is_one = comparison.invariance.windows(2).all(|pair| pair[0].blocks[0] == pair[1].blocks[0]);
+    for test in &comparison.invariance {
+        let (result, [base, other]) = test.of(comparison)?;
+        let name = result.method.name();
         let under = if is_one { String::new() } else { format!(" ({})", setting_name(&base.setting)) };
         let ratio = |ratio: f64| if ratio < 1e4 { cell(ratio, 2) } else { format!("{ratio:.1e}") };
         let [low, high] = test.ratio_interval.map(ratio);
         let interval = if test.ratio_interval[0].is_nan() { String::new() } else { format!(" ({low}\u{2026}{high})") };
-        let verdict = match test.verdict {
-            Invariance::Unchanged => "unchanged",
-            Invariance::Biased => "biased",
-            Invariance::Changed => "changed",
-            Invariance::Few => "too few runs",
-        };
         table.named_row(
             &format!("{name}{under}"),
             [
@@ -56,7 +48,7 @@ pub fn invariance(comparison: &Comparison) -> Option<Table> {
                 format!("{} \u{2192} {}", cell(test.excess[0], 2), cell(test.excess[1], 2)),
                 format!("{}{interval}", ratio(test.ratio)),
                 cell(test.p_holm, 2),
-                verdict.to_owned(),
+                test.verdict.name().replace('_', " "),
             ],
         );
     }
@@ -66,7 +58,7 @@ pub fn invariance(comparison: &Comparison) -> Option<Table> {
          all methods and transforms. A method is biased if it finds other costs in a mirrored or shifted box: it searches some parts \
          of the box better than others. In logarithms the problem has another shape for every search, so that a change is no bias.",
     );
-    (!tests.is_empty()).then_some(table)
+    (!table.rows.is_empty()).then_some(table)
 }
 
 /// Describes the hyperparameters of a method that differ from their defaults; `None` if none does.

@@ -1,7 +1,8 @@
 //! Tests of the invariance of searches: a method that is not biased towards a part of the box finds the same costs in mirrored and
 //! in shifted coordinates (J. Kudela, arXiv:2301.01984, 2023). In logarithms every method but a local search moves differently.
 
-use super::{Block, Comparison, FEW};
+use super::ranking::logarithm;
+use super::{Block, Comparison, FEW, MethodResult};
 use crate::named::named;
 use crate::numeric::{quantile, sorted};
 use crate::optimize::Coordinates;
@@ -77,10 +78,18 @@ impl Precision {
     }
 }
 
+impl InvarianceTest {
+    /// Returns the method in the coordinates of the parameters, and both blocks; `None` if the comparison does not have them.
+    #[must_use]
+    pub fn of<'a>(&self, comparison: &'a Comparison) -> Option<(&'a MethodResult, [&'a Block; 2])> {
+        let [base, other] = self.blocks.map(|block| comparison.blocks.get(block));
+        Some((base?.results.get(self.method)?, [base?, other?]))
+    }
+}
+
 impl Comparison {
     /// Compares each block in other coordinates with the block in those of the parameters under the same setting.
-    #[must_use]
-    pub fn invariance(&self) -> Vec<InvarianceTest> {
+    pub(super) fn invariance_tests(&self) -> Vec<InvarianceTest> {
         let mut all = Vec::new();
         for (base, block) in self.blocks.iter().enumerate() {
             if block.setting.coordinates != Coordinates::None {
@@ -127,7 +136,6 @@ impl Comparison {
     /// Tests a method by its excesses in both coordinates; differences below `smallest` are ties.
     fn test(&self, blocks: [usize; 2], method: usize, [before, after]: [&[f64]; 2], smallest: f64) -> InvarianceTest {
         let median = |values: &[f64]| quantile(&sorted(values), 0.5);
-        let logarithm = |cost: f64| cost.clamp(1e-300, 1e300).ln();
         let difference = |(a, b): (&f64, &f64)| match (a - b).abs() < smallest {
             true => 0.0,
             false => logarithm(*b) - logarithm(*a),

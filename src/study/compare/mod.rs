@@ -93,6 +93,8 @@ pub struct Comparison {
     pub device: (&'static str, String, &'static str),
     /// Warnings about the recordings and the device.
     pub warnings: Vec<Warning>,
+    /// Tests of each method in other coordinates; empty without any.
+    pub invariance: Vec<InvarianceTest>,
     /// True if the observer ended the comparison early.
     pub interrupted: bool,
     /// Number of candidates evaluated.
@@ -221,11 +223,13 @@ pub fn compare(
         initial: problems[0].signals().iter().map(|signals| signals.initial).collect(),
         device: searches.device(),
         warnings,
+        invariance: Vec::new(),
         interrupted,
         evaluations: before,
         batch_seconds,
     };
     comparison.add_costs()?;
+    comparison.invariance = comparison.invariance_tests();
     Ok(comparison)
 }
 

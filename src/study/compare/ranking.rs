@@ -105,6 +105,6 @@ impl Block {
 }
 
 /// Returns the natural logarithm of a cost, finite also for 0 and ∞.
-fn logarithm(cost: f64) -> f64 {
+pub(super) fn logarithm(cost: f64) -> f64 {
     cost.clamp(1e-300, 1e300).ln()
 }
