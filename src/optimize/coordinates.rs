@@ -87,14 +87,18 @@ impl FromStr for Coordinates {
     }
 }
 
+/// Bounds of axes for tests.
+#[cfg(test)]
+pub(super) const BOUNDS: [(f64, f64); 3] = [(0.5, 8.0), (2.0, 3.0), (-1.0, 4.0)];
+/// Coordinates for tests.
+#[cfg(test)]
+pub(super) const ALL: [Coordinates; 5] =
+    [Coordinates::None, Coordinates::Mirror, Coordinates::Shift(0.1), Coordinates::Shift(-3.0), Coordinates::Log];
+
 #[allow(clippy::float_cmp, reason = "exact equality is meant")]
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
     use super::*;
-
-    pub const BOUNDS: [(f64, f64); 3] = [(0.5, 8.0), (2.0, 3.0), (-1.0, 4.0)];
-    pub const ALL: [Coordinates; 5] =
-        [Coordinates::None, Coordinates::Mirror, Coordinates::Shift(0.1), Coordinates::Shift(-3.0), Coordinates::Log];
 
     #[test]
     fn values_and_coordinates_are_inverse_and_written_as_they_are_read() {

@@ -113,7 +113,7 @@ impl TransformedSearch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optimize::coordinates::tests::{ALL, BOUNDS};
+    use crate::optimize::coordinates::{ALL, BOUNDS};
     use crate::optimize::{ConfiguredSearch, GwoOptions, JayaOptions, SEARCHES};
 
     fn setup(coordinates: Coordinates) -> SearchSettings {
