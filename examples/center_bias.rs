@@ -140,7 +140,8 @@ fn main() -> Result<()> {
         true => Protocol { dimensions: 30, evaluations: 50_000, runs: 20 },
         false => Protocol { dimensions: 10, evaluations: 5_000, runs: 5 },
     };
-    println!("method      ratios of the geometric means of the errors, shifted to centred      biased");
+    println!("geometric mean of the errors with a shifted optimum, relative to that with a centred one");
+    println!("method          lowest    highest  biased in");
     for search in SEARCHES.into_iter().filter(|search| search.name != "multistart") {
         let ratio = |seed: u64| -> Result<f64> {
             let [centred, shifted] = [0.0, -0.1].map(|shift| mean_logarithm(search.into(), &protocol, shift, seed));
@@ -149,7 +150,7 @@ fn main() -> Result<()> {
         let ratios: Vec<f64> = (1..=repetitions).map(ratio).collect::<Result<_>>()?;
         let [low, high] = [f64::min, f64::max].map(|of| ratios.iter().copied().reduce(of).unwrap_or(f64::NAN));
         let biased = ratios.iter().filter(|ratio| **ratio > 10.0).count();
-        println!("{:<10}  {low:>12.3e} to {high:<12.3e} {:>38} of {repetitions}", search.name, biased);
+        println!("{:<10} {low:>11.2e} {high:>10.2e}  {biased} of {repetitions}", search.name);
     }
     Ok(())
 }
