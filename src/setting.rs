@@ -86,6 +86,7 @@ settings! {
     Precision "precision" Word "The floating-point precision of the evaluation."
     Threads "threads" Number "The number of threads."
     Runs "runs" Number "The number of runs of each method."
+    Budgets "budgets" List "The budgets of a run in a suite \\[evaluations\\]."
     Target "target" Number "The cost at which a run counts as successful."
     Sample "sample" Word "Candidates sampled from the bounds."
     Slice "slice" List "The two parameters of a slice of the cost function."

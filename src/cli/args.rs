@@ -2,10 +2,12 @@
 
 pub(crate) use super::flags::*;
 pub(crate) use super::sweep::args::*;
+use clap::builder::ArgPredicate;
 use clap::{ArgGroup, ArgMatches, Args, FromArgMatches};
 use motorfit::identify::Method;
 use motorfit::motor::Discretization;
 use motorfit::study::compare::Preset;
+use motorfit::study::suite::Suite;
 use std::path::PathBuf;
 
 const ABOUT: &str = "Identify the parameters of DC motors from recordings of voltage, current and speed";
@@ -183,17 +185,27 @@ pub(crate) struct CompareArgs {
     /// Use the settings of the paper, and show its tables beside the results
     #[arg(long, value_parser = described::<Preset>(), conflicts_with_all = ["records", "methods", "criteria", "population", "generations", "set", "transform", "bounds", "fix"])]
     pub preset: Option<Preset>,
+    /// Compare searches on a suite of simulated problems with known optima, at each of the budgets
+    #[arg(long, value_parser = described::<Suite>(), conflicts_with_all = ["records", "preset", "criteria", "generations", "bounds", "fix", "target", "discretization"])]
+    pub suite: Option<Suite>,
+    /// With --suite: budgets of a run in evaluations, each compared separately
+    #[arg(long, value_delimiter = ',', requires = "suite", value_name = "LIST")]
+    #[arg(default_value = "100,1000,10000,100000")]
+    pub budgets: Vec<u64>,
     #[arg(long, help = methods_compared(), value_parser = described::<Method>(), value_delimiter = ',')]
     #[arg(default_value = "gwo,jaya,ga,sm", value_name = "LIST")]
+    #[arg(default_value_if("suite", ArgPredicate::IsPresent, searches()))]
     pub methods: Vec<Method>,
-    /// Runs of each method, each with its own random numbers
+    /// Runs of each method, each with its own random numbers [with --suite: 15]
     #[arg(long, default_value_t = 50, value_name = "N", allow_negative_numbers = true)]
+    #[arg(default_value_if("suite", ArgPredicate::IsPresent, "15"))]
     pub runs: usize,
     /// Criteria with scales, as CRITERION:SCALE,…; each is compared separately
     #[arg(long, value_delimiter = ',', default_value = "nrmse:std", value_name = "LIST")]
     pub criteria: Vec<String>,
-    /// Candidates in each generation; each value of a list is compared separately
+    /// Candidates in each generation; each value of a list is compared separately [with --suite: about the root of the budget, up to 100]
     #[arg(long, value_delimiter = ',', default_value = "100", value_name = "LIST")]
+    #[arg(default_value_if("suite", ArgPredicate::IsPresent, None::<&str>))]
     pub population: Vec<usize>,
     /// Generations, the initial population included; each value of a list is compared separately
     #[arg(long, value_delimiter = ',', default_value = "100", value_name = "LIST")]

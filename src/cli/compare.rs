@@ -15,6 +15,9 @@ use motorfit::study::compare::{Block, CompareSettings, CompareSpec, Comparison, 
 const WIDTH: usize = 80;
 
 pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
+    if let Some(suite) = args.suite {
+        return super::suite::run(suite, args, style);
+    }
     let device = inputs::device(&args.device, style)?;
     let threads = device.threads;
     let (subject, requested) = (subject(args)?, requested(args));
@@ -155,7 +158,7 @@ fn subject(args: &CompareArgs) -> Result<ComparisonSubject> {
     Ok(ComparisonSubject { records: inputs::records(&args.records, &given)?, truth: None })
 }
 
-fn requested(args: &CompareArgs) -> CompareSettings {
+pub(super) fn requested(args: &CompareArgs) -> CompareSettings {
     CompareSettings {
         methods: args.methods.clone(),
         criteria: args.criteria.clone(),

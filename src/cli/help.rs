@@ -33,6 +33,7 @@ const EXAMPLES: [(&str, &[&str]); 15] = [
             "compare --preset paper",
             "compare log.csv --methods gwo,jaya,sm --runs 20 --out report",
             "compare log.csv --population 50,100,200",
+            "compare --suite motors --methods gwo,cmaes,multistart --budgets 1000,10000",
         ],
     ),
     ("sweep", &["sweep study.toml --out night --report report", "sweep status night", "sweep run night --shard 1/4"]),

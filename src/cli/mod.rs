@@ -21,6 +21,7 @@ mod shell;
 mod signals;
 mod simulate;
 mod slice;
+mod suite;
 mod sweep;
 
 /// Imports that every command uses.

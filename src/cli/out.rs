@@ -63,7 +63,8 @@ impl Out {
             .map_err(|e| Error::data(format!("cannot be created: {e}"), "Name another folder.").in_file(target))?;
         let _under_way = FileUnderWay::begin();
         folder::replace_all(target, list)?;
-        style.note(&format!("wrote {}", target.join("report.html").display()));
+        let first = list.first().map_or("", |(name, _)| name);
+        style.note(&format!("wrote {}", target.join(first).display()));
         Ok(())
     }
 

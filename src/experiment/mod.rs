@@ -1,7 +1,9 @@
 //! Simulated experiments: an excitation drives a motor at rest, and white noise is added to current and speed.
 
+mod shape;
 mod streamed;
 
+pub use shape::Shape;
 pub use streamed::{StepExperiment, StepFigures};
 
 use crate::criterion::Noise;

@@ -1,7 +1,10 @@
 //! Methods that find the first optimum, and refinements.
 
 use crate::named::{Named, named};
-use crate::optimize::{ConfiguredSearch, Hyperparameter, Optimizer, SEARCHES, Search, SearchOptions, SearchSettings};
+use crate::optimize::{
+    ConfiguredSearch, Coordinates, Hyperparameter, MultistartOptions, Optimizer, SEARCHES, Search, SearchOptions,
+    SearchSettings,
+};
 use crate::setting::text;
 use crate::text::{alternatives, excerpt, listed};
 use crate::{Error, Result};
@@ -11,7 +14,7 @@ use std::fmt;
 #[derive(Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub enum Method {
-    /// Steiglitz–McBride; the first of [`SEARCHES`] where it is not applicable.
+    /// Steiglitz–McBride; a multistart of Levenberg–Marquardt in logarithms where it is not applicable.
     #[default]
     Auto,
     /// Steiglitz–McBride.
@@ -52,7 +55,7 @@ impl Named for Method {
 
     fn text(&self) -> &'static str {
         match self {
-            Self::Auto => "Steiglitz–McBride, or a population search where it is not applicable",
+            Self::Auto => "Steiglitz–McBride, or a multistart where it is not applicable",
             Self::SteiglitzMcBride => "Steiglitz–McBride",
             Self::Search(tuned) => tuned.search.text,
         }
@@ -84,14 +87,21 @@ impl Method {
         matches!(self, Self::Search(_))
     }
 
-    /// Returns the population search of the method: for `Auto` the first of [`SEARCHES`]; `None` for Steiglitz–McBride.
+    /// Returns the search of the method: for `Auto` the one that wins the suite `motors`, a multistart; `None` for Steiglitz–McBride.
     #[must_use]
     pub fn search(&self) -> Option<ConfiguredSearch> {
         match self {
-            Self::Auto => Some(SEARCHES[0].into()),
+            Self::Auto => Some(MultistartOptions::default().into()),
             Self::SteiglitzMcBride => None,
             Self::Search(tuned) => Some(*tuned),
         }
+    }
+
+    /// Returns the coordinates in which the search moves its candidates: logarithms for `Auto`, where the multistart needs the fewest
+    /// evaluations on the suite `motors`; those of the parameters for a search that is named.
+    #[must_use]
+    pub fn coordinates(&self) -> Coordinates {
+        if *self == Self::Auto { Coordinates::Log } else { Coordinates::None }
     }
 
     /// Begins a run of the population search.

@@ -84,7 +84,8 @@ impl IdentifySpec {
     /// Returns the settings of a population search over `space`.
     pub(super) fn search(&self, space: &Space) -> SearchSettings {
         let &Self { population, generations, seed, .. } = self;
-        SearchSettings { bounds: space.bounds(), population, generations, seed, ..SearchSettings::default() }
+        let (bounds, coordinates) = (space.bounds(), self.method.coordinates());
+        SearchSettings { bounds, population, generations, seed, coordinates, ..SearchSettings::default() }
     }
 
     /// Returns the value at which a parameter is fixed; `None` if it is free.

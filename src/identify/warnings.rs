@@ -79,7 +79,7 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
     let mut warnings = Vec::new();
     if found.searched.is_fallback && found.input == Input::Voltage {
         let why = failure.unwrap_or(SmFailure::PoorFit).message();
-        let message = format!("Steiglitz–McBride is not applicable: {why}; a population search was used instead");
+        let message = format!("Steiglitz–McBride is not applicable: {why}; a multistart was used instead");
         warnings.push(Warning::new("sm_failed", message));
     }
     for parameter in Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS) {

@@ -57,7 +57,7 @@ pub const LIMITS: [Limit; 2] = [
     limit("points of a sample", POINTS_MAX, "refused"),
 ];
 
-/// The table of population searches, in the order in which they are listed. The first is the default.
+/// The table of population searches, in the order in which they are listed.
 pub const SEARCHES: [&Search; 11] = [
     &gwo::SEARCH,
     &jaya::SEARCH,

@@ -16,7 +16,9 @@ search! {
     /// Settings of the multistart.
     pub struct MultistartOptions {
         /// Number of local searches from each population of points.
-        starts: usize = 4, "starts" in Range::Count(u32::MAX);
+        starts: usize = 1, "starts" in Range::Count(u32::MAX);
+        /// Largest number of iterations of a local search, after which it is given up.
+        iterations: usize = 100, "iterations" in Range::Count(u32::MAX);
     }
 }
 
@@ -75,6 +77,11 @@ impl Rule for Multistart {
         &self.starts
     }
 
+    fn longest(&self, axes: usize) -> u64 {
+        // An iteration is a simulation with derivatives; the cost of the end is one more evaluation.
+        (self.options.iterations as u64).saturating_mul(1 + axes as u64).saturating_add(1)
+    }
+
     fn arrive(&mut self, _: &[LocalOptimum]) {
         self.starts.clear();
     }
@@ -120,7 +127,7 @@ mod tests {
     }
 
     fn runs(starts: usize, count: u64) -> Vec<Run> {
-        let options = MultistartOptions { starts };
+        let options = MultistartOptions { starts, ..MultistartOptions::default() };
         let run = |run: u64| {
             let bounds = vec![(0.0, 8.0)];
             let setup = SearchSettings { bounds, population: 8, generations: 10, run, ..SearchSettings::default() };
@@ -156,6 +163,22 @@ mod tests {
         }
         let starts: Vec<f64> = descended.iter().map(|of| of.1).collect();
         assert!((1..starts.len()).all(|n| !starts[..n].contains(&starts[n])), "every start is another one");
+    }
+
+    #[test]
+    fn a_local_search_is_given_up_after_its_iterations() {
+        // Two iterations of a simulation and one derivative, and the cost of the end.
+        let mut search = ConfiguredSearch::from(MultistartOptions::default());
+        assert!(search.set("iterations", "2").unwrap());
+        let setup =
+            SearchSettings { bounds: vec![(0.0, 8.0)], population: 8, generations: 10, ..SearchSettings::default() };
+        let mut basins = Basins::default();
+        let budget = Budget { generations: 10, slice: usize::MAX };
+        let mut runs = [Run::new(search.begin(setup).unwrap())];
+        minimize(&mut runs, budget, &mut basins, &mut |_| ControlFlow::Continue(())).unwrap();
+        let descended = basins.0.lock().unwrap();
+        assert!(descended.iter().all(|(_, _, evaluations)| *evaluations <= 5));
+        assert!(descended.iter().any(|(_, _, evaluations)| *evaluations == 5));
     }
 
     #[test]

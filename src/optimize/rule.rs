@@ -45,6 +45,11 @@ pub(super) trait Rule: Send {
         &[]
     }
 
+    /// Returns the largest number of evaluations of a local search with so many free parameters.
+    fn longest(&self, _axes: usize) -> u64 {
+        u64::MAX
+    }
+
     /// Takes the ends of the local searches, in the order of their starts.
     fn arrive(&mut self, _ends: &[LocalOptimum]) {}
 }
@@ -125,7 +130,7 @@ impl<R: Rule> Optimizer for Moving<R> {
 
     fn local_searches(&mut self) -> Option<LocalSearches<'_>> {
         let starts = Candidates::new(self.rule.starts(), self.population.width());
-        let each = self.left() / (starts.count().max(1) as u64);
+        let each = (self.left() / (starts.count().max(1) as u64)).min(self.rule.longest(self.population.width()));
         (starts.count() > 0 && each > 0).then_some(LocalSearches { starts, evaluations: each })
     }
 

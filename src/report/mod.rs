@@ -22,6 +22,8 @@ pub mod plot;
 mod residual_panels;
 mod spelling;
 #[cfg(feature = "report")]
+pub mod suite;
+#[cfg(feature = "report")]
 pub mod sweep;
 #[cfg(feature = "report")]
 mod table;

@@ -6,6 +6,7 @@ mod limits;
 mod measurement;
 mod slice;
 mod statistics;
+pub mod suite;
 pub mod sweep;
 mod throughput;
 

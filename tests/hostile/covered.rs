@@ -2,7 +2,8 @@
 
 use crate::calls::Calls;
 use crate::drivers::{
-    analysis, estimate, evaluate, files, ground, identify, motor, optimize, record, report, settings, study, sweep,
+    analysis, estimate, evaluate, files, ground, identify, motor, optimize, record, report, settings, study, suite,
+    sweep,
 };
 use crate::list::public_functions;
 use std::path::Path;
@@ -43,6 +44,8 @@ const DRIVERS: &[Driver] = &[
     study::compare_specs,
     study::maps,
     study::speeds,
+    suite::suites,
+    suite::suite_settings,
     sweep::figures,
     sweep::sweeps,
     report::words,

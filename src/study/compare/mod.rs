@@ -234,7 +234,7 @@ pub fn compare(
 }
 
 /// Largest number of runs of each method.
-pub(super) const RUNS_MAX: usize = 100_000;
+pub(in crate::study) const RUNS_MAX: usize = 100_000;
 
 fn check(spec: &CompareSpec) -> Result<()> {
     if spec.settings.is_empty() || spec.runs == 0 || spec.settings.iter().any(|s| s.methods.is_empty()) {

@@ -141,6 +141,7 @@ pub fn words(calls: &mut Calls) {
         drive!(calls, method;
             "identify::Method::name" => method.name(),
             "identify::Method::is_search" => method.is_search(),
+            "identify::Method::coordinates" => method.coordinates(),
             "identify::Method::search" => method.search(),
             "identify::Method::from" => Method::from(GwoOptions::default()),
         );

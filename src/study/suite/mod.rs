@@ -1,0 +1,24 @@
+//! Suites: searches on problems with known optima, at equal budgets of evaluations.
+//!
+//! A run reaches a target when its cost is within a relative gap of the known optimum, where 1 is the gap of a random candidate. The
+//! measures are those of black-box optimization: expected running times and success rates (N. Hansen et al., Optimization Methods and
+//! Software 36(1), 2021), data profiles (J. Moré, S. Wild, SIAM J. Optim. 20(1), 2009), performance profiles (E. Dolan, J. Moré,
+//! Math. Program. 91, 2002), and ranks over problems (J. Demšar, J. Mach. Learn. Res. 7, 2006).
+
+mod definition;
+mod entrant;
+mod measures;
+mod profiles;
+mod ranks;
+mod run;
+
+pub use definition::{Suite, SuiteProblem};
+pub use entrant::Entrant;
+pub use measures::SuiteMeasure;
+pub use ranks::SuiteRanks;
+pub use run::{SuiteBlock, SuiteResult, SuiteRun, SuiteSpec, run_suite};
+
+/// Relative gap of the headline figures: on the problems of `motors` with noise about one standard error of the parameters.
+pub const GAP: f64 = 1e-5;
+/// Smallest relative gap: below it there is rounding.
+pub const GAP_MIN: f64 = 1e-8;
