@@ -97,8 +97,8 @@ impl Method {
         }
     }
 
-    /// Returns the coordinates in which the search moves its candidates: logarithms for `Auto`, where the multistart needs the fewest
-    /// evaluations on the suite `motors`; those of the parameters for a search that is named.
+    /// Returns the coordinates in which the search moves its candidates: logarithms for `Auto`, whose boxes span decades
+    /// when no bounds are given; those of the parameters for a search that is named.
     #[must_use]
     pub fn coordinates(&self) -> Coordinates {
         if *self == Self::Auto { Coordinates::Log } else { Coordinates::None }

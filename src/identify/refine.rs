@@ -39,10 +39,13 @@ impl Fit {
         stuck || fit.iter().flatten().any(|percent| *percent < 50.0)
     }
 
-    /// Returns the fit with the lower sum of squares in units of `sigma`; `other` comes from a population search.
+    /// Returns `other`, which comes from a population search, if its sum of squares in units of `sigma` is lower by more than the
+    /// tolerance: an optimum that both reach is that of the estimate.
     fn or_lower(mut self, other: Self, sigma: &[[f64; 2]]) -> Self {
+        /// Relative difference of sums of squares at the same optimum, after refinements from two starts.
+        const SAME: f64 = 1e-6;
         self.found.has_population = true;
-        if other.refined.weighted(sigma) < self.refined.weighted(sigma) { other } else { self }
+        if other.refined.weighted(sigma) < (1.0 - SAME) * self.refined.weighted(sigma) { other } else { self }
     }
 }
 

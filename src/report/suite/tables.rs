@@ -161,8 +161,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn counts_have_two_digits() {
+    fn counts_above_a_thousand_have_units() {
         let texts = [3.0, 874.0, 996.0, 12_400.0, 994_000.0, 996_000.0, f64::INFINITY].map(compact);
-        assert_eq!(texts, ["3", "870", "1k", "12k", "990k", "1M", "\u{221e}"]);
+        assert_eq!(texts, ["3", "874", "1k", "12k", "994k", "1M", "\u{221e}"]);
     }
 }
