@@ -149,6 +149,54 @@ pub fn listed(words: &[&str], conjunction: &str) -> String {
     }
 }
 
+/// Returns a value with its standard error, and the unit that suits its size: with an SI prefix, `["7.7622 ± 0.0071", "mH"]`, or
+/// for units that take none with a power of ten, `["135.986 ± 0.087", "10⁻⁶ kg m²"]`. The error has two significant digits and
+/// the value its decimals; without an error the value has five significant digits.
+#[must_use]
+pub fn in_suitable_unit(value: f64, std_error: Option<f64>, unit: &str) -> [String; 2] {
+    const PREFIXES: [&str; 9] = ["p", "n", "µ", "m", "", "k", "M", "G", "T"];
+    let spelled = unit.replace("ohm", "Ω").replace('*', " ").replace("^2", "²");
+    let size = value.abs().max(std_error.unwrap_or(0.0));
+    let takes_prefix = !spelled.starts_with("kg") && !["", "1", "%"].contains(&spelled.as_str());
+    let largest = if takes_prefix { 4 } else { 100 };
+    let fits = |n: &i32| size >= 0.999_999_5 * 10.0_f64.powi(3 * n);
+    let power = (-largest..=largest).rev().find(fits).filter(|_| size.is_finite());
+    // Numbers from 0.1 to 1000 of units without a prefix need no power of ten.
+    let power = power.filter(|_| takes_prefix || !(0.1..1000.0).contains(&size)).unwrap_or(0);
+    let factor = 10.0_f64.powi(3 * power);
+    let bare = if spelled == "1" { String::new() } else { spelled };
+    let prefix = usize::try_from(power + 4).ok().and_then(|n| PREFIXES.get(n));
+    let unit = match prefix.filter(|_| takes_prefix) {
+        Some(prefix) => format!("{prefix}{bare}"),
+        None if power == 0 => bare,
+        None => format!("10{} {bare}", raised(3 * power)).trim_end().to_owned(),
+    };
+    [with_digits_of(value / factor, std_error.map(|error| error / factor)), unit]
+}
+
+/// Returns `value ± error` with two significant digits of the error; the value alone with five without an error.
+fn with_digits_of(value: f64, std_error: Option<f64>) -> String {
+    match std_error.filter(|error| *error > 0.0 && error.is_finite()) {
+        Some(error) => {
+            // An error of 0.0996 is 0.10: digits are counted after rounding to two.
+            let exponent = format!("{error:.1e}").split_once('e').and_then(|(_, e)| e.parse::<i32>().ok()).unwrap_or(0);
+            let places = usize::try_from(1 - exponent).unwrap_or(0).min(12);
+            format!(
+                "{value:.places$} ± {}",
+                if exponent > 1 { format!("{error:.0}") } else { format!("{error:.places$}") }
+            )
+        }
+        None => significant(value, 5),
+    }
+}
+
+/// Returns a whole number in superscript digits.
+fn raised(exponent: i32) -> String {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let digit = |c: char| c.to_digit(10).and_then(|n| DIGITS.get(n as usize)).copied().unwrap_or('⁻');
+    exponent.to_string().chars().map(digit).collect()
+}
+
 /// Length of the longest word for which an edit distance is computed \[bytes\]; the time is proportional to the product of
 /// both lengths.
 const COMPARED_MAX: usize = 256;
@@ -195,5 +243,30 @@ mod tests {
             ["1e16", "1000000000000000", "-1e307", "0.0000001", "5e-324", "0"]
         );
         assert_eq!(alternatives(&["a", "b", "c"]), "a, b or c");
+    }
+
+    #[test]
+    fn values_have_the_digits_of_their_errors() {
+        let cases = [
+            ((0.007_762_2, Some(7.1e-6), "H"), ["7.7622 ± 0.0071", "mH"]),
+            ((0.000_135_986, Some(8.7e-8), "kg*m^2"), ["135.986 ± 0.087", "10⁻⁶ kg m²"]),
+            ((0.921_083, Some(0.000_46), "ohm"), ["921.08 ± 0.46", "mΩ"]),
+            ((0.073_457_3, Some(1.4e-5), "V*s/rad"), ["73.457 ± 0.014", "mV s/rad"]),
+            ((0.000_677_673, Some(2.9e-7), "N*m*s/rad"), ["677.67 ± 0.29", "µN m s/rad"]),
+            ((1.4, None, "ohm"), ["1.4000", "Ω"]),
+            ((0.97, Some(0.0099), "1"), ["0.9700 ± 0.0099", ""]),
+            ((1234.5, Some(560.0), "ohm"), ["1.23 ± 0.56", "kΩ"]),
+            ((2.0, Some(345.0), "A"), ["2 ± 345", "A"]),
+            ((1000.0, None, "V"), ["1.0000", "kV"]),
+            ((0.0, None, "s"), ["0", "s"]),
+            ((5.0, Some(0.0996), "V"), ["5.00 ± 0.10", "V"]),
+            ((2e-5, None, "1"), ["20.000", "10⁻⁶"]),
+        ];
+        for ((value, error, unit), expected) in cases {
+            assert_eq!(in_suitable_unit(value, error, unit), expected, "{value} {error:?} {unit}");
+        }
+        for value in [f64::NAN, f64::INFINITY, 5e-324, -1e308] {
+            let _ = in_suitable_unit(value, Some(value), "kg*m^2");
+        }
     }
 }

@@ -12,9 +12,11 @@ mod input_noise;
 mod intersample;
 mod noise_floor;
 mod recording;
+mod residual_correlation;
 mod residual_input_test;
 mod residuals;
 mod speed_guess;
+mod transfer_function;
 mod validation;
 
 pub use characteristics::{Characteristic, Characteristics, Covariance, Named, characteristics};
@@ -29,10 +31,12 @@ pub(crate) use intersample::{coarse_rate, intersample_of_current, intersample_of
 pub use noise_floor::{NoiseFloor, noise_floor};
 pub(crate) use recording::unused_columns;
 pub use recording::{record_warnings, warnings_of_records};
+pub use residual_correlation::ResidualCorrelation;
 pub use residual_input_test::{Regressors, ResidualInputTest, Residuals, residual_input_test};
 pub(crate) use residuals::document as residuals_document;
 pub(crate) use residuals::{EXPLAINED_MIN, residual_tests, residuals_follow_input, variance_inflation};
 pub use residuals::{ResidualTest, ResidualTests};
 pub(crate) use speed_guess::{guess_by_load, guess_by_speed, lag_by_speed, load_varies};
+pub use transfer_function::TransferFunctions;
 pub(crate) use validation::validate;
 pub use validation::{HeldOut, Validation, split};

@@ -161,6 +161,8 @@ pub(crate) struct IdentifyArgs {
     /// Write report.html, result.json and curves.csv to this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub page: PageArgs,
     /// Write an SVG plot of measured and modelled signals; one file per recording
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
@@ -173,6 +175,14 @@ pub(crate) struct IdentifyArgs {
     pub problem: ProblemArgs,
     #[command(flatten)]
     pub device: DeviceArgs,
+}
+
+/// Settings of pages.
+#[derive(Args, Clone, Copy)]
+pub(crate) struct PageArgs {
+    /// Write report.html without its script, which adds values under the pointer, zoom and tables that can be sorted
+    #[arg(long)]
+    pub no_script: bool,
 }
 
 #[derive(Args)]
@@ -241,6 +251,8 @@ pub(crate) struct CompareArgs {
     /// Write report.html, result.json and CSV files to this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub page: PageArgs,
     #[command(flatten)]
     pub device: DeviceArgs,
 }
@@ -328,6 +340,8 @@ pub(crate) struct InspectArgs {
     /// Write report.html and result.json to this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub page: PageArgs,
 }
 
 #[derive(Args)]

@@ -69,7 +69,8 @@ fn report(args: &CompareArgs, comparison: &Comparison, document: String) -> Vec<
         ("time of all runs", engineering(comparison.batch_seconds, "s", 3)),
     ]);
     let page = compare_page(comparison, args.preset.is_some(), &how);
-    let mut files = vec![("report.html".to_owned(), page.html()), ("result.json".to_owned(), document)];
+    let mut files =
+        vec![("report.html".to_owned(), page.html(!args.page.no_script)), ("result.json".to_owned(), document)];
     if args.preset.is_some() {
         files.extend(paper_tables(comparison).iter().map(|table| (format!("{}.csv", table.id), table.csv())));
     }

@@ -10,7 +10,6 @@ use motorfit::motor::{Discretization, Input, Scope};
 use motorfit::optimize::Stop;
 use motorfit::record::{Quantity, Record};
 use motorfit::report::figures;
-use motorfit::report::plot::themed;
 use motorfit::report::{
     characteristics_lines, command_line, identify_document, identify_page, noise_floor_text, selection_table,
     selection_text, verdicts,
@@ -63,7 +62,7 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
         draw(path, &records, &found, style)?;
     }
     if let Some(out) = out {
-        out.write(&report(&records, &spec, &found, document()), style)?;
+        out.write(&report(&records, &spec, &found, document(), !args.page.no_script), style)?;
     }
     Ok(match found.trust.level {
         _ if found.stop == Stop::Interrupted => Outcome::Interrupted,
@@ -72,7 +71,13 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     })
 }
 
-fn report(records: &[Record], spec: &IdentifySpec, found: &Identification, document: String) -> Vec<(String, String)> {
+fn report(
+    records: &[Record],
+    spec: &IdentifySpec,
+    found: &Identification,
+    document: String,
+    has_script: bool,
+) -> Vec<(String, String)> {
     let bounds = found.space.free().iter().map(|a| format!("{}={}:{}", a.parameter.symbol(), a.min, a.max));
     let how = out::reproduced(vec![
         ("method", format!("{} (found by {})", spec.method.name(), found.searched.method)),
@@ -86,7 +91,7 @@ fn report(records: &[Record], spec: &IdentifySpec, found: &Identification, docum
         ("time", engineering(found.seconds, "s", 3)),
     ]);
     vec![
-        ("report.html".to_owned(), identify_page(records, spec, found, &how).html()),
+        ("report.html".to_owned(), identify_page(records, spec, found, &how).html(has_script)),
         ("curves.csv".to_owned(), curves(records, found)),
         ("result.json".to_owned(), document),
     ]
@@ -96,7 +101,7 @@ fn report(records: &[Record], spec: &IdentifySpec, found: &Identification, docum
 fn draw(path: &Path, records: &[Record], found: &Identification, style: &Style) -> Result<()> {
     for ((n, record), signals) in (1..).zip(records).zip(&found.modelled(records)?) {
         let file = out::numbered(path, (records.len() > 1).then_some(n));
-        out::write_file(&file, &themed(&figures::responses("response", record, "model", signals).scaled("")))?;
+        out::write_file(&file, &figures::responses("response", record, "model", signals).scaled(""))?;
         style.note(&format!("wrote {}", file.display()));
     }
     Ok(())

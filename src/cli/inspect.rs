@@ -21,7 +21,7 @@ pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
     }
     if let Some(out) = out {
         let how = out::reproduced(vec![("settling band", format!("{} %", args.band.settling_band))]);
-        let page = inspect_page(&inspections, band, &how).html();
+        let page = inspect_page(&inspections, band, &how).html(!args.page.no_script);
         out.write(&[("report.html".to_owned(), page), ("result.json".to_owned(), document)], style)?;
     }
     Ok(Outcome::Done)

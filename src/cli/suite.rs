@@ -62,8 +62,10 @@ fn report(args: &CompareArgs, result: &SuiteResult, document: String) -> Vec<(St
         ("evaluations", result.evaluations.to_string()),
         ("time of all runs", engineering(result.seconds, "s", 3)),
     ]);
-    let mut files =
-        vec![("report.html".to_owned(), suite_page(result, &how).html()), ("result.json".to_owned(), document)];
+    let mut files = vec![
+        ("report.html".to_owned(), suite_page(result, &how).html(!args.page.no_script)),
+        ("result.json".to_owned(), document),
+    ];
     files.extend(suite_tables(result).iter().map(|table| (format!("{}.csv", table.id), table.csv())));
     files.push(("runs.csv".to_owned(), suite_csv(result)));
     files.push(("suite.toml".to_owned(), spec.suite.definition().to_owned()));

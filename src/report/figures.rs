@@ -2,11 +2,13 @@
 
 use super::page::Figure;
 use super::plot::{Chart, Line, boxes, chart, correlation, panels};
+use super::traces::{Form, Panel, Trace, Traces, svg};
+use crate::analysis::ResidualCorrelation;
 use crate::criterion::{Criterion, Scale};
 use crate::evaluate::{Initial, Model, Problem};
 use crate::identify::{Identification, IdentifySpec};
 use crate::motor::{Axis, Discretization, Parameter, Parameters, Scope, Space, simulate};
-use crate::numeric::{count, sorted};
+use crate::numeric::{count, rms, sorted};
 use crate::record::{Quantity, Record};
 use crate::report::compare::quartiles;
 use crate::study::compare::{Block, Comparison, MethodEstimates, MethodResult, Reached, reached};
@@ -24,58 +26,105 @@ pub fn model(record: &Record, parameters: &Parameters, initial: [f64; 2], how: D
     simulate(parameters, &problem.signals()[0].drive(), initial, problem.model().discretization)
 }
 
-const CHANNELS: [(&str, &str); 2] = [("Current", "current [A]"), ("Speed", "speed [rad/s]")];
+/// Labels of current and speed, and of their residuals.
+const CHANNELS: [[&str; 2]; 2] =
+    [["current [A]", "residual of the current [A]"], ["speed [rad/s]", "residual of the speed [rad/s]"]];
 
-/// Returns the figure of measured and modelled signals, their residuals, and the transient enlarged. `name` is the
-/// name of the model in the legend.
+/// Signals of a model for a recording, current \[A\] and speed \[rad/s\], with the name of the model in the legend.
+pub type Modelled<'a> = (&'a str, &'a [Vec<f64>; 2]);
+
+/// Returns the input, the measured and modelled signals and their residuals over time, one below the other, and beside each
+/// other the transient after the largest change of the input, enlarged.
+#[must_use]
+pub fn response_traces(id: &str, record: &Record, models: &[Modelled<'_>]) -> [Traces; 2] {
+    let time = &record.samples().time_s;
+    let curve = |values: &[f64]| time.iter().copied().zip(values.iter().copied()).collect::<Vec<_>>();
+    let by_current = record.driver() == Quantity::Current;
+    let input = Trace::new("", 0, Form::Steps, curve(record.input()));
+    let mut complete = vec![Panel::new(if by_current { "current [A], the input" } else { "voltage [V]" }, vec![input])];
+    complete.extend(
+        record
+            .samples()
+            .torque
+            .as_ref()
+            .map(|torque| Panel::new("load torque [N m]", vec![Trace::new("", 0, Form::Steps, curve(torque))])),
+    );
+    let (mut signals, mut residuals) = (Vec::new(), Vec::new());
+    for (channel, labels) in CHANNELS.into_iter().enumerate().skip(usize::from(by_current)) {
+        let measured = record.measured()[channel].unwrap_or_default();
+        let mut shown = vec![Trace::new("measured", 0, Form::Dots, curve(measured))];
+        let mut left = Vec::new();
+        for (n, (name, values)) in (1..).zip(models.iter().map(|(name, values)| (*name, &values[channel]))) {
+            let residual: Vec<f64> = measured.iter().zip(values).map(|(a, b)| a - b).collect();
+            shown.push(Trace::new(name, n, Form::Line, curve(values)).with_band(1.96 * rms(&residual)));
+            left.push(Trace::new(name, n, Form::Dots, curve(&residual)));
+        }
+        signals.push(Panel::new(labels[0], shown));
+        residuals.push(Panel::new(labels[1], left));
+    }
+    let [from, to] = transient(record);
+    let enlarged = signals.iter().map(|panel| panel.within([from, to])).collect();
+    complete.extend(signals.into_iter().chain(residuals));
+    let names = models.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+    let of = |id: String, panels, is_grid, caption: &str| Traces {
+        id,
+        axis: "time [s]".to_owned(),
+        panels,
+        is_grid,
+        alternative: format!("measured and by {names}, over time"),
+        caption: caption.to_owned(),
+    };
+    let bands = "Bands: \u{b1}1.96 times the standard deviation of the residuals, measured minus modelled.";
+    let after = "The transient after the largest change of the input, enlarged.";
+    [of(id.to_owned(), complete, false, bands), of(format!("{id}-transient"), enlarged, true, after)]
+}
+
+/// Returns the figure of measured and modelled signals, their residuals, and the transient enlarged, as a drawing for a file.
+/// `name` is the name of the model in the legend.
 #[must_use]
 pub fn responses(id: &str, record: &Record, name: &str, signals: &[Vec<f64>; 2]) -> Figure {
-    let time = &record.samples().time_s;
-    let [from, to] = transient(record);
-    let line = |name: &str, values: &[f64]| {
-        let points = time.iter().copied().zip(values.iter().copied()).collect();
-        Line { name: name.to_owned(), points, ..Line::default() }
-    };
-    let inside = |line: &Line| Line {
-        points: line.points.iter().copied().filter(|(t, _)| (from..=to).contains(t)).collect(),
-        ..line.clone()
-    };
-    let chart =
-        |title: String, label: &str, lines: Vec<Line>| Chart { lines, ..Chart::new(title, ["time [s]", label]) };
-    let (mut complete, mut residuals, mut enlarged) = (Vec::new(), Vec::new(), Vec::new());
-    let by_current = record.driver() == Quantity::Current;
-    for (channel, (title, label)) in CHANNELS.into_iter().enumerate() {
-        if by_current && channel == 0 {
-            complete.push(chart(title.to_owned(), label, vec![line("input", record.input())]));
-            continue;
-        }
-        let (measured, model) = (record.measured()[channel].unwrap_or_default(), &signals[channel]);
-        let residual: Vec<f64> = measured.iter().zip(model).map(|(a, b)| a - b).collect();
-        let lines = vec![line("measured", measured), line(name, model)];
-        enlarged.push(chart(format!("{title}, transient"), label, lines.iter().map(inside).collect()));
-        complete.push(chart(title.to_owned(), label, lines));
-        // The empty line gives the residual the colour of its model.
-        let lines = vec![Line::default(), line(name, &residual)];
-        residuals.push(chart(format!("{title} residual"), label, lines));
-    }
-    let charts: Vec<Chart> = complete.into_iter().chain(residuals).chain(enlarged).collect();
+    let groups = response_traces(id, record, &[(name, signals)]);
     Figure {
         id: id.to_owned(),
         map: false,
-        svg: panels(&charts, 2, [560.0, 300.0]),
+        svg: svg(&groups),
         alternative: format!("Current and speed over time, measured and by {name}, with residuals"),
-        caption: match by_current {
-            true => {
-                "Top: the current, which is the input, and the measured and modelled speed. Bottom: the residual, and \
-                     the transient after the largest change of the input, enlarged."
-            }
-            false => {
-                "Top: measured and modelled signals. Middle: residuals. Bottom: the transient after the largest \
-                      change of the voltage, enlarged."
-            }
-        }
-        .to_owned(),
+        caption: groups.map(|group| group.caption).join(" "),
     }
+}
+
+/// Returns the autocorrelation of the residuals of each channel and their cross-correlation with the input, with the limits
+/// that 99 % of them are within if the model is adequate; `None` if they are not defined.
+#[must_use]
+pub fn residual_correlations(id: &str, record: &Record, signals: &[Vec<f64>; 2]) -> Option<Traces> {
+    let mut panels = Vec::new();
+    let driver = record.driver().to_string();
+    for (channel, name) in ["current", "speed"].into_iter().enumerate() {
+        let measured = record.measured()[channel].filter(|_| name != driver).unwrap_or_default();
+        let residual: Vec<f64> = measured.iter().zip(&signals[channel]).map(|(a, b)| a - b).collect();
+        let Some(of) = ResidualCorrelation::of(&residual, record.input()) else { continue };
+        let mut panel = |label: String, points, bound| {
+            let traces = vec![Trace::new("", 1, Form::Stems, points)];
+            panels.push(Panel { bound: Some(bound), ..Panel::new(&label, traces) });
+        };
+        // The autocorrelation is even; lag 0, which is 1, is left out.
+        let sides = of.autocorrelation.iter().enumerate().map(|(n, r)| (count(n + 1), *r));
+        let both = sides.clone().rev().map(|(lag, r)| (-lag, r)).chain(sides).collect();
+        panel(format!("{name} residual: autocorrelation"), both, of.autocorrelation_limit);
+        let both = ResidualCorrelation::cross_lags().zip(of.cross_correlation).collect();
+        panel(format!("{name} residual: cross-correlation with {driver}"), both, of.cross_correlation_limit);
+    }
+    let is_defined = !panels.is_empty();
+    is_defined.then(|| Traces {
+        id: id.to_owned(),
+        axis: "lag [samples]".to_owned(),
+        panels,
+        is_grid: true,
+        alternative: "over lags, with the limits of an adequate model".to_owned(),
+        caption: "Dashed: limits for white residuals that are independent of the input, which 99 % of the lags are within. Positive lags: \
+                  the residual follows the input."
+            .to_owned(),
+    })
 }
 
 /// Returns the interval around the largest change of the input \[s\], or at the start of a constant input.
@@ -108,12 +157,15 @@ pub fn correlations(found: &Identification) -> Option<Figure> {
     let pairs = (0..free.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
     let strongest = pairs.max_by(|x, y| values[x.0][x.1].abs().total_cmp(&values[y.0][y.1].abs()));
     let caption = strongest.map_or(String::new(), |(a, b)| {
-        format!("The largest in magnitude is {:.2}, between {} and {}.", values[a][b], names[a], names[b])
+        format!(
+            "Correlation of the estimates. The largest in magnitude is {:.2}, between {} and {}.",
+            values[a][b], names[a], names[b]
+        )
     });
     Some(Figure {
         id: "correlation".to_owned(),
         map: true,
-        svg: correlation(&names, values),
+        svg: correlation(&names, &values),
         alternative: format!("Matrix of the correlations of the estimates of {}", names.join(", ")),
         caption,
     })

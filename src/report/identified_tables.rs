@@ -2,10 +2,10 @@
 
 use super::identified::{window, with_error};
 use super::table::{Table, dash};
-use crate::analysis::{Characteristic, Characteristics};
+use crate::analysis::{Characteristic, Characteristics, TransferFunctions};
 use crate::identify::{Identification, IdentifySpec, SelectionStep};
 use crate::motor::{Discretization, Extension, Input, Scope};
-use crate::text::{decimals, significant};
+use crate::text::{decimals, engineering, significant};
 
 /// Returns the table of parameters with their uncertainty.
 pub(super) fn parameters_table(found: &Identification) -> Table {
@@ -74,6 +74,37 @@ pub(super) fn characteristics_table(found: &Identification) -> Table {
         "{symbol} = kS sgn(\u{3c9}) + kG + kV \u{3c9} + kA d\u{3c9}/dt. The output-error values follow from the parameters. {beside}"
     ));
     table
+}
+
+/// Returns the transfer functions of the linear motor and its poles; `None` if a parameter is not identifiable or the current is
+/// the input.
+pub(super) fn transfer_functions(found: &Identification) -> Option<Vec<(String, String)>> {
+    let of = TransferFunctions::of(&found.parameters)?;
+    if found.input == Input::Current || !found.unidentified.is_empty() {
+        return None;
+    }
+    let number = |v: f64| significant(v, 5);
+    let [first, second] = of.denominator.map(number);
+    let denominator = format!("(1 + {first} s + {second} s\u{b2})");
+    let poles = match of.poles {
+        [[real, imaginary], _] if imaginary > 0.0 => {
+            format!("{} \u{b1} {}j rad/s", number(real), number(imaginary)).replace('-', "\u{2212}")
+        }
+        [[slow, _], [fast, _]] => {
+            let times = [slow, fast].map(|pole| engineering(-1.0 / pole, "s", 4));
+            let poles = format!("{} and {} rad/s", number(slow), number(fast)).replace('-', "\u{2212}");
+            format!("{poles}, time constants {} and {}", times[0], times[1])
+        }
+    };
+    let named = |name: &str, text: String| (name.to_owned(), text);
+    Some(vec![
+        named("speed / voltage", format!("{} / {denominator} rad/s/V", number(of.speed_gain))),
+        named(
+            "current / voltage",
+            format!("{} (1 + {} s) / {denominator} A/V", number(of.current_gain), number(of.current_zero)),
+        ),
+        named("poles", poles),
+    ])
 }
 
 /// Returns the table of the models that the selection fitted, in their order.

@@ -11,6 +11,8 @@ mod held_out;
 mod identified;
 #[cfg(feature = "report")]
 mod identified_tables;
+#[cfg(feature = "report")]
+mod identify_page;
 mod inspect;
 #[cfg(feature = "report")]
 mod page;
@@ -27,6 +29,8 @@ pub mod suite;
 pub mod sweep;
 #[cfg(feature = "report")]
 mod table;
+#[cfg(feature = "report")]
+mod traces;
 
 pub use bench::bench_document;
 pub use document::{EvaluateDocument, devices_document, identify_document, json};
@@ -34,14 +38,18 @@ pub use identified::{characteristics_lines, noise_floor_text, verdicts};
 #[cfg(feature = "report")]
 pub use identified_tables::{selection_table, selection_text};
 #[cfg(feature = "report")]
+pub use identify_page::identify_page;
+#[cfg(feature = "report")]
 pub use inspect::inspect_page;
 pub use inspect::{SignalFacts, inspect_document};
 #[cfg(feature = "report")]
-pub use page::{Figure, Item, Page, Part, Section};
+pub use page::{Card, Figure, Item, Page, Part, Section, Trust};
 #[cfg(feature = "report")]
-pub use pages::{Reproduced, compare_page, identify_page};
+pub use pages::{Reproduced, compare_page};
 #[cfg(feature = "report")]
 pub use residual_panels::{ResidualRow, residual_panels};
 pub use spelling::command_line;
 #[cfg(feature = "report")]
 pub use table::{Table, folded};
+#[cfg(feature = "report")]
+pub use traces::{Form, Mark, Panel, Trace, Traces};

@@ -1,16 +1,9 @@
-//! Pages of `identify` and `compare`: the result first, then its reliability, the plots, and the command that
-//! reproduces it.
+//! Page of `compare`: the result first, then the plots, tables, and the command that reproduces it.
 
 use super::compare::{best, invariance, paper_tables, setting_name, tables};
 use super::figures;
-use super::held_out::held_out;
-use super::identified::{noise_floor_text, with_error};
-use super::identified_tables::{characteristics_table, fit_table, parameters_table, selected, selection_table};
-use super::page::{Page, Part, Section, capital};
+use super::page::{Page, Part, Section};
 use super::spelling::command_line;
-use crate::analysis::{Characteristics, Named};
-use crate::identify::{Identification, IdentifySpec, ParameterEstimate, Status};
-use crate::motor::{Parameters, Scope};
 use crate::record::{Record, Severity};
 use crate::study::compare::{Block, Comparison};
 use crate::text::{engineering, significant};
@@ -26,10 +19,16 @@ pub struct Reproduced {
 }
 
 pub(super) fn section(heading: &str, parts: Vec<Part>) -> Section {
-    Section { heading: heading.to_owned(), parts }
+    Section { heading: heading.to_owned(), parts, is_folded: false }
 }
 
-fn warnings(list: &[Warning]) -> Vec<Part> {
+/// Returns a section that is closed until the reader opens it.
+pub(super) fn folded(heading: &str, parts: Vec<Part>) -> Section {
+    Section { is_folded: true, ..section(heading, parts) }
+}
+
+/// Returns the warnings that are reported.
+pub(super) fn warnings(list: &[Warning]) -> Vec<Part> {
     list.iter().filter(|w| w.severity == Severity::Report).map(|w| Part::Warning(w.spelled(command_line))).collect()
 }
 
@@ -49,79 +48,7 @@ pub(super) fn reproduce<'a>(
         list.push(("recording".to_owned(), format!("{path}: {} samples{period}{digest}", record.len())));
     }
     list.extend(how.options.iter().cloned());
-    section("Reproduction", vec![Part::Typed(how.command.clone()), Part::List(list)])
-}
-
-/// Returns the page of an identification.
-#[must_use]
-pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identification, how: &Reproduced) -> Page {
-    let value = |e: &ParameterEstimate| {
-        let spread = e.std_error.map_or(String::new(), |error| format!(" ± {}", significant(1.96 * error, 2)));
-        let unit = if e.parameter.unit() == "1" { String::new() } else { format!(" {}", e.parameter.unit()) };
-        Some(format!("{} = {}{spread}{unit}", e.parameter.symbol(), significant(e.value?, 5)))
-    };
-    let shared = |e: &&ParameterEstimate| e.scope == Scope::Shared || records.len() == 1;
-    // The result has the characteristics if parameters are not identifiable.
-    let shown = |(name, unit, c): &Named| Some(format!("{} = {} {unit}", name.replace('_', " "), with_error((*c)?)));
-    let characteristics = Characteristics::named_of(found);
-    let instead = characteristics.iter().filter(|_| !found.unidentified.is_empty()).filter_map(shown);
-    let estimates = found.estimates();
-    let answer = estimates.iter().filter(shared).filter_map(value).chain(instead).collect::<Vec<_>>().join(", ");
-    let tail = if found.uncertainty.is_some() { " (95 % intervals)" } else { " (without a polish: no intervals)" };
-    let mut sure = vec![Part::Text(trust_text(found)), Part::Text(verdict(found).to_owned())];
-    sure.extend(warnings(&found.warnings));
-    sure.push(Part::Table(parameters_table(found)));
-    sure.push(Part::Table(fit_table(found, spec)));
-    sure.push(Part::Table(characteristics_table(found)));
-    if let Some(selection) = &found.selection {
-        sure.push(Part::Text(format!("Model: {}.", selected(found))));
-        sure.push(Part::Table(selection_table(selection)));
-    }
-    sure.extend(figures::correlations(found).map(Part::Figure));
-    let modelled = found.modelled(records).unwrap_or_default();
-    let response = |(n, (record, signals))| figures::responses(&format!("response-{n}"), record, "model", signals);
-    let plots = (1..)
-        .zip(records.iter().zip(&modelled))
-        .map(response)
-        .chain(figures::history(found, spec))
-        .map(Part::Figure)
-        .collect();
-    let mut sections = vec![section("Reliability", sure), section("Measured and modelled", plots)];
-    sections.extend(found.validation.as_ref().map(|held| section("Held-out recordings", held_out(found, held))));
-    if let (Some(of), None) = (&found.noise_floor, &found.validation) {
-        sections.push(section("Noise floor", vec![Part::Text(format!("{}.", noise_floor_text(of)))]));
-    }
-    sections.push(reproduce(records, how, Some((&found.device, found.precision))));
-    let name = records.first().and_then(|record| record.source().path.as_ref()?.file_name());
-    let name = name.map_or("a recording".into(), |name| name.to_string_lossy());
-    Page { title: format!("Motor of {name}"), answer: format!("{answer}{tail}."), sections }
-}
-
-/// Describes the level of trust in the result, with its reasons and the next step.
-fn trust_text(found: &Identification) -> String {
-    let reasons: Vec<String> = found.trust.reasons.iter().map(|reason| reason.message.spelled(command_line)).collect();
-    let level = found.trust.level.name();
-    if reasons.is_empty() {
-        return format!(
-            "Trust: {level}. No test of the residuals, the search or the recordings contradicts the standard errors."
-        );
-    }
-    let next =
-        found.trust.next.as_ref().map_or(String::new(), |next| format!(" Next: {}.", next.spelled(command_line)));
-    format!("Trust: {level}. {}.{next}", capital(&reasons.join("; ")))
-}
-
-fn verdict(found: &Identification) -> &'static str {
-    let check = &found.verification;
-    match check.status {
-        Status::Agrees => "A global search finds the same optimum.",
-        Status::SearchStuck if check.refined_agrees => {
-            "The search was stuck away from the optimum; the refinement reached it, and a global search agrees."
-        }
-        Status::SearchStuck => "The search is stuck: a better optimum exists.",
-        Status::ReferenceFailed => "The global search ended in a worse optimum and is inconclusive.",
-        Status::NotApplicable => "No global search verifies the result.",
-    }
+    folded("Reproduction", vec![Part::Typed(how.command.clone()), Part::List(list)])
 }
 
 /// Returns the page of a comparison; with `paper` it includes the paper's tables.
@@ -139,29 +66,30 @@ pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> P
     if !sure.is_empty() {
         sections.push(section("Warnings", sure));
     }
-    if paper {
-        let tables = paper_tables(comparison).into_iter().map(Part::Table).collect();
-        sections.push(section("The paper's tables and these results", tables));
-    }
     sections.extend(invariance(comparison).map(|table| section("Invariance", vec![Part::Table(table)])));
     for (n, block) in comparison.blocks.iter().enumerate() {
         let id = format!("block{}", n + 1);
-        let mut parts: Vec<Part> = tables(comparison, block).into_iter().map(Part::Table).collect();
+        let mut parts: Vec<Part> = Vec::new();
         if block.has_results() {
             parts.push(Part::Figure(figures::convergence(&id, block)));
             parts.push(Part::Figure(figures::distributions(&id, comparison, block)));
             parts.push(Part::Figure(figures::waterfall(&id, block)));
             parts.extend(figures::errors(&id, comparison, block).map(Part::Figure));
         }
+        parts.extend(tables(comparison, block).into_iter().map(Part::Table));
         sections.push(section(&setting_name(&block.setting), parts));
     }
     sections.push(section("Measured and modelled", responses(comparison)));
+    if paper {
+        let tables = paper_tables(comparison).into_iter().map(Part::Table).collect();
+        sections.push(folded("The paper's tables and these results", tables));
+    }
     let correlations = comparison.reference.as_ref().ok().and_then(|found| figures::correlations(found));
     let correlations = correlations.map(|figure| vec![Part::Figure(figure)]);
     sections.extend(correlations.map(|parts| section("Correlation of the refined estimate", parts)));
     let device = (comparison.device.1.as_str(), comparison.device.2);
     sections.push(reproduce(&comparison.subject.records, how, Some(device)));
-    Page { title: "Methods compared".to_owned(), answer: answer(comparison), sections }
+    Page { title: "Methods compared".to_owned(), answer: answer(comparison), sections, ..Page::default() }
 }
 
 /// Names the method with the lowest median cost of each block.
@@ -192,19 +120,17 @@ fn answer(comparison: &Comparison) -> String {
     comparison.blocks.iter().map(one).collect::<Vec<_>>().join(" ") + &sm
 }
 
-/// Returns the figures of the best run of each method under the first setting, with the measured signals (the paper's
-/// Figs. 11–18).
+/// Returns the best run of each method under the first setting over the measured signals (the paper's Figs. 11–18).
 fn responses(comparison: &Comparison) -> Vec<Part> {
     let (Some(block), Some(record)) = (comparison.blocks.first(), comparison.subject.records.first()) else {
         return Vec::new();
     };
     let how = comparison.spec.model.discretization;
     let initial = comparison.initial.first().copied().unwrap_or_default();
-    let figure = |(name, parameters): (&str, Parameters)| {
-        let signals = figures::model(record, &parameters, initial, how);
-        let mut figure = figures::responses(&format!("response-{name}"), record, name, &signals);
-        figure.caption = format!("{name}, best run. {}", figure.caption);
-        Part::Figure(figure)
-    };
-    best(comparison, block).into_iter().map(figure).collect()
+    let best = best(comparison, block);
+    let signals: Vec<_> = best.iter().map(|(_, motor)| figures::model(record, motor, initial, how)).collect();
+    let models: Vec<figures::Modelled<'_>> = best.iter().map(|(name, _)| *name).zip(&signals).collect();
+    let mut traces = figures::response_traces("responses", record, &models);
+    traces[0].caption = format!("The best run of each method. {}", traces[0].caption);
+    traces.map(Part::Traces).to_vec()
 }

@@ -1,5 +1,6 @@
 //! Subcommands and flags of `sweep`.
 
+use crate::cli::args::PageArgs;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
@@ -99,6 +100,8 @@ pub(crate) struct Strict {
 /// Flags for outputs made from merged results.
 #[derive(Args)]
 pub(crate) struct Shown {
+    #[command(flatten)]
+    pub page: PageArgs,
     /// Tolerances of parameters, as R=0.8:1.0,… in SI units; motors outside are listed
     #[arg(long, value_name = "LIMITS", value_delimiter = ',')]
     pub limits: Vec<String>,

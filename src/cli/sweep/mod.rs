@@ -158,6 +158,8 @@ fn status_text(status: &SweepStatus) -> String {
 
 /// Outputs of merged results, whose paths are checked before the runs start.
 struct Show<'a> {
+    /// True if the page has its script.
+    has_script: bool,
     limits: Limits,
     out: Option<Out>,
     parquet: Option<&'a Path>,
@@ -171,7 +173,7 @@ impl<'a> Show<'a> {
             check_parquet(path)?;
         }
         let limits = Limits::new(parse::ranges(&shown.limits, Setting::Limits)?)?;
-        Ok(Self { limits, out: report.map(Out::take).transpose()?, parquet, json })
+        Ok(Self { limits, out: report.map(Out::take).transpose()?, parquet, json, has_script: !shown.page.no_script })
     }
 }
 
@@ -194,7 +196,7 @@ fn check_parquet(path: &Path) -> Result<()> {
 }
 
 fn merge(sweep: &Sweep, show: Show<'_>, strict: Strict, style: &Style) -> Result<Outcome> {
-    let Show { limits, out, parquet: wanted, json: as_json } = show;
+    let Show { limits, out, parquet: wanted, json: as_json, has_script } = show;
     let Merged { results, summary, damaged } = sweep.merge()?;
     if damaged > 0 && summary.missing > 0 {
         style.complaint(&format!("{damaged} lines of the results are damaged"));
@@ -228,7 +230,7 @@ fn merge(sweep: &Sweep, show: Show<'_>, strict: Strict, style: &Style) -> Result
             ("study", sweep.manifest().path.clone()),
             ("sweep", sweep.folder().display().to_string()),
         ]);
-        let mut files = vec![("report.html".to_owned(), sweep_page(&summary, &limits, &how).html())];
+        let mut files = vec![("report.html".to_owned(), sweep_page(&summary, &limits, &how).html(has_script))];
         files.push(("result.json".to_owned(), document));
         files.extend(tables.iter().map(|table| (format!("table-{}.csv", table.id), table.csv())));
         out.write(&files, style)?;

@@ -3,11 +3,11 @@
 use super::SignalFacts;
 use crate::identify::{Identifiability, Inspection};
 use crate::record::{Quantity, Record, Severity};
-use crate::report::page::{Figure, Item, Page, Part, Section, capital};
+use crate::report::page::{Item, Page, Part, Section, capital};
 use crate::report::pages::{Reproduced, reproduce, section};
-use crate::report::plot::{Chart, Line, Mark, panels};
 use crate::report::spelling::command_line;
 use crate::report::table::{Table, dash};
+use crate::report::traces::{Form, Mark, Panel, Trace, Traces};
 use crate::text::{engineering, printable, significant};
 use crate::warning::Warning;
 
@@ -26,7 +26,7 @@ pub fn inspect_page(inspections: &[Inspection<'_>], band: f64, how: &Reproduced)
     for (n, inspection) in inspections.iter().enumerate() {
         let heading = if inspections.len() == 1 { "Findings".to_owned() } else { name(inspection.record) };
         sections.push(section(&heading, odd(inspection, inspections.len() > 1)));
-        sections.push(section("Signals", vec![Part::Figure(signals(inspection, n))]));
+        sections.push(section("Signals", vec![Part::Traces(signals(inspection, n))]));
         sections.push(section("Columns and statistics", understood(inspection.record, band)));
     }
     sections.push(reproduce(inspections.iter().map(|i| i.record), how, None));
@@ -34,7 +34,7 @@ pub fn inspect_page(inspections: &[Inspection<'_>], band: f64, how: &Reproduced)
         [one] => format!("Inspection of {}", name(one.record)),
         many => format!("Inspection of {} recordings", many.len()),
     };
-    Page { title, answer, sections }
+    Page { title, answer, sections, ..Page::default() }
 }
 
 fn name(record: &Record) -> String {
@@ -121,34 +121,29 @@ fn odd(inspection: &Inspection<'_>, several: bool) -> Vec<Part> {
     parts
 }
 
-/// Returns the figure of all signals over time, with the findings marked.
-fn signals(inspection: &Inspection<'_>, n: usize) -> Figure {
+/// Returns all signals over time, with the findings marked.
+fn signals(inspection: &Inspection<'_>, n: usize) -> Traces {
     let record = inspection.record;
-    let chart = |(quantity, signal): (Quantity, &[f64])| {
+    let panel = |(quantity, signal): (Quantity, &[f64])| {
         let points = record.samples().time_s.iter().copied().zip(signal.iter().copied()).collect();
-        let steps = quantity == Quantity::Voltage && record.slope().is_empty();
-        let line = Line { name: quantity.to_string(), points, steps, ..Line::default() };
+        let is_input = quantity == Quantity::Voltage;
+        let form = if is_input && record.slope().is_empty() { Form::Steps } else { Form::Line };
         let own: Vec<(usize, &Warning)> =
             inspection.warnings.iter().enumerate().filter(|(_, w)| is_of(w, quantity, record.driver())).collect();
         let numbers: Vec<String> = own.iter().map(|(n, _)| (n + 1).to_string()).collect();
-        let mut title = capital(&quantity.to_string());
-        if !numbers.is_empty() {
-            title.push_str(&format!(" (findings {})", numbers.join(", ")));
-        }
-        let label = format!("{} [{}]", quantity, quantity.unit());
+        let findings = if numbers.is_empty() { String::new() } else { format!(", findings {}", numbers.join(", ")) };
+        let label = format!("{} [{}]{findings}", quantity, quantity.unit());
         let marks = own.iter().flat_map(|(n, warning)| marks(*n, warning)).collect();
-        Chart { lines: vec![line], marks, ..Chart::new(title, ["time [s]", &label]) }
+        Panel { marks, ..Panel::new(&label, vec![Trace::new("", usize::from(!is_input), form, points)]) }
     };
-    let charts: Vec<Chart> = super::signals(record).map(chart).collect();
-    Figure {
+    Traces {
         id: format!("signals-{}", n + 1),
-        map: false,
-        svg: panels(&charts, 1, [1060.0, 270.0]),
-        alternative: format!("The signals of {} over time, findings marked", name(record)),
-        caption:
-            "Orange: the location of a finding, by its number above. Findings without a location concern the complete \
-                  signal."
-                .to_owned(),
+        axis: "time [s]".to_owned(),
+        panels: super::signals(record).map(panel).collect(),
+        is_grid: false,
+        alternative: format!("of {} over time, findings marked", name(record)),
+        caption: "Orange: the location of a finding, by its number above. Findings without a location concern the complete signal."
+            .to_owned(),
     }
 }
 

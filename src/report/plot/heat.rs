@@ -1,12 +1,12 @@
 //! Heat maps of a quantity over two axes.
 
-use super::{DRAWN_MAX, nothing, svg};
+use super::{COLORS, DRAWN_MAX, nothing, svg};
+use crate::text::decimals;
 use kuva::plot::line::LinePlot;
 use kuva::plot::scatter::ScatterPlot;
 use kuva::plot::{ColorMap, Heatmap};
 use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
-use std::sync::Arc;
 
 /// A heat map of a quantity over two axes.
 pub struct Map<'a> {
@@ -63,28 +63,45 @@ pub fn heat_map(map: Map<'_>) -> String {
     svg(plots, layout)
 }
 
-/// Draws a correlation matrix with its values.
-pub(in crate::report) fn correlation(names: &[String], values: Vec<Vec<f64>>) -> String {
-    let all = || values.iter().flatten().copied().filter(|v| v.is_finite());
-    let (low, high) = (all().fold(1.0, f64::min), all().fold(-1.0, f64::max));
-    // Dark text is legible on these colours: blue above 0, orange below, white at 0.
-    let shade = move |share: f64| {
-        let value = (low + share * (high - low)).clamp(-1.0, 1.0);
-        let full = if value > 0.0 { [86.0, 180.0, 233.0] } else { [240.0, 150.0, 80.0] };
-        let [r, g, b] = full.map(|c: f64| (255.0 + (c - 255.0) * value.abs()).round());
-        format!("rgb({r},{g},{b})")
+/// Side of a cell of a matrix, and the space for the names \[pixels\].
+const CELL: usize = 52;
+const NAMES: usize = 46;
+
+/// Draws a correlation matrix with its values: blue above 0, orange below, more opaque the larger the magnitude, so that the
+/// text is legible on a light and on a dark background.
+pub(in crate::report) fn correlation(names: &[String], values: &[Vec<f64>]) -> String {
+    let side = NAMES + CELL * names.len() + 2;
+    let mut svg = format!("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{side}\" height=\"{side}\">");
+    let at = |n: usize| NAMES + CELL * n;
+    for (row, values) in values.iter().enumerate() {
+        for (column, value) in values.iter().enumerate() {
+            let color = if *value > 0.0 { COLORS[1] } else { COLORS[2] };
+            let opacity = if value.is_finite() { 0.55 * value.abs().min(1.0) } else { 0.0 };
+            let (x, y, size) = (at(column) + 1, at(row) + 1, CELL - 2);
+            svg += &format!(
+                "<rect x=\"{x}\" y=\"{y}\" width=\"{size}\" height=\"{size}\" rx=\"3\" fill=\"{color}\" fill-opacity=\"{opacity:.2}\"/>"
+            );
+        }
+    }
+    let mut text = |x: usize, y: usize, text: &str, anchor: &str| {
+        let text = maud::html! { (text) }.into_string();
+        svg += &format!(
+            "<text x=\"{x}\" y=\"{y}\" text-anchor=\"{anchor}\" font-family=\"sans-serif\" font-size=\"14\">{text}</text>"
+        );
     };
-    let heat = Heatmap::new()
-        .with_data(values)
-        .with_labels(names.to_vec(), names.to_vec())
-        .with_color_map(ColorMap::Custom(Arc::new(shade)))
-        .with_values();
-    let plots = vec![Plot::Heatmap(heat)];
-    let layout = Layout::auto_from_plots(&plots)
-        .with_title("Correlation of the estimates [1]")
-        .with_x_categories(names.to_vec())
-        .with_y_categories(names.to_vec())
-        .with_width(520.0)
-        .with_height(440.0);
-    svg(plots, layout)
+    for (n, name) in names.iter().enumerate() {
+        text(at(n) + CELL / 2, NAMES - 10, name, "middle");
+        text(NAMES - 8, at(n) + CELL / 2 + 5, name, "end");
+    }
+    for (row, values) in values.iter().enumerate() {
+        for (column, value) in values.iter().enumerate().filter(|(_, value)| value.is_finite()) {
+            text(
+                at(column) + CELL / 2,
+                at(row) + CELL / 2 + 5,
+                &decimals(*value, 2).replace('-', "\u{2212}"),
+                "middle",
+            );
+        }
+    }
+    svg + "</svg>"
 }

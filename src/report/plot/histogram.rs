@@ -2,6 +2,7 @@
 
 use super::{COLORS, grid, nothing, small};
 use crate::numeric::{self, quantile, sorted, whole};
+use crate::report::traces::round_step;
 use kuva::backend::svg::SvgBackend;
 use kuva::plot::Histogram as Bars;
 use kuva::plot::annotations::ReferenceLine;
@@ -102,12 +103,6 @@ impl Histogram {
         let layout = layout.with_x_tick_format(decimals(step));
         small(if self.title.is_empty() { layout } else { layout.with_title(self.title.clone()) })
     }
-}
-
-/// Returns the smallest of 1, 2 and 5 times a power of ten that is at least `least`.
-pub(super) fn round_step(least: f64) -> f64 {
-    let power = 10.0_f64.powf(least.log10().floor());
-    [1.0, 2.0, 5.0].into_iter().map(|step| step * power).find(|step| *step >= least).unwrap_or(10.0 * power)
 }
 
 /// Returns the tick format with the decimals of a step, or with an exponent for very small steps.

@@ -14,7 +14,6 @@ pub use themed::themed;
 
 use kuva::backend::svg::SvgBackend;
 use kuva::plot::BoxPlot;
-use kuva::plot::annotations::{ReferenceLine, ShadedRegion};
 use kuva::plot::line::LinePlot;
 use kuva::render::figure::Figure;
 use kuva::render::layout::Layout;
@@ -55,17 +54,6 @@ pub(in crate::report) struct Chart {
     pub log: [bool; 2],
     /// Curves.
     pub lines: Vec<Line>,
-    /// Marked intervals of the first axis.
-    pub marks: Vec<Mark>,
-}
-
-/// A marked interval of the first axis.
-#[derive(Debug, Clone, PartialEq)]
-pub(in crate::report) struct Mark {
-    /// Ends of the interval; a short one is drawn with a minimum width.
-    pub range: [f64; 2],
-    /// Label; empty for none.
-    pub label: String,
 }
 
 impl Chart {
@@ -77,12 +65,6 @@ impl Chart {
     /// Returns the chart with logarithmic axes where `log` is true.
     pub(in crate::report) fn log(self, log: [bool; 2]) -> Self {
         Self { log, ..self }
-    }
-
-    /// Returns the extent of the curves along the first axis.
-    fn width(&self) -> f64 {
-        let all = || self.lines.iter().flat_map(|line| &line.points).map(|(x, _)| *x).filter(|x| x.is_finite());
-        (all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min)).max(0.0)
     }
 
     fn plots(&self, with_legend: bool) -> Vec<Plot> {
@@ -100,15 +82,6 @@ impl Chart {
         }
         if self.log[1] {
             layout = layout.with_log_y();
-        }
-        let hair = 0.003 * self.width();
-        for Mark { range: [from, to], label } in &self.marks {
-            let region = ShadedRegion::vertical(*from - hair, to.max(*from) + hair);
-            layout = layout.with_shaded_region(region.with_color(COLORS[2]).with_opacity(0.3));
-            if !label.is_empty() {
-                let line = ReferenceLine::vertical(*from).with_color(COLORS[2]).with_label(label.clone());
-                layout = layout.with_reference_line(line);
-            }
         }
         layout
     }

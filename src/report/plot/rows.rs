@@ -1,8 +1,9 @@
 //! Horizontal box plots, one below the other, with legible names.
 
-use super::histogram::{decimals, round_step};
+use super::histogram::decimals;
 use super::{COLORS, Groups, grouped, nothing};
 use crate::numeric::count;
+use crate::report::traces::round_step;
 use crate::text::significant;
 use kuva::render::layout::{Layout, TickFormat};
 use kuva::render::plots::Plot;

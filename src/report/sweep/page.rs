@@ -30,7 +30,12 @@ pub fn sweep_page(summary: &SweepSummary, limits: &Limits, how: &Reproduced) -> 
     }
     sections.extend(failed(summary).map(|table| section("Runs without a result", vec![Part::Table(table)])));
     sections.push(made(summary, how));
-    Page { title: format!("Sweep \u{201c}{}\u{201d}", summary.name), answer: sweep_answer(summary, limits), sections }
+    Page {
+        title: format!("Sweep \u{201c}{}\u{201d}", summary.name),
+        answer: sweep_answer(summary, limits),
+        sections,
+        ..Page::default()
+    }
 }
 
 /// Returns the result in one or two sentences.

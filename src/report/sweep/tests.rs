@@ -92,7 +92,7 @@ fn results_are_counted_by_their_level_of_trust() {
     assert_eq!(trust.rows[3][2..], ["185", "10", "5", "residuals 9, search_stuck 5, at_bound 2, …"]);
     let answer = sweep_answer(&summary, &Limits::default());
     assert!(answer.contains(" Trust in the results: 2,385 good, 10 to be checked, 5 poor. Lowest"), "{answer}");
-    let page = sweep_page(&summary, &Limits::default(), &how()).html();
+    let page = sweep_page(&summary, &Limits::default(), &how()).html(true);
     assert!(page.contains("5 of 2,400 runs have a poor level of trust") && page.contains("search_stuck 5"));
     let document = sweep_document(&summary, &Limits::default());
     let cell = &document["blocks"][0]["cells"][3]["trust"];
@@ -116,12 +116,12 @@ fn the_page_escapes_names_from_files_and_warns() {
     summary.varied = vec!["noise"];
     summary.name = evil.to_owned();
     (summary.missing, summary.taken_over) = (1, 2);
-    let page = sweep_page(&summary, &limits, &how()).html();
+    let page = sweep_page(&summary, &limits, &how()).html(true);
     assert!(!page.contains("<img") && !page.contains('\u{202e}') && page.contains("&lt;img"));
     assert!(page.matches("class=\"warning\"").count() == 3, "failed, missing, taken over");
     let mut cells = product(2);
     cells.blocks[0].cells[1].noise = evil.to_owned();
-    let page = sweep_page(&cells, &Limits::default(), &how()).html();
+    let page = sweep_page(&cells, &Limits::default(), &how()).html(true);
     assert!(!page.contains("<img") && !page.contains('\u{202e}') && page.contains("&lt;img"));
 }
 
@@ -133,10 +133,10 @@ fn a_sweep_without_results_is_a_page_too() {
     (cell.costs, cell.parameters, cell.failed) = (Vec::new(), Default::default(), 300);
     (summary.failed, summary.blocks[0].worst) = (302, Vec::new());
     assert_eq!(sweep_answer(&summary, &limits), "0 of 302 motors identified.");
-    assert!(sweep_page(&summary, &limits, &how()).html().contains("302 of 302 runs have no result"));
+    assert!(sweep_page(&summary, &limits, &how()).html(true).contains("302 of 302 runs have no result"));
     assert!(sweep_document(&summary, &limits)["blocks"][0]["cells"][0]["cost"]["median"].is_null());
     summary.blocks.clear();
-    assert!(!sweep_page(&summary, &limits, &how()).html().contains("NaN"));
+    assert!(!sweep_page(&summary, &limits, &how()).html(true).contains("NaN"));
 }
 
 #[test]

@@ -4,8 +4,9 @@ use crate::arguments::{FEW, NUMBERS, records, signals, step};
 use crate::calls::{Calls, ask, drive};
 use crate::drivers::identify::{fitted, mangled};
 use motorfit::analysis::{
-    Characteristics, FittedMotor, Intersample, Regressors, Residuals, characteristics, detect_intersample, noise_floor,
-    record_warnings, regression, regressions, residual_input_test, split, suspicions, warnings_of_records,
+    Characteristics, FittedMotor, Intersample, Regressors, ResidualCorrelation, Residuals, TransferFunctions,
+    characteristics, detect_intersample, noise_floor, record_warnings, regression, regressions, residual_input_test,
+    split, suspicions, warnings_of_records,
 };
 use motorfit::evaluate::Model;
 use motorfit::motor::{Discretization, Input, Parameter, Parameters, Space};
@@ -62,11 +63,17 @@ pub fn residuals(calls: &mut Calls) {
             let moves = [vec![], vec![values.clone()], vec![vec![0.0; 3]]];
             for (counting, sensitivities) in marks.iter().zip(&moves) {
                 let residuals = Residuals { values, regressors: &regressors, counting, sensitivities };
-                drive!(calls, (voltage, values); "analysis::residual_input_test" => residual_input_test(&residuals));
+                drive!(calls, (voltage, values);
+                    "analysis::residual_input_test" => residual_input_test(&residuals),
+                    "analysis::ResidualCorrelation::of" => ResidualCorrelation::of(values, voltage),
+                );
             }
         }
     }
+    drive!(calls, (); "analysis::ResidualCorrelation::cross_lags" => ResidualCorrelation::cross_lags().count());
     for (a, b) in NUMBERS.into_iter().zip(NUMBERS.into_iter().rev()) {
+        let motor = Parameters { r: a, l: b, k: a, b, j: 1.0 };
+        drive!(calls, motor; "analysis::TransferFunctions::of" => TransferFunctions::of(&motor));
         let found = Intersample { better: Discretization::Rk4, log_likelihood: a, sigma_ratio: b };
         drive!(calls, found; "analysis::Intersample::warning" => found.warning(Quantity::Time));
     }

@@ -13,10 +13,10 @@ use motorfit::motor::{Discretization, Extension, Parameter, Parameters};
 use motorfit::report::plot::{Line, Map, heat_map, log_log, themed};
 use motorfit::report::sweep as of_sweep;
 use motorfit::report::{
-    EvaluateDocument, Figure, Item, Page, Part, Reproduced, ResidualRow, Section, SignalFacts, Table, bench_document,
-    characteristics_lines, command_line, compare, compare_page, devices_document, figures, folded, identify_document,
-    identify_page, inspect_document, inspect_page, json, noise_floor_text, residual_panels, selection_table,
-    selection_text, verdicts,
+    Card, EvaluateDocument, Figure, Form, Item, Mark, Page, Panel, Part, Reproduced, ResidualRow, Section, SignalFacts,
+    Table, Trace, Traces, Trust, bench_document, characteristics_lines, command_line, compare, compare_page,
+    devices_document, figures, folded, identify_document, identify_page, inspect_document, inspect_page, json,
+    noise_floor_text, residual_panels, selection_table, selection_text, verdicts,
 };
 use motorfit::setting::{Command, Reference, Setting};
 use motorfit::study::ThroughputSpec;
@@ -60,9 +60,19 @@ pub fn words(calls: &mut Calls) {
             Part::Typed(word.clone()),
             Part::Items(vec![item]),
         ];
-        let sections = vec![Section { heading: word.clone(), parts }];
-        let page = Page { title: word.clone(), answer: word.clone(), sections };
-        drive!(calls, word; "report::Page::html" => page.html());
+        let sections =
+            [true, false].map(|is_folded| Section { heading: word.clone(), parts: parts.clone(), is_folded });
+        let card = Card {
+            symbol: word.clone(),
+            name: word.clone(),
+            value: word.clone(),
+            unit: word.clone(),
+            remark: word.clone(),
+        };
+        let trust = Some(Trust { level: "", text: word.clone() });
+        let (title, answer) = (word.clone(), word.clone());
+        let page = Page { title, trust, cards: vec![card], answer, sections: sections.to_vec() };
+        drive!(calls, word; "report::Page::html" => [page.html(true), page.html(false)]);
         // Aligning columns of 65,536 characters takes seconds and tests no more than 300.
         if word.len() < 1000 {
             for n in COUNTS {
@@ -74,7 +84,7 @@ pub fn words(calls: &mut Calls) {
         }
     }
     drive!(calls, ();
-        "report::Page::html" => Page { title: String::new(), answer: String::new(), sections: Vec::new() }.html(),
+        "report::Page::html" => Page::default().html(true),
         "report::devices_document" => COUNTS.map(devices_document),
         "report::command_line" => command_line(&Reference::Command(Command::PlanSweep)),
     );
@@ -105,6 +115,32 @@ pub fn plots(calls: &mut Calls) {
         for band in [None, Some((values.clone(), values.clone())), Some((vec![1.0], Vec::new()))] {
             let line = Line { name: "\0".to_owned(), points: points.clone(), band, steps: values.len() % 2 == 0 };
             drive!(calls, values; "report::plot::log_log" => log_log("\u{202e}", ["", "<"], vec![line.clone(), Line::default(), line]));
+        }
+        for form in [Form::Line, Form::Steps, Form::Dots, Form::Stems] {
+            for band in FEW {
+                let trace =
+                    calls.call("report::Trace::new", &values, || Trace::new("<", 9, form, points.clone())).unwrap();
+                let trace = calls.call("report::Trace::with_band", &band, || trace.with_band(band)).unwrap();
+                let panel =
+                    calls.call("report::Panel::new", &values, || Panel::new("\0", vec![trace.clone(), trace])).unwrap();
+                let panel = Panel {
+                    bound: Some(band),
+                    marks: vec![Mark { range: [band, -band], label: "\u{202e}".to_owned() }],
+                    ..panel
+                };
+                drive!(calls, (&values, band); "report::Panel::within" => panel.within([band, f64::NAN]));
+                let traces = Traces {
+                    id: String::new(),
+                    axis: "\0".to_owned(),
+                    panels: vec![panel.clone(), panel],
+                    is_grid: band > 0.0,
+                    alternative: String::new(),
+                    caption: String::new(),
+                };
+                let sections =
+                    vec![Section { heading: String::new(), parts: vec![Part::Traces(traces)], is_folded: false }];
+                drive!(calls, (&values, band); "report::Page::html" => Page { sections, ..Page::default() }.html(true));
+            }
         }
         let drawing = format!("{values:?}>");
         drive!(calls, values; "report::plot::themed" => [themed(""), themed(&drawing), themed(">")]);
@@ -141,7 +177,7 @@ pub fn identified(calls: &mut Calls) {
         for records in &all {
             drive!(calls, (records.len(), &shown);
                 "report::identify_document" => identify_document(records, &spec, &found),
-                "report::identify_page" => identify_page(records, &spec, &found, &how("\0")).html(),
+                "report::identify_page" => identify_page(records, &spec, &found, &how("\0")).html(true),
             );
         }
     }
@@ -158,6 +194,8 @@ pub fn identified(calls: &mut Calls) {
             drive!(calls, record;
                 "report::residual_panels" => [residual_panels("", &[]), residual_panels("", &[row; 2])],
                 "report::figures::responses" => figures::responses("", &record, "\0", &signals),
+                "report::figures::response_traces" => figures::response_traces("", &record, &[("\0", &signals); 2]),
+                "report::figures::residual_correlations" => figures::residual_correlations("", &record, &signals),
             );
         }
         let identifiability = Identifiability::Lacks { message: "a".into(), remedy: "b".into() };
@@ -167,10 +205,10 @@ pub fn identified(calls: &mut Calls) {
         {
             drive!(calls, (&record, band); "report::inspect_document" => inspect_document(&inspections, band));
         }
-        drive!(calls, record; "report::inspect_page" => inspect_page(&[inspection], f64::NAN, &how("")).html());
+        drive!(calls, record; "report::inspect_page" => inspect_page(&[inspection], f64::NAN, &how("")).html(true));
     }
     drive!(calls, "none";
-        "report::inspect_page" => inspect_page(&[], 0.0, &how("")).html(),
+        "report::inspect_page" => inspect_page(&[], 0.0, &how("")).html(true),
         "report::inspect_document" => inspect_document(&[], f64::NAN),
     );
     let costs = BatchCosts::new(&[step(30)], &spec).unwrap();
@@ -190,7 +228,7 @@ pub fn compared(calls: &mut Calls) {
             "report::compare::compare_document" => [true, false].map(|paper| compare::compare_document(&comparison, paper)),
             "report::compare::invariance" => compare::invariance(&comparison).is_some(),
             "report::compare::paper_tables" => compare::paper_tables(&comparison),
-            "report::compare_page" => [true, false].map(|paper| compare_page(&comparison, paper, &how("")).html()),
+            "report::compare_page" => [true, false].map(|paper| compare_page(&comparison, paper, &how("")).html(true)),
         );
         for block in &comparison.blocks {
             drive!(calls, shown;
@@ -221,7 +259,7 @@ pub fn swept(calls: &mut Calls) {
         drive!(calls, (summary, limits);
             "report::sweep::sweep_answer" => of_sweep::sweep_answer(summary, limits),
             "report::sweep::sweep_document" => of_sweep::sweep_document(summary, limits),
-            "report::sweep::sweep_page" => of_sweep::sweep_page(summary, limits, &how("")).html(),
+            "report::sweep::sweep_page" => of_sweep::sweep_page(summary, limits, &how("")).html(true),
             "report::sweep::sweep_tables" => of_sweep::sweep_tables(summary, limits),
         );
     }

@@ -69,7 +69,7 @@ pub fn suites(calls: &mut Calls) {
             "report::suite::suite_tables" => suite_tables(&result),
             "report::suite::suite_csv" => suite_csv(&result),
             "report::suite::suite_document" => suite_document(&result),
-            "report::suite::suite_page" => suite_page(&result, &how).html(),
+            "report::suite::suite_page" => suite_page(&result, &how).html(true),
             "report::suite::ioh_files" => ioh_files(&result),
         );
         for problem in &result.problems {
