@@ -2,9 +2,10 @@
 
 use crate::answers::{Answer, ResultData, given, result};
 use crate::arrays::{array, rows};
-use crate::errors::keyword;
+use crate::errors::{codes, warnings};
 use crate::figure::Svg;
 use motorfit::motor::{Parameter, Parameters};
+use motorfit::record::Severity;
 use motorfit::report::compare::{compare_document, setting_name};
 use motorfit::report::{figures, json};
 use motorfit::study::compare::{Block, Comparison as Compared, MethodResult, Outcome};
@@ -44,8 +45,10 @@ result! {
         seconds = |of, py| given(py, of.compared.batch_seconds);
         /// True if the callback ended the comparison early.
         interrupted = |of, py| given(py, of.compared.interrupted);
-        /// Warnings, as strings.
-        warnings = |of, py| given(py, of.compared.warnings.iter().map(|warning| warning.spelled(keyword)).collect::<Vec<_>>());
+        /// Warnings, which the call issued as Python warnings too: a list of `MotorfitWarning`.
+        warnings = |of, py| given(py, warnings(py, &of.compared.warnings, Severity::Report)?);
+        /// Remarks, which need no action: a list of `MotorfitWarning`.
+        remarks = |of, py| given(py, warnings(py, &of.compared.warnings, Severity::Mention)?);
     }
     methods {
         /// Returns the document of `to_dict` as JSON text.
@@ -114,7 +117,7 @@ impl Found {
     fn repr(&self) -> String {
         let answer = |block: &Block| format!("{}: {}", setting_name(&block.setting), ranking(block).join(" < "));
         let blocks: Vec<String> = self.compared.blocks.iter().map(answer).collect();
-        format!("<Comparison {}>", blocks.join("; "))
+        format!("<Comparison {}{}>", blocks.join("; "), codes(&self.compared.warnings))
     }
 }
 

@@ -2,10 +2,10 @@
 
 use crate::answers::{Answer, ResultData, given, result};
 use crate::arrays::{array, rows};
-use crate::errors::{Raise as _, keyword};
+use crate::errors::{Raise as _, codes, warnings};
 use crate::figure::Svg;
 use motorfit::identify::{IdentifySpec, ParameterEstimate};
-use motorfit::record::Record;
+use motorfit::record::{Record, Severity};
 use motorfit::report::figures;
 use motorfit::report::{identify_document, json};
 use motorfit::text::significant;
@@ -25,12 +25,12 @@ result! {
     /// Result of an identification, in SI units: R in ohm, L in H, K in V·s/rad, B in N·m·s/rad, J in kg·m². It can be pickled.
     Identification of Found;
     properties {
-        /// Value of each parameter, by symbol; `None` if it is not identifiable.
-        parameters = |of, py| of.by_name(py, |e| e.value);
-        /// Standard error of each parameter; `None` if it is fixed, at a bound or not identifiable, and with `polish="none"`.
-        std_errors = |of, py| of.by_name(py, |e| e.std_error);
-        /// 95 % confidence interval (low, high) of each parameter; `None` if there is none.
-        ci95 = |of, py| of.by_name(py, |e| e.ci95.map(|[low, high]| (low, high)));
+        /// Value of each parameter, by symbol; nan if it is not identifiable.
+        parameters = |of, py| of.by_name(py, |e| e.value.unwrap_or(f64::NAN));
+        /// Standard error of each parameter; nan if it is fixed, at a bound or not identifiable, and with `polish="none"`.
+        std_errors = |of, py| of.by_name(py, |e| e.std_error.unwrap_or(f64::NAN));
+        /// 95 % confidence interval (low, high) of each parameter; (nan, nan) where there is no standard error.
+        ci95 = |of, py| of.by_name(py, |e| e.ci95.map_or((f64::NAN, f64::NAN), |[low, high]| (low, high)));
         /// Names of the free parameters, in the order of the rows of `covariance` and `correlation`.
         free = |of, py| given(py, of.free());
         /// Correlation matrix of the estimates of the free parameters, shape (p, p), nan where undefined; `None` with
@@ -43,12 +43,14 @@ result! {
         history = |of, py| given(py, array(py, of.found.history.clone()));
         /// Cost of the parameters in the chosen criterion.
         cost = |of, py| given(py, of.found.cost);
-        /// Fit 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of "current" and "speed" [%]; `None` for a channel that was not measured.
+        /// Fit 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of "current" and "speed" [%]; nan for a channel that was not measured.
         fit_percent = Found::fit_percent;
         /// Level of trust in the result: "good", "check" or "poor".
         trust = |of, py| given(py, of.found.trust.level.name());
-        /// Warnings, as strings.
-        warnings = |of, py| given(py, of.found.warnings.iter().map(|warning| warning.spelled(keyword)).collect::<Vec<_>>());
+        /// Warnings, which the call issued as Python warnings too: a list of `MotorfitWarning`.
+        warnings = |of, py| given(py, warnings(py, &of.found.warnings, Severity::Report)?);
+        /// Remarks, which need no action: a list of `MotorfitWarning`.
+        remarks = |of, py| given(py, warnings(py, &of.found.warnings, Severity::Mention)?);
         /// Recordings that the model was fitted to.
         records = |of, py| given(py, of.records.iter().cloned().map(crate::record::Record).collect::<Vec<_>>());
     }
@@ -138,8 +140,9 @@ impl Found {
 
     fn fit_percent<'py>(&self, py: Python<'py>) -> Answer<'py> {
         let fit = PyDict::new(py);
-        fit.set_item("current", self.found.fit_percent[0])?;
-        fit.set_item("speed", self.found.fit_percent[1])?;
+        for (channel, percent) in ["current", "speed"].into_iter().zip(self.found.fit_percent) {
+            fit.set_item(channel, percent.unwrap_or(f64::NAN))?;
+        }
         Ok(fit.into_any())
     }
 
@@ -161,7 +164,8 @@ impl Found {
             format!("{} = {}{error} {}", name_of(&e), significant(value, 6), e.parameter.unit())
         };
         let list: Vec<String> = self.found.estimates().into_iter().map(one).collect();
-        format!("<Identification {}>", list.join(", "))
+        let (trust, codes) = (self.found.trust.level.name(), codes(&self.found.warnings));
+        format!("<Identification {}; trust {trust}{codes}>", list.join(", "))
     }
 
     fn html(&self) -> String {

@@ -70,14 +70,15 @@ impl Record {
         motorfit::record::Record::new(samples).map(Self).raise(py)
     }
 
+    #[doc = concat!("from_file(path, *, ", include_str!("signatures/reading.txt"), ")\n--\n")]
     /// Reads a file that holds one recording.
     ///
     /// Parameters
     /// ----------
     /// path : str or PathLike
     ///     Recording file.
-    /// **options
-    ///     Keyword arguments of `read`.
+    /// columns, rate, sheet, bad_rows, gaps, drop_repeats, crop, offset, mask, decimate, filter, discretization
+    ///     As for `read`.
     ///
     /// Returns
     /// -------
@@ -88,7 +89,7 @@ impl Record {
     /// UsageError, DataError
     ///     If an option is wrong, or the file cannot be read or holds several recordings.
     #[staticmethod]
-    #[pyo3(signature = (path, **options))]
+    #[pyo3(signature = (path, **options), text_signature = None)]
     fn from_file(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let mut records = read(py, path.clone(), options)?;
         match (records.pop(), records.len()) {
@@ -100,14 +101,15 @@ impl Record {
         }
     }
 
+    #[doc = concat!("from_columns(frame, *, ", include_str!("signatures/reading.txt"), ")\n--\n")]
     /// Converts a table of columns to a recording, by the rules for files.
     ///
     /// Parameters
     /// ----------
     /// frame : mapping, structured array, pandas or polars frame
     ///     Columns of one length. Headings name quantity and unit, "Current (mA)" or "speed_rpm", unless `columns` does.
-    /// **options
-    ///     Keyword arguments of `read`, such as columns="time=t:s,current=I:mA".
+    /// columns, rate, sheet, bad_rows, gaps, drop_repeats, crop, offset, mask, decimate, filter, discretization
+    ///     As for `read`, such as columns="time=t:s,current=I:mA".
     ///
     /// Returns
     /// -------
@@ -120,7 +122,7 @@ impl Record {
     /// UsageError, DataError
     ///     If an option is wrong, or the columns are not one recording.
     #[staticmethod]
-    #[pyo3(signature = (frame, **options))]
+    #[pyo3(signature = (frame, **options), text_signature = None)]
     fn from_columns(py: Python<'_>, frame: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let reading = reading(py, options)?;
         let frame = Frame::new(frame)?;
@@ -285,6 +287,7 @@ fn frozen<'py>(py: Python<'py>, values: &[f64]) -> PyResult<Bound<'py, PyArray1<
     Ok(array)
 }
 
+#[doc = concat!("read(path, *, ", include_str!("signatures/reading.txt"), ")\n--\n")]
 /// Reads the recordings of a file: CSV, XLSX, MAT or JSON.
 ///
 /// Parameters
@@ -330,7 +333,7 @@ fn frozen<'py>(py: Python<'py>, values: &[f64]) -> PyResult<Bound<'py, PyArray1<
 /// DataError
 ///     If the file cannot be read, with its line and column.
 #[pyfunction]
-#[pyo3(signature = (path, **options))]
+#[pyo3(signature = (path, **options), text_signature = None)]
 pub fn read(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<Record>> {
     let reading = reading(py, options)?;
     let records = on_all(py, || reading.records(&path))?.raise(py)?;

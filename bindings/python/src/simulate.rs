@@ -126,7 +126,8 @@ pub fn steiglitz_mcbride<'py>(
 /// Returns
 /// -------
 /// dict
-///     "parameters" and "std_errors" by symbol, in SI units; "converged", True if the iteration converged.
+///     "parameters" and "std_errors" by symbol, in SI units, nan where there is none; "converged", True if the iteration
+///     converged.
 ///
 /// Raises
 /// ------
@@ -136,6 +137,7 @@ pub fn steiglitz_mcbride<'py>(
 ///     If a recording cannot be used, or the simulation diverges at the start.
 #[pyfunction]
 #[pyo3(signature = (records, start, **settings))]
+#[pyo3(text_signature = "(records, start, *, bounds='auto', fix=None, discretization=None, initial='auto')")]
 pub fn refine<'py>(
     py: Python<'py>,
     records: &Bound<'py, PyAny>,
@@ -157,7 +159,7 @@ pub fn refine<'py>(
     let refined = on_all(py, || motorfit::estimate::refine(&records, &spec.space, &start, &options))?.raise(py)?;
     let (result, errors) = (PyDict::new(py), PyDict::new(py));
     for (axis, error) in spec.space.free().iter().zip(&refined.uncertainty.std_error) {
-        errors.set_item(axis.parameter.symbol(), *error)?;
+        errors.set_item(axis.parameter.symbol(), error.unwrap_or(f64::NAN))?;
     }
     result.set_item("parameters", named(py, &refined.parameters)?)?;
     result.set_item("std_errors", errors)?;

@@ -1,12 +1,15 @@
 """`identify`: results equal those of the command line program exactly; attributes, progress, interruption, errors."""
 
 import json
+import math
 import pathlib
+import pickle
 import signal
 import subprocess
 import sys
 import threading
 import time
+import warnings
 import xml.etree.ElementTree as ET
 from concurrent.futures import ThreadPoolExecutor
 
@@ -275,3 +278,41 @@ def test_notebooks_show_a_table(record):
     with pytest.raises(IndexError):
         found.plot_response(-2)
     assert "Svg" in repr(found.plot_response())
+
+
+@pytest.mark.parametrize("lacking", ["speed only", "current as input"])
+def test_unidentified_parameters_are_nan(record, lacking):
+    """The loop of README runs on every recording: what is not identified is nan, and can be formatted as a number."""
+    columns = record.to_columns()
+    without = {"speed only": "current_A", "current as input": "voltage_V"}[lacking]
+    found = motorfit.identify(motorfit.Record.from_columns({k: v for k, v in columns.items() if k != without}))
+    unknown = [name for name, value in found.parameters.items() if math.isnan(value)]
+    assert unknown and unknown == [name for name, e in found.to_dict()["parameters"].items() if e["value"] is None]
+    for name, value in found.parameters.items():
+        assert f"{value:.6g} ± {found.std_errors[name]:.2g}"
+        if math.isnan(value):
+            assert math.isnan(found.std_errors[name]) and all(map(math.isnan, found.ci95[name]))
+    assert math.isnan(found.fit_percent["current"]) and found.fit_percent["speed"] > 90
+
+
+def test_fixed_parameters_have_no_standard_error(record):
+    found = motorfit.identify(record, fix={"R": 0.92})
+    assert found.parameters["R"] == 0.92 and math.isnan(found.std_errors["R"])
+    assert all(math.isnan(error) for error in motorfit.identify(record, polish="none").std_errors.values())
+
+
+def test_warnings_are_python_warnings_with_codes(record):
+    lacking = motorfit.Record(record.time, voltage=record.voltage, speed=record.speed)
+    with pytest.warns(motorfit.MotorfitWarning) as issued:
+        found = motorfit.identify(lacking)
+    assert [w.message for w in issued] == found.warnings and issued[0].filename == __file__
+    assert [w.code for w in found.warnings] == [w["code"] for w in found.to_dict()["warnings"]] and found.warnings
+    assert [w.code for w in found.remarks] == [w["code"] for w in found.to_dict()["remarks"]]
+    for warning in found.warnings:
+        assert warning.code in repr(found) and warning.code in str(warning) and "--" not in warning.message
+        assert pickle.loads(pickle.dumps(warning)) == warning
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", motorfit.MotorfitWarning)
+        with pytest.raises(motorfit.MotorfitWarning, match="channel_missing"):
+            motorfit.identify(lacking)
+        assert "warnings" not in repr(motorfit.identify(record))

@@ -1,5 +1,7 @@
 """`Record` and `read`: files, arrays and frames give the same samples bit for bit; pickling; errors for wrong input."""
 
+import errno
+import math
 import pathlib
 import pickle
 
@@ -90,7 +92,7 @@ def test_a_recording_without_a_voltage_has_the_current_as_input(record):
     assert by_current.voltage is None
     found = motorfit.identify(by_current, fix={"K": 0.073472})
     assert found.parameters["J"] == pytest.approx(0.000136, rel=0.02)
-    assert found.parameters["R"] is None
+    assert math.isnan(found.parameters["R"])
 
 
 @pytest.mark.parametrize(
@@ -117,8 +119,11 @@ def test_errors_have_place_and_remedy(tmp_path):
     assert "bad.csv" in caught.value.message and "3" in caught.value.message and caught.value.remedy
     again = pickle.loads(pickle.dumps(caught.value))
     assert str(again) == str(caught.value) and isinstance(again, ValueError)
-    with pytest.raises(motorfit.DataError):
-        motorfit.Record.from_file(tmp_path / "none.csv")
+    for kind in (motorfit.DataError, FileNotFoundError, motorfit.MissingFileError):
+        with pytest.raises(kind) as caught:
+            motorfit.Record.from_file(tmp_path / "none.csv")
+        again = pickle.loads(pickle.dumps(caught.value))
+        assert str(again) == str(caught.value) and again.filename == str(tmp_path / "none.csv") and again.errno == errno.ENOENT
     with pytest.raises(TypeError, match="did you mean columns"):
         motorfit.read(path, colums="time=t")
 

@@ -8,7 +8,15 @@
 All quantities are in SI units: s, V, A, rad/s, N·m; R in ohm, L in H, K in V·s/rad, B in N·m·s/rad, J in kg·m².
 """
 
-from ._errors import DataError, DeviceError, MotorfitError, NotIdentifiedError, UsageError
+from ._errors import (
+    DataError,
+    DeviceError,
+    MissingFileError,
+    MotorfitError,
+    MotorfitWarning,
+    NotIdentifiedError,
+    UsageError,
+)
 from ._motorfit import (
     Comparison,
     ComparisonBlock,
@@ -38,7 +46,9 @@ __all__ = [
     "DeviceError",
     "Evaluator",
     "Identification",
+    "MissingFileError",
     "MotorfitError",
+    "MotorfitWarning",
     "NotIdentifiedError",
     "Optimizer",
     "Progress",

@@ -3,11 +3,12 @@
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal, TypedDict, final
+from typing import Any, Literal, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import Unpack
+
+from ._errors import MotorfitWarning
 
 __version__: str
 
@@ -28,68 +29,6 @@ _Gaps = Literal["error", "keep", "split"]
 _Method = Literal["auto", "sm", "gwo", "jaya", "ga", "pso", "de", "lshade", "cmaes", "abc", "cuckoo", "multistart", "random"]
 _Search = Literal["gwo", "jaya", "ga", "pso", "de", "lshade", "cmaes", "abc", "cuckoo", "random"]
 
-class _ReadOptions(TypedDict, total=False):
-    columns: _Named
-    rate: float
-    sheet: str
-    bad_rows: _BadRows
-    gaps: _Gaps
-    drop_repeats: bool
-    crop: str
-    offset: str
-    mask: _Items
-    decimate: int
-    filter: str
-    discretization: _Discretization
-
-class _ProblemSettings(TypedDict, total=False):
-    criterion: _Criterion
-    scale: _Scale
-    noise: _Numbers
-    time_origin: float
-    discretization: _Discretization
-    initial: _Initial
-    bounds: _Bounds
-    fix: _Numbers
-    with_: _Items
-    per_recording: _Items
-    device: str
-    precision: _Precision
-    threads: int
-
-class _IdentifySettings(_ProblemSettings, total=False):
-    method: _Method
-    polish: _Polish
-    population: int
-    generations: int
-    seed: int
-    set: _Settings
-
-class _CompareSettings(TypedDict, total=False):
-    preset: Literal["paper"]
-    methods: _Items
-    runs: int
-    criteria: _Items
-    population: int | Sequence[int]
-    generations: int | Sequence[int]
-    set: _Settings
-    transform: str | Sequence[str]
-    seed: int
-    noise_records: int
-    target: float
-    bounds: _Bounds
-    fix: _Numbers
-    discretization: _Discretization
-    device: str
-    precision: _Precision
-    threads: int
-
-class _RefineSettings(TypedDict, total=False):
-    bounds: _Bounds
-    fix: _Numbers
-    discretization: _Discretization
-    initial: _Initial
-
 @final
 class Record:
     """Validated recording of one motor: time [s], voltage [V], current [A], speed [rad/s], load torque [N·m]."""
@@ -104,9 +43,41 @@ class Record:
         load_torque: ArrayLike | None = None,
     ) -> Record: ...
     @staticmethod
-    def from_file(path: str | PathLike[str], **options: Unpack[_ReadOptions]) -> Record: ...
+    def from_file(
+        path: str | PathLike[str],
+        *,
+        # Settings: reading.
+        columns: _Named | None = None,
+        rate: float | None = None,
+        sheet: str | None = None,
+        bad_rows: _BadRows = "error",
+        gaps: _Gaps = "error",
+        drop_repeats: bool = False,
+        crop: str | None = None,
+        offset: str | None = None,
+        mask: _Items | None = None,
+        decimate: int | None = None,
+        filter: str | None = None,
+        discretization: _Discretization | None = None,
+    ) -> Record: ...
     @staticmethod
-    def from_columns(frame: Any, **options: Unpack[_ReadOptions]) -> Record: ...
+    def from_columns(
+        frame: Any,
+        *,
+        # Settings: reading.
+        columns: _Named | None = None,
+        rate: float | None = None,
+        sheet: str | None = None,
+        bad_rows: _BadRows = "error",
+        gaps: _Gaps = "error",
+        drop_repeats: bool = False,
+        crop: str | None = None,
+        offset: str | None = None,
+        mask: _Items | None = None,
+        decimate: int | None = None,
+        filter: str | None = None,
+        discretization: _Discretization | None = None,
+    ) -> Record: ...
     @property
     def time(self) -> _Floats: ...
     @property
@@ -161,11 +132,11 @@ class Identification:
     """Result of an identification, in SI units. It can be pickled."""
 
     @property
-    def parameters(self) -> dict[str, float | None]: ...
+    def parameters(self) -> dict[str, float]: ...
     @property
-    def std_errors(self) -> dict[str, float | None]: ...
+    def std_errors(self) -> dict[str, float]: ...
     @property
-    def ci95(self) -> dict[str, tuple[float, float] | None]: ...
+    def ci95(self) -> dict[str, tuple[float, float]]: ...
     @property
     def free(self) -> list[str]: ...
     @property
@@ -177,11 +148,13 @@ class Identification:
     @property
     def cost(self) -> float: ...
     @property
-    def fit_percent(self) -> dict[str, float | None]: ...
+    def fit_percent(self) -> dict[str, float]: ...
     @property
     def trust(self) -> Literal["good", "check", "poor"]: ...
     @property
-    def warnings(self) -> list[str]: ...
+    def warnings(self) -> list[MotorfitWarning]: ...
+    @property
+    def remarks(self) -> list[MotorfitWarning]: ...
     @property
     def records(self) -> list[Record]: ...
     def modelled(self) -> list[dict[str, _Floats]]: ...
@@ -203,7 +176,20 @@ class Evaluator:
         records: Record | Sequence[Record],
         *,
         population: int = 100_000,
-        **settings: Unpack[_ProblemSettings],
+        # Settings: problem.
+        bounds: _Bounds = "auto",
+        fix: _Numbers | None = None,
+        criterion: _Criterion = "nrmse",
+        scale: _Scale = "std",
+        noise: _Numbers | None = None,
+        time_origin: float | None = None,
+        with_: _Items | None = None,
+        per_recording: _Items | None = None,
+        discretization: _Discretization | None = None,
+        initial: _Initial = "auto",
+        device: str = "auto",
+        precision: _Precision = "auto",
+        threads: int | None = None,
     ) -> Evaluator: ...
     @property
     def names(self) -> list[str]: ...
@@ -257,7 +243,9 @@ class Comparison:
     @property
     def interrupted(self) -> bool: ...
     @property
-    def warnings(self) -> list[str]: ...
+    def warnings(self) -> list[MotorfitWarning]: ...
+    @property
+    def remarks(self) -> list[MotorfitWarning]: ...
     def to_dict(self) -> dict[str, Any]: ...
     def to_json(self) -> str: ...
     def __copy__(self) -> Comparison: ...
@@ -352,23 +340,81 @@ class Sweep:
     def finished(self, shard: tuple[int, int]) -> dict[str, bytes]: ...
     def take(self, shard: tuple[int, int], results: bytes) -> int: ...
 
-def read(path: str | PathLike[str], **options: Unpack[_ReadOptions]) -> list[Record]: ...
+def read(
+    path: str | PathLike[str],
+    *,
+    # Settings: reading.
+    columns: _Named | None = None,
+    rate: float | None = None,
+    sheet: str | None = None,
+    bad_rows: _BadRows = "error",
+    gaps: _Gaps = "error",
+    drop_repeats: bool = False,
+    crop: str | None = None,
+    offset: str | None = None,
+    mask: _Items | None = None,
+    decimate: int | None = None,
+    filter: str | None = None,
+    discretization: _Discretization | None = None,
+) -> list[Record]: ...
 def identify(
     records: Record | Sequence[Record],
     *,
     validate: Record | Sequence[Record] | None = None,
     progress: Callable[[Progress], object] | None = None,
-    **settings: Unpack[_IdentifySettings],
+    # Settings: search.
+    method: _Method = "auto",
+    polish: _Polish = "lm",
+    population: int = 100,
+    generations: int = 100,
+    seed: int = 1,
+    set: _Settings | None = None,
+    # Settings: problem.
+    bounds: _Bounds = "auto",
+    fix: _Numbers | None = None,
+    criterion: _Criterion = "nrmse",
+    scale: _Scale = "std",
+    noise: _Numbers | None = None,
+    time_origin: float | None = None,
+    with_: _Items | None = None,
+    per_recording: _Items | None = None,
+    discretization: _Discretization | None = None,
+    initial: _Initial = "auto",
+    device: str = "auto",
+    precision: _Precision = "auto",
+    threads: int | None = None,
 ) -> Identification: ...
 def compare(
     records: Record | Sequence[Record] | None = None,
     *,
     progress: Callable[[Progress], object] | None = None,
-    **settings: Unpack[_CompareSettings],
+    preset: Literal["paper"] | None = None,
+    methods: _Items = "gwo,jaya,ga,sm",
+    runs: int = 50,
+    criteria: _Items = "nrmse:std",
+    population: int | Sequence[int] = 100,
+    generations: int | Sequence[int] = 100,
+    set: _Settings | None = None,
+    transform: _Items | None = None,
+    seed: int = 1,
+    noise_records: int = 200,
+    target: float | None = None,
+    bounds: _Bounds | None = None,
+    fix: _Numbers | None = None,
+    discretization: _Discretization | None = None,
+    device: str = "auto",
+    precision: _Precision = "auto",
+    threads: int | None = None,
 ) -> Comparison: ...
 def steiglitz_mcbride(record: Record, *, discretization: _Discretization = "zoh") -> dict[str, float]: ...
 def refine(
-    records: Record | Sequence[Record], start: Mapping[str, float], **settings: Unpack[_RefineSettings]
+    records: Record | Sequence[Record],
+    start: Mapping[str, float],
+    *,
+    bounds: _Bounds = "auto",
+    fix: _Numbers | None = None,
+    discretization: _Discretization | None = None,
+    initial: _Initial = "auto",
 ) -> dict[str, Any]: ...
 def simulate(
     parameters: str | Mapping[str, float],
