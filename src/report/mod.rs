@@ -13,6 +13,8 @@ mod identified;
 mod identified_tables;
 mod inspect;
 #[cfg(feature = "report")]
+mod notebook;
+#[cfg(feature = "report")]
 mod page;
 #[cfg(feature = "report")]
 mod pages;
@@ -33,13 +35,15 @@ pub use document::{EvaluateDocument, devices_document, identify_document, json};
 pub use identified::{characteristics_lines, noise_floor_text, verdicts};
 #[cfg(feature = "report")]
 pub use identified_tables::{selection_table, selection_text};
-#[cfg(feature = "report")]
-pub use inspect::inspect_page;
 pub use inspect::{SignalFacts, inspect_document};
+#[cfg(feature = "report")]
+pub use inspect::{inspect_page, record_figure};
+#[cfg(feature = "report")]
+pub use notebook::{html_fragment, plain_text};
 #[cfg(feature = "report")]
 pub use page::{Figure, Item, Page, Part, Section};
 #[cfg(feature = "report")]
-pub use pages::{Reproduced, compare_page, identify_page};
+pub use pages::{Reproduced, compare_page, compare_parts, identify_page, identify_parts};
 #[cfg(feature = "report")]
 pub use residual_panels::{ResidualRow, residual_panels};
 pub use spelling::command_line;

@@ -119,7 +119,8 @@ pub(super) fn capital(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-fn part(part: &Part) -> Markup {
+/// Renders an element of a section.
+pub(super) fn part(part: &Part) -> Markup {
     match part {
         Part::Text(text) => html! { p { (printable(text)) } },
         Part::Warning(text) => html! { p.warning role="note" { strong { "Warning: " } (printable(text)) } },

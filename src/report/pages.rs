@@ -12,6 +12,7 @@ use crate::analysis::{Characteristics, Named};
 use crate::identify::{Identification, IdentifySpec, ParameterEstimate, Status};
 use crate::motor::{Parameters, Scope};
 use crate::record::{Record, Severity};
+use crate::setting::Spelling;
 use crate::study::compare::{Block, Comparison};
 use crate::text::{engineering, significant};
 use crate::warning::Warning;
@@ -29,8 +30,8 @@ pub(super) fn section(heading: &str, parts: Vec<Part>) -> Section {
     Section { heading: heading.to_owned(), parts }
 }
 
-fn warnings(list: &[Warning]) -> Vec<Part> {
-    list.iter().filter(|w| w.severity == Severity::Report).map(|w| Part::Warning(w.spelled(command_line))).collect()
+fn warnings(list: &[Warning], spelling: Spelling) -> Vec<Part> {
+    list.iter().filter(|w| w.severity == Severity::Report).map(|w| Part::Warning(w.spelled(spelling))).collect()
 }
 
 /// Returns the section with the command, settings, device and recordings that reproduce a result.
@@ -68,10 +69,7 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
     let estimates = found.estimates();
     let answer = estimates.iter().filter(shared).filter_map(value).chain(instead).collect::<Vec<_>>().join(", ");
     let tail = if found.uncertainty.is_some() { " (95 % intervals)" } else { " (without a polish: no intervals)" };
-    let mut sure = vec![Part::Text(trust_text(found)), Part::Text(verdict(found).to_owned())];
-    sure.extend(warnings(&found.warnings));
-    sure.push(Part::Table(parameters_table(found)));
-    sure.push(Part::Table(fit_table(found, spec)));
+    let mut sure = identify_parts(spec, found, command_line);
     sure.push(Part::Table(characteristics_table(found)));
     if let Some(selection) = &found.selection {
         sure.push(Part::Text(format!("Model: {}.", selected(found))));
@@ -97,17 +95,26 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
     Page { title: format!("Motor of {name}"), answer: format!("{answer}{tail}."), sections }
 }
 
+/// Returns the level of trust in a result, its warnings, its parameters and its fit; `spelling` is that of the front end.
+#[must_use]
+pub fn identify_parts(spec: &IdentifySpec, found: &Identification, spelling: Spelling) -> Vec<Part> {
+    let mut parts = vec![Part::Text(trust_text(found, spelling)), Part::Text(verdict(found).to_owned())];
+    parts.extend(warnings(&found.warnings, spelling));
+    parts.push(Part::Table(parameters_table(found)));
+    parts.push(Part::Table(fit_table(found, spec)));
+    parts
+}
+
 /// Describes the level of trust in the result, with its reasons and the next step.
-fn trust_text(found: &Identification) -> String {
-    let reasons: Vec<String> = found.trust.reasons.iter().map(|reason| reason.message.spelled(command_line)).collect();
+fn trust_text(found: &Identification, spelling: Spelling) -> String {
+    let reasons: Vec<String> = found.trust.reasons.iter().map(|reason| reason.message.spelled(spelling)).collect();
     let level = found.trust.level.name();
     if reasons.is_empty() {
         return format!(
             "Trust: {level}. No test of the residuals, the search or the recordings contradicts the standard errors."
         );
     }
-    let next =
-        found.trust.next.as_ref().map_or(String::new(), |next| format!(" Next: {}.", next.spelled(command_line)));
+    let next = found.trust.next.as_ref().map_or(String::new(), |next| format!(" Next: {}.", next.spelled(spelling)));
     format!("Trust: {level}. {}.{next}", capital(&reasons.join("; ")))
 }
 
@@ -124,18 +131,39 @@ fn verdict(found: &Identification) -> &'static str {
     }
 }
 
+/// Returns the warnings of a comparison, and the reasons for which results are missing.
+fn doubts(comparison: &Comparison, spelling: Spelling) -> Vec<Part> {
+    let mut parts = warnings(&comparison.warnings, spelling);
+    if comparison.interrupted {
+        parts.push(Part::Warning("This comparison was interrupted: the results are incomplete.".to_owned()));
+    }
+    let missing = comparison.reference.as_ref().err().map(|e| e.spelled(spelling));
+    parts.extend(missing.map(|why| Part::Warning(format!("There is no refined estimate: {why}"))));
+    let failed = comparison.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().err());
+    parts.extend(failed.map(|e| Part::Warning(format!("Steiglitz\u{2013}McBride gives no estimate: {e}."))));
+    parts
+}
+
+/// Returns the answer of a comparison, its warnings, and the table of costs and the convergence of each block; `spelling` is that
+/// of the front end.
+#[must_use]
+pub fn compare_parts(comparison: &Comparison, spelling: Spelling) -> Vec<Part> {
+    let mut parts = vec![Part::Text(answer(comparison))];
+    parts.extend(doubts(comparison, spelling));
+    for (n, block) in comparison.blocks.iter().enumerate() {
+        parts.extend(tables(comparison, block).into_iter().take(1).map(Part::Table));
+        if block.has_results() {
+            parts.push(Part::Figure(figures::convergence(&format!("block{}", n + 1), block)));
+        }
+    }
+    parts
+}
+
 /// Returns the page of a comparison; with `paper` it includes the paper's tables.
 #[must_use]
 pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> Page {
     let mut sections = Vec::new();
-    let mut sure = warnings(&comparison.warnings);
-    if comparison.interrupted {
-        sure.push(Part::Warning("This comparison was interrupted: the results are incomplete.".to_owned()));
-    }
-    let missing = comparison.reference.as_ref().err().map(|e| e.spelled(command_line));
-    sure.extend(missing.map(|why| Part::Warning(format!("There is no refined estimate: {why}"))));
-    let failed = comparison.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().err());
-    sure.extend(failed.map(|e| Part::Warning(format!("Steiglitz\u{2013}McBride gives no estimate: {e}."))));
+    let sure = doubts(comparison, command_line);
     if !sure.is_empty() {
         sections.push(section("Warnings", sure));
     }

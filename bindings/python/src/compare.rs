@@ -3,7 +3,7 @@
 use crate::comparison::Comparison;
 use crate::errors::{Raise as _, warn};
 use crate::progress::{Watch, watched};
-use crate::record::several;
+use crate::reading::several;
 use crate::spec::{self, Keywords};
 use motorfit::device::with_threads;
 use motorfit::evaluate::{Initial, Model};

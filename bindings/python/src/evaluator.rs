@@ -4,7 +4,7 @@ use crate::arrays::{array, read};
 use crate::errors::Raise as _;
 use crate::exclusive_lock::ExclusiveLock;
 use crate::pool::{Pool, on_all};
-use crate::record::several;
+use crate::reading::several;
 use crate::spec::{self, Keywords};
 use motorfit::device::with_threads;
 use motorfit::evaluate::Simd;

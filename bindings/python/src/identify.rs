@@ -3,7 +3,7 @@
 use crate::errors::{Raise as _, warn};
 use crate::identification::Identification;
 use crate::progress::watched;
-use crate::record::several;
+use crate::reading::several;
 use crate::spec::{self, Keywords};
 use motorfit::identify::{IdentifySpec, hold_out, identify_with};
 use motorfit::record::Record;

@@ -4,6 +4,7 @@ import json
 import math
 import pathlib
 import pickle
+import re
 import signal
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import warnings
 import xml.etree.ElementTree as ET
 from concurrent.futures import ThreadPoolExecutor
 
+import matplotlib.image
 import numpy as np
 import pytest
 
@@ -82,12 +84,91 @@ def test_drawings_are_svg(record, tmp_path):
     found = motorfit.identify(record, method="gwo", generations=10)
     for drawing in (found.plot_response(), found.plot_correlation(), found.plot_history()):
         assert drawing._repr_svg_().startswith("<svg") and drawing.caption
-    drawing = found.plot_response()
-    drawing.save(tmp_path / "fit.svg")
-    assert (tmp_path / "fit.svg").read_text() == str(drawing)
     with pytest.raises(IndexError):
         found.plot_response(1)
     assert motorfit.identify(record, polish="none").plot_correlation() is None
+
+
+def test_figures_are_saved_in_the_format_of_the_suffix(record, tmp_path, monkeypatch):
+    drawing = record.plot()
+    for name in ("fit.svg", "FIT.SVG"):
+        drawing.save(tmp_path / name)
+        assert (tmp_path / name).read_text() == str(drawing)
+    # An SVG file follows the colours of the system, except for a map, which has text on its colours.
+    assert "prefers-color-scheme: dark" in str(drawing)
+    assert "prefers-color-scheme" not in str(motorfit.identify(record).plot_correlation())
+    drawing.save(str(tmp_path / "fit.png"))
+    pixels = matplotlib.image.imread(tmp_path / "fit.png")
+    width = float(re.search(r'width="([\d.]+)"', str(drawing)).group(1))
+    assert pixels.shape[1] == round(2 * width) and pixels.shape[2] in (3, 4)
+    # White ground, with the lines in other colours.
+    assert pixels[0, 0].min() == 1.0 and 0.001 < (pixels[..., :3].min(axis=2) < 0.5).mean() < 0.5
+    for wrong in ("fit.pdf", "fit"):
+        with pytest.raises(motorfit.UsageError, match=f"{wrong}.*\n.*svg or .png"):
+            drawing.save(tmp_path / wrong)
+    with pytest.raises(FileNotFoundError, match="none.*fit.svg"):
+        drawing.save(tmp_path / "none" / "fit.svg")
+    monkeypatch.setitem(sys.modules, "resvg_py", None)
+    with pytest.raises(ImportError, match="other.png.*pip install"):
+        drawing.save(tmp_path / "other.png")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["FIT.SVG", "fit.png", "fit.svg"]
+
+
+def test_an_identification_is_simulated(record):
+    found = motorfit.identify(record)
+    again = motorfit.simulate(found)
+    np.testing.assert_allclose(again.speed, found.modelled()[0]["speed_rad_s"], rtol=1e-9, atol=1e-9)
+    np.testing.assert_array_equal(motorfit.simulate(found, record).speed, again.speed)
+    np.testing.assert_array_equal(motorfit.simulate(found, record.time, record.voltage).speed, again.speed)
+    np.testing.assert_array_equal(motorfit.simulate(pickle.loads(pickle.dumps(found))).speed, again.speed)
+    loaded = motorfit.simulate(found, record, load_torque=np.full(len(record), 0.01))
+    assert loaded.speed[-1] < again.speed[-1] - 1
+    held = motorfit.identify([record, step(seed=2)], per_recording="R", with_="coulomb", discretization="foh")
+    values = {name.removesuffix("[0]"): value for name, value in held.parameters.items() if not name.endswith("[1]")}
+    assert motorfit.simulate(held, record).speed[-1] == pytest.approx(motorfit.simulate(values, record).speed[-1], rel=1e-6)
+    assert np.abs(motorfit.simulate(held).speed - motorfit.simulate(values, record).speed).max() > 1e-3, "another discretization"
+
+
+def test_what_cannot_be_simulated_is_an_error(record):
+    lacking = motorfit.identify(motorfit.Record(record.time, voltage=record.voltage, speed=record.speed))
+    with pytest.raises(motorfit.NotIdentifiedError, match="R, .*not identified"):
+        motorfit.simulate(lacking)
+    by_current = motorfit.Record(record.time, current=record.current, speed=record.speed)
+    with pytest.raises(motorfit.DataError, match="no voltage"):
+        motorfit.simulate("m2", by_current)
+    for given in (("m2",), ("m2", record.time), ("m2", record, record.voltage), ("m2", None, record.voltage)):
+        with pytest.raises(TypeError, match="needs time and voltage"):
+            motorfit.simulate(*given)
+
+
+#: Attribute of each key of `to_dict` whose name differs.
+RENAMED = {"motorfit": "version", "with": "extensions", "ladder": "model_selection", "residuals": "residual_tests",
+           "repeatability": "noise_floor"}
+#: Keys whose attributes are objects of Python instead of documents.
+OBJECTS = {"trust", "records", "parameters", "fit_percent", "correlation", "history", "warnings", "remarks"}
+
+
+@pytest.mark.parametrize("settings", [{}, {"with_": "auto"}, {"method": "gwo", "generations": 5, "polish": "none"}])
+def test_everything_of_to_dict_is_an_attribute(record, settings):
+    found = motorfit.identify(record, **settings)
+    for key, value in found.to_dict().items():
+        attribute = getattr(found, RENAMED.get(key, key))
+        assert key in OBJECTS or attribute == value, key
+    trust = found.to_dict()["trust"]
+    assert [found.trust, found.trust_reasons, found.next_step] == [trust["level"], trust["reasons"], trust["next"]]
+
+
+def test_summaries_and_frames_have_the_estimates(record):
+    found = motorfit.identify(record, fix={"B": M2["B"]})
+    text = found.summary()
+    assert all(word in text for word in ("Trust: ", "R, resistance", f"{found.parameters['R']:.6g}"[:6], "fit [%]", "fixed"))
+    assert max(map(len, text.splitlines())) <= 130
+    for frame in (found.to_frame(), found.to_frame("polars")):
+        assert list(frame["parameter"]) == list(found.parameters)
+        for n, name in enumerate(found.parameters):
+            row = [frame[key][n] for key in ("value", "std_error", "ci95_low", "ci95_high")]
+            np.testing.assert_array_equal(row, [found.parameters[name], found.std_errors[name], *found.ci95[name]])
+        assert list(frame["unit"])[0] == "ohm" and list(frame["fixed"]) == [name == "B" for name in found.parameters]
 
 
 def test_the_callback_sees_each_generation_and_can_end_the_search(record):
@@ -268,11 +349,8 @@ def test_wrong_values_are_named(record):
     assert motorfit.identify(record, **noise).cost == motorfit.identify(record, scale="noise", noise="i=0.05,w=0.5").cost
 
 
-def test_notebooks_show_a_table(record):
+def test_figures_are_found_by_index(record):
     found = motorfit.identify(record)
-    table = ET.fromstring(found._repr_html_())
-    assert [row[0].text for row in table.iter("tr")][1:] == list(found.parameters)
-    assert "0.92" in found._repr_html_() and "ohm" in found._repr_html_()
     picture = ET.fromstring(found.plot_response(-1)._repr_svg_())
     assert picture.get("viewBox") == f"0 0 {picture.get('width')} {picture.get('height')}"
     with pytest.raises(IndexError):

@@ -121,15 +121,36 @@ fn odd(inspection: &Inspection<'_>, several: bool) -> Vec<Part> {
     parts
 }
 
+/// Returns the figure of all signals of a recording over time.
+#[must_use]
+pub fn record_figure(record: &Record) -> Figure {
+    let caption = "The signals of the recording.".to_owned();
+    let alternative = format!("The signals of {} over time", name(record));
+    Figure { id: "signals".to_owned(), map: false, svg: signal_panels(record, &[]), alternative, caption }
+}
+
 /// Returns the figure of all signals over time, with the findings marked.
 fn signals(inspection: &Inspection<'_>, n: usize) -> Figure {
-    let record = inspection.record;
+    Figure {
+        id: format!("signals-{}", n + 1),
+        map: false,
+        svg: signal_panels(inspection.record, &inspection.warnings),
+        alternative: format!("The signals of {} over time, findings marked", name(inspection.record)),
+        caption:
+            "Orange: the location of a finding, by its number above. Findings without a location concern the complete \
+                  signal."
+                .to_owned(),
+    }
+}
+
+/// Draws each signal of a recording over time, with the warnings marked by their numbers.
+fn signal_panels(record: &Record, warnings: &[Warning]) -> String {
     let chart = |(quantity, signal): (Quantity, &[f64])| {
         let points = record.samples().time_s.iter().copied().zip(signal.iter().copied()).collect();
         let steps = quantity == Quantity::Voltage && record.slope().is_empty();
         let line = Line { name: quantity.to_string(), points, steps, ..Line::default() };
         let own: Vec<(usize, &Warning)> =
-            inspection.warnings.iter().enumerate().filter(|(_, w)| is_of(w, quantity, record.driver())).collect();
+            warnings.iter().enumerate().filter(|(_, w)| is_of(w, quantity, record.driver())).collect();
         let numbers: Vec<String> = own.iter().map(|(n, _)| (n + 1).to_string()).collect();
         let mut title = capital(&quantity.to_string());
         if !numbers.is_empty() {
@@ -140,16 +161,7 @@ fn signals(inspection: &Inspection<'_>, n: usize) -> Figure {
         Chart { lines: vec![line], marks, ..Chart::new(title, ["time [s]", &label]) }
     };
     let charts: Vec<Chart> = super::signals(record).map(chart).collect();
-    Figure {
-        id: format!("signals-{}", n + 1),
-        map: false,
-        svg: panels(&charts, 1, [1060.0, 270.0]),
-        alternative: format!("The signals of {} over time, findings marked", name(record)),
-        caption:
-            "Orange: the location of a finding, by its number above. Findings without a location concern the complete \
-                  signal."
-                .to_owned(),
-    }
+    panels(&charts, 1, [1060.0, 270.0])
 }
 
 /// Returns true if a finding concerns a signal; those about time are shown with the input.

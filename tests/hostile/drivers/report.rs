@@ -14,9 +14,9 @@ use motorfit::report::plot::{Line, Map, heat_map, log_log, themed};
 use motorfit::report::sweep as of_sweep;
 use motorfit::report::{
     EvaluateDocument, Figure, Item, Page, Part, Reproduced, ResidualRow, Section, SignalFacts, Table, bench_document,
-    characteristics_lines, command_line, compare, compare_page, devices_document, figures, folded, identify_document,
-    identify_page, inspect_document, inspect_page, json, noise_floor_text, residual_panels, selection_table,
-    selection_text, verdicts,
+    characteristics_lines, command_line, compare, compare_page, compare_parts, devices_document, figures, folded,
+    html_fragment, identify_document, identify_page, identify_parts, inspect_document, inspect_page, json,
+    noise_floor_text, plain_text, record_figure, residual_panels, selection_table, selection_text, verdicts,
 };
 use motorfit::setting::{Command, Reference, Setting};
 use motorfit::study::ThroughputSpec;
@@ -60,6 +60,7 @@ pub fn words(calls: &mut Calls) {
             Part::Typed(word.clone()),
             Part::Items(vec![item]),
         ];
+        fragments(calls, &word, &parts);
         let sections = vec![Section { heading: word.clone(), parts }];
         let page = Page { title: word.clone(), answer: word.clone(), sections };
         drive!(calls, word; "report::Page::html" => page.html());
@@ -99,6 +100,16 @@ pub fn words(calls: &mut Calls) {
     drive!(calls, "none"; "report::selection_table" => selection_table(&[]), "report::verdicts" => verdicts(&[]));
 }
 
+fn fragments(calls: &mut Calls, word: &str, parts: &[Part]) {
+    drive!(calls, word; "report::html_fragment" => html_fragment(parts));
+    // Aligning columns takes as long as in `words`.
+    if word.len() < 1000 {
+        for n in COUNTS {
+            drive!(calls, (word, n); "report::plain_text" => plain_text(parts, n));
+        }
+    }
+}
+
 pub fn plots(calls: &mut Calls) {
     for values in signals().into_iter().chain([vec![f64::MIN, f64::MAX], vec![1.0, f64::NAN, 2.0]]) {
         let points: Vec<(f64, f64)> = values.iter().copied().zip(values.iter().rev().copied()).collect();
@@ -135,6 +146,7 @@ pub fn identified(calls: &mut Calls) {
             "report::characteristics_lines" => characteristics_lines(&found),
             "report::figures::correlations" => figures::correlations(&found).is_some(),
             "report::figures::history" => figures::history(&found, &spec).is_some(),
+            "report::identify_parts" => identify_parts(&spec, &found, command_line).len(),
             "report::selection_text" => selection_text(&found),
             "report::verdicts" => verdicts(&found.residual_tests),
         );
@@ -167,6 +179,7 @@ pub fn identified(calls: &mut Calls) {
         {
             drive!(calls, (&record, band); "report::inspect_document" => inspect_document(&inspections, band));
         }
+        drive!(calls, record; "report::record_figure" => record_figure(&record));
         drive!(calls, record; "report::inspect_page" => inspect_page(&[inspection], f64::NAN, &how("")).html());
     }
     drive!(calls, "none";
@@ -190,6 +203,7 @@ pub fn compared(calls: &mut Calls) {
             "report::compare::compare_document" => [true, false].map(|paper| compare::compare_document(&comparison, paper)),
             "report::compare::invariance" => compare::invariance(&comparison).is_some(),
             "report::compare::paper_tables" => compare::paper_tables(&comparison),
+            "report::compare_parts" => compare_parts(&comparison, command_line).len(),
             "report::compare_page" => [true, false].map(|paper| compare_page(&comparison, paper, &how("")).html()),
         );
         for block in &comparison.blocks {
@@ -222,6 +236,7 @@ pub fn swept(calls: &mut Calls) {
             "report::sweep::sweep_answer" => of_sweep::sweep_answer(summary, limits),
             "report::sweep::sweep_document" => of_sweep::sweep_document(summary, limits),
             "report::sweep::sweep_page" => of_sweep::sweep_page(summary, limits, &how("")).html(),
+            "report::sweep::sweep_parts" => of_sweep::sweep_parts(summary, limits).len(),
             "report::sweep::sweep_tables" => of_sweep::sweep_tables(summary, limits),
         );
     }

@@ -37,6 +37,7 @@ from ._motorfit import (
     simulate,
     steiglitz_mcbride,
 )
+from ._summary import SweepSummary
 from ._sweep import sweep
 
 __all__ = [
@@ -56,6 +57,7 @@ __all__ = [
     "Svg",
     "Sweep",
     "SweepProgress",
+    "SweepSummary",
     "UsageError",
     "__version__",
     "compare",
