@@ -2,6 +2,7 @@
 //! are spelled as keyword arguments.
 
 use motorfit::file::with_similar_name;
+use motorfit::identify::TrustReason;
 use motorfit::record::Severity;
 use motorfit::setting::{Command, Form, Reference, Setting};
 use motorfit::warning::Warning;
@@ -55,6 +56,12 @@ pub fn warnings<'py>(py: Python<'py>, list: &[Warning], severity: Severity) -> P
     let class = py.import(MODULE)?.getattr("MotorfitWarning")?;
     let of = list.iter().filter(|warning| warning.severity == severity);
     of.map(|warning| class.call1((warning.spelled(keyword), warning.code))).collect()
+}
+
+/// Returns the reasons for a level of trust as instances of `MotorfitWarning`.
+pub fn reasons<'py>(py: Python<'py>, list: &[TrustReason]) -> PyResult<Vec<Bound<'py, PyAny>>> {
+    let class = py.import(MODULE)?.getattr("MotorfitWarning")?;
+    list.iter().map(|reason| class.call1((reason.message.spelled(keyword), reason.code))).collect()
 }
 
 /// Returns the codes of the reported warnings for a `repr`, "; warnings: a, b"; empty without warnings.

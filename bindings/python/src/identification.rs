@@ -2,7 +2,7 @@
 
 use crate::answers::{Answer, ResultData, TEXT_WIDTH, given, result};
 use crate::arrays::{array, rows};
-use crate::errors::{Raise as _, codes, keyword, warnings};
+use crate::errors::{Raise as _, codes, keyword, reasons, warnings};
 use crate::figure::Svg;
 use crate::frame::framed;
 use motorfit::Error;
@@ -51,6 +51,10 @@ result! {
         fit_percent = Found::fit_percent;
         /// Level of trust in the result: "good", "check" or "poor".
         trust = |of, py| given(py, of.found.trust.level.name());
+        /// Reasons for the level of trust, the most severe first: a list of `MotorfitWarning`; empty if it is good.
+        trust_reasons = |of, py| given(py, reasons(py, &of.found.trust.reasons)?);
+        /// Suggested next step, such as a keyword argument; `None` if the level of trust is good.
+        next_step = |of, py| given(py, of.found.trust.next.as_ref().map(|next| next.spelled(keyword)));
         /// Warnings, which the call issued as Python warnings too: a list of `MotorfitWarning`.
         warnings = |of, py| given(py, warnings(py, &of.found.warnings, Severity::Report)?);
         /// Remarks, which need no action: a list of `MotorfitWarning`.
@@ -144,18 +148,6 @@ result! {
         seconds = "seconds";
     }
     own {
-        /// Reasons for the level of trust: a list of mappings with "code" and "message".
-        #[getter]
-        fn trust_reasons<'py>(&self, py: Python<'py>) -> Answer<'py> {
-            self.to_dict(py)?.get_item("trust")?.get_item("reasons")
-        }
-
-        /// Suggested next step; `None` if the level of trust is good.
-        #[getter]
-        fn next_step<'py>(&self, py: Python<'py>) -> Answer<'py> {
-            self.to_dict(py)?.get_item("trust")?.get_item("next")
-        }
-
         /// Returns the estimates as a frame, with the columns of `to_columns`.
         ///
         /// Parameters

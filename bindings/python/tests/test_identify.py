@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 import motorfit
-from conftest import M2, step
+from conftest import M2, ROOT, step
 
 
 def without_times(document):
@@ -141,6 +141,7 @@ def test_what_cannot_be_simulated_is_an_error(record):
             motorfit.simulate(*given)
 
 
+PWM = "time=ms:ms,voltage=pwm*12/255:V,speed=rpm:rpm,current=mA:mA"
 #: Attribute of each key of `to_dict` whose name differs.
 RENAMED = {"motorfit": "version", "with": "extensions", "ladder": "model_selection", "residuals": "residual_tests",
            "repeatability": "noise_floor"}
@@ -155,7 +156,17 @@ def test_everything_of_to_dict_is_an_attribute(record, settings):
         attribute = getattr(found, RENAMED.get(key, key))
         assert key in OBJECTS or attribute == value, key
     trust = found.to_dict()["trust"]
-    assert [found.trust, found.trust_reasons, found.next_step] == [trust["level"], trust["reasons"], trust["next"]]
+    assert found.trust == trust["level"]
+    assert [reason.code for reason in found.trust_reasons] == [reason["code"] for reason in trust["reasons"]]
+
+
+def test_the_next_step_is_spelled_as_a_keyword():
+    """The document has the command of the program in its place."""
+    found = motorfit.identify(motorfit.Record.from_file(ROOT / "examples" / "pwm-log.csv", columns=PWM))
+    assert found.trust == "check" and found.next_step == 'with_="auto"'
+    assert "--with auto" in found.to_dict()["trust"]["next"]
+    assert [reason.code for reason in found.trust_reasons] == ["residuals", "model_incomplete"]
+    assert motorfit.identify(step()).next_step is None
 
 
 def test_summaries_and_frames_have_the_estimates(record):
