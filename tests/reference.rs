@@ -304,3 +304,68 @@ fn python_lists_the_choices_of_the_tables() {
     );
     hold(&format!("{folder}/src/docs/methods.txt"), &methods);
 }
+
+/// Returns the keyword argument of a setting, its type in the stubs, and its default as Python writes it.
+fn python_keyword(setting: Setting) -> [String; 3] {
+    let row = row(setting).unwrap();
+    let name = if setting == Setting::With { "with_" } else { setting.name() };
+    let alias = |name: &str| format!("_{}", name.split('_').map(capital).collect::<String>());
+    let kind = match (setting, &row.kind) {
+        (Setting::Columns, _) => "_Named".to_owned(),
+        (Setting::Fix | Setting::Noise, _) => "_Numbers".to_owned(),
+        (Setting::Bounds, _) => "_Bounds".to_owned(),
+        (Setting::Set, _) => "_Settings".to_owned(),
+        (_, Kind::Switch) => "bool".to_owned(),
+        (_, Kind::Number) => "float".to_owned(),
+        (_, Kind::Count) => "int".to_owned(),
+        (_, Kind::Word) => "str".to_owned(),
+        (_, Kind::List) => "_Items".to_owned(),
+        (_, Kind::Choice(_)) => alias(name),
+    };
+    match (&row.kind, row.default) {
+        (Kind::Switch, _) => [name.to_owned(), kind, "False".to_owned()],
+        (Kind::Count | Kind::Number, Some(default)) => [name.to_owned(), kind, default.to_owned()],
+        (_, Some(default)) => [name.to_owned(), kind, format!("\"{default}\"")],
+        (_, None) => [name.to_owned(), format!("{kind} | None"), "None".to_owned()],
+    }
+}
+
+fn capital(word: &str) -> String {
+    let (first, rest) = word.split_at(1);
+    first.to_uppercase() + rest
+}
+
+#[test]
+fn python_has_the_keywords_of_the_tables() {
+    let reading = [&READING[..], &[Setting::Discretization]].concat();
+    let groups = [("reading", reading), ("search", SEARCH.to_vec()), ("problem", [&PROBLEM[..], &DEVICE].concat())];
+    let keywords = |settings: &[Setting]| settings.iter().copied().map(python_keyword).collect::<Vec<_>>();
+    for (group, settings) in &groups {
+        let list: Vec<String> =
+            keywords(settings).iter().map(|[name, _, default]| format!("{name}={default}")).collect();
+        hold(&format!("bindings/python/src/signatures/{group}.txt"), &(list.join(", ") + "\n"));
+    }
+    // In the stubs a comment begins the keywords of a group, and a line that is not a keyword ends them.
+    let stubs = "bindings/python/python/motorfit/_motorfit.pyi";
+    let there = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(stubs)).unwrap();
+    let (mut text, mut inside) = (String::new(), false);
+    for line in there.lines() {
+        let indent = &line[..line.len() - line.trim_start().len()];
+        inside = inside && !line.trim_start().starts_with([')', '#']);
+        if !inside {
+            text += &format!("{line}\n");
+        }
+        if let Some((_, settings)) = groups.iter().find(|(group, _)| line.trim() == format!("# Settings: {group}.")) {
+            inside = true;
+            for [name, kind, default] in keywords(settings) {
+                text += &format!("{indent}{name}: {kind} = {default},\n");
+            }
+        }
+    }
+    assert_eq!(
+        text.matches("# Settings: ").count(),
+        6,
+        "identify (2), Evaluator, read, Record.from_file, Record.from_columns"
+    );
+    hold(stubs, &text);
+}

@@ -174,6 +174,20 @@ impl Record {
         Ok(Self { excluded, slope, independent: self.independent, interpolated: self.interpolated, ..record })
     }
 
+    /// Returns the samples of a range, counted from 0, as a recording.
+    ///
+    /// # Errors
+    /// Returns `Usage` if the range has fewer than two samples or exceeds the recording.
+    pub fn slice(&self, range: std::ops::Range<usize>) -> Result<Self> {
+        if range.end > self.len() || range.len() < 2 {
+            let message =
+                format!("the range {}..{} of {} samples is not a recording", range.start, range.end, self.len());
+            return Err(Error::usage(message, format!("Give at least two samples between 0 and {}.", self.len())));
+        }
+        let note = format!("the samples {}..{}", range.start, range.end);
+        self.part(range, note)
+    }
+
     /// Splits the recording in two: the given fraction of the samples, and the remaining ones.
     ///
     /// # Errors

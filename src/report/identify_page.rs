@@ -13,6 +13,7 @@ use crate::analysis::{Characteristics, Named};
 use crate::identify::{Identification, IdentifySpec, ParameterEstimate, Status};
 use crate::motor::Scope;
 use crate::record::Record;
+use crate::setting::Spelling;
 use crate::text::in_suitable_unit;
 
 /// Returns the page of an identification.
@@ -20,7 +21,7 @@ use crate::text::in_suitable_unit;
 pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identification, how: &Reproduced) -> Page {
     let modelled = found.modelled(records).unwrap_or_default();
     let mut sections = Vec::new();
-    let reported = warnings(&found.warnings);
+    let reported = warnings(&found.warnings, command_line);
     if !reported.is_empty() {
         sections.push(section("Warnings", reported));
     }
@@ -55,7 +56,7 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
     let name = name.map_or("a recording".into(), |name| name.to_string_lossy());
     Page {
         title: format!("Motor of {name}"),
-        trust: Some(trust(found)),
+        trust: Some(trust(found, command_line)),
         cards: cards(records, found),
         answer: instead(found),
         sections,
@@ -98,11 +99,22 @@ fn instead(found: &Identification) -> String {
     if list.is_empty() { String::new() } else { format!("The recordings identify {}.", list.join(", ")) }
 }
 
+/// Returns the level of trust in a result, its warnings, its parameters and its fit; `spelling` is that of the front end.
+#[must_use]
+pub fn identify_parts(spec: &IdentifySpec, found: &Identification, spelling: Spelling) -> Vec<Part> {
+    let Trust { level, text } = trust(found, spelling);
+    let mut parts = vec![Part::Text(format!("Trust: {level}. {text}")), Part::Text(verdict(found).to_owned())];
+    parts.extend(warnings(&found.warnings, spelling));
+    parts.push(Part::Table(parameters_table(found)));
+    parts.push(Part::Table(fit_table(found, spec)));
+    parts
+}
+
 /// Describes the level of trust in the result, with its reasons and the next step.
-fn trust(found: &Identification) -> Trust {
-    let reasons: Vec<String> = found.trust.reasons.iter().map(|reason| reason.message.spelled(command_line)).collect();
+fn trust(found: &Identification, spelling: Spelling) -> Trust {
+    let reasons: Vec<String> = found.trust.reasons.iter().map(|reason| reason.message.spelled(spelling)).collect();
     let next = found.trust.next.as_ref();
-    let next = next.map_or(String::new(), |next| format!(" Next: {}.", next.spelled(command_line)));
+    let next = next.map_or(String::new(), |next| format!(" Next: {}.", next.spelled(spelling)));
     let text = match reasons.is_empty() {
         true => "No test of the residuals, the search or the recordings contradicts the standard errors.".to_owned(),
         false => format!("{}.{next}", capital(&reasons.join("; "))),

@@ -15,6 +15,8 @@ mod identified_tables;
 mod identify_page;
 mod inspect;
 #[cfg(feature = "report")]
+mod notebook;
+#[cfg(feature = "report")]
 mod page;
 #[cfg(feature = "report")]
 mod pages;
@@ -38,14 +40,16 @@ pub use identified::{characteristics_lines, noise_floor_text, verdicts};
 #[cfg(feature = "report")]
 pub use identified_tables::{selection_table, selection_text};
 #[cfg(feature = "report")]
-pub use identify_page::identify_page;
-#[cfg(feature = "report")]
-pub use inspect::inspect_page;
+pub use identify_page::{identify_page, identify_parts};
 pub use inspect::{SignalFacts, inspect_document};
+#[cfg(feature = "report")]
+pub use inspect::{inspect_page, record_figure};
+#[cfg(feature = "report")]
+pub use notebook::{html_fragment, plain_text};
 #[cfg(feature = "report")]
 pub use page::{Card, Figure, Item, Page, Part, Section, Trust};
 #[cfg(feature = "report")]
-pub use pages::{Reproduced, compare_page};
+pub use pages::{Reproduced, compare_page, compare_parts};
 #[cfg(feature = "report")]
 pub use residual_panels::{ResidualRow, residual_panels};
 pub use spelling::command_line;

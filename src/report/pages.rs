@@ -5,6 +5,7 @@ use super::figures;
 use super::page::{Page, Part, Section};
 use super::spelling::command_line;
 use crate::record::{Record, Severity};
+use crate::setting::Spelling;
 use crate::study::compare::{Block, Comparison};
 use crate::text::{engineering, significant};
 use crate::warning::Warning;
@@ -27,9 +28,9 @@ pub(super) fn folded(heading: &str, parts: Vec<Part>) -> Section {
     Section { is_folded: true, ..section(heading, parts) }
 }
 
-/// Returns the warnings that are reported.
-pub(super) fn warnings(list: &[Warning]) -> Vec<Part> {
-    list.iter().filter(|w| w.severity == Severity::Report).map(|w| Part::Warning(w.spelled(command_line))).collect()
+/// Returns the warnings that are reported, as a front end spells them.
+pub(super) fn warnings(list: &[Warning], spelling: Spelling) -> Vec<Part> {
+    list.iter().filter(|w| w.severity == Severity::Report).map(|w| Part::Warning(w.spelled(spelling))).collect()
 }
 
 /// Returns the section with the command, settings, device and recordings that reproduce a result.
@@ -51,18 +52,39 @@ pub(super) fn reproduce<'a>(
     folded("Reproduction", vec![Part::Typed(how.command.clone()), Part::List(list)])
 }
 
+/// Returns the warnings of a comparison, and the reasons for which results are missing.
+fn doubts(comparison: &Comparison, spelling: Spelling) -> Vec<Part> {
+    let mut parts = warnings(&comparison.warnings, spelling);
+    if comparison.interrupted {
+        parts.push(Part::Warning("This comparison was interrupted: the results are incomplete.".to_owned()));
+    }
+    let missing = comparison.reference.as_ref().err().map(|e| e.spelled(spelling));
+    parts.extend(missing.map(|why| Part::Warning(format!("There is no refined estimate: {why}"))));
+    let failed = comparison.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().err());
+    parts.extend(failed.map(|e| Part::Warning(format!("Steiglitz\u{2013}McBride gives no estimate: {e}."))));
+    parts
+}
+
+/// Returns the answer of a comparison, its warnings, and the table of costs and the convergence of each block; `spelling` is that
+/// of the front end.
+#[must_use]
+pub fn compare_parts(comparison: &Comparison, spelling: Spelling) -> Vec<Part> {
+    let mut parts = vec![Part::Text(answer(comparison))];
+    parts.extend(doubts(comparison, spelling));
+    for (n, block) in comparison.blocks.iter().enumerate() {
+        parts.extend(tables(comparison, block).into_iter().take(1).map(Part::Table));
+        if block.has_results() {
+            parts.push(Part::Figure(figures::convergence(&format!("block{}", n + 1), block)));
+        }
+    }
+    parts
+}
+
 /// Returns the page of a comparison; with `paper` it includes the paper's tables.
 #[must_use]
 pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> Page {
     let mut sections = Vec::new();
-    let mut sure = warnings(&comparison.warnings);
-    if comparison.interrupted {
-        sure.push(Part::Warning("This comparison was interrupted: the results are incomplete.".to_owned()));
-    }
-    let missing = comparison.reference.as_ref().err().map(|e| e.spelled(command_line));
-    sure.extend(missing.map(|why| Part::Warning(format!("There is no refined estimate: {why}"))));
-    let failed = comparison.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().err());
-    sure.extend(failed.map(|e| Part::Warning(format!("Steiglitz\u{2013}McBride gives no estimate: {e}."))));
+    let sure = doubts(comparison, command_line);
     if !sure.is_empty() {
         sections.push(section("Warnings", sure));
     }

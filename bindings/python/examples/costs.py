@@ -1,8 +1,10 @@
+import pathlib
+
 import motorfit
 
-record = motorfit.Record.from_file("examples/m2-step.csv")
-found = motorfit.identify(record)
+found = motorfit.identify("examples/m2-step.csv")
+pathlib.Path("/tmp/motorfit").mkdir(exist_ok=True)
 found.plot_response().save("/tmp/motorfit/fit.svg")
 
-costs = motorfit.Evaluator(record, criterion="nrmse")  # for any optimizer: shape (n, 5) in, (n,) out
+costs = motorfit.Evaluator("examples/m2-step.csv", criterion="nrmse")  # for any optimizer: shape (n, 5) in, (n,) out
 print(costs([[0.92, 0.0078, 0.073, 0.00068, 0.00014]]))

@@ -1,5 +1,7 @@
 """Plots a fit with matplotlib: measured and simulated speed, and the residuals."""
 
+import pathlib
+
 import matplotlib
 
 matplotlib.use("agg")
@@ -9,6 +11,7 @@ import motorfit
 
 record = motorfit.Record.from_file("examples/m2-step.csv")
 found = motorfit.identify(record)
+assert record.speed is not None
 model = found.modelled()[0]["speed_rad_s"]
 
 figure, (above, below) = plt.subplots(2, sharex=True, layout="constrained")
@@ -18,5 +21,6 @@ above.set_ylabel("speed [rad/s]")
 above.legend()
 below.plot(record.time, record.speed - model, linewidth=0.5)
 below.set(xlabel="time [s]", ylabel="measured − model [rad/s]")
+pathlib.Path("/tmp/motorfit").mkdir(exist_ok=True)
 figure.savefig("/tmp/motorfit/fit.png", dpi=150)
 print("wrote /tmp/motorfit/fit.png")

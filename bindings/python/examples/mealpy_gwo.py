@@ -1,5 +1,7 @@
 """Runs the Grey Wolf Optimizer of mealpy on the evaluator; in mode "swarm" a generation is evaluated in one call."""
 
+from typing import Any
+
 import numpy as np
 from mealpy import FloatVar
 from mealpy.swarm_based.GWO import OriginalGWO
@@ -8,12 +10,12 @@ from mealpy.utils.target import Target
 import motorfit
 
 
-class BatchGWO(OriginalGWO):
+class BatchGWO(OriginalGWO):  # type: ignore[misc]  # mealpy has no types
     """Evaluates a generation in one call."""
 
-    costs = None
+    costs: motorfit.Evaluator
 
-    def update_target_for_population(self, pop=None, mode=None):
+    def update_target_for_population(self, pop: list[Any], mode: str | None = None) -> list[Any]:
         values = self.costs(np.array([agent.solution for agent in pop]))
         for agent, cost in zip(pop, values):
             agent.target = Target(objectives=[cost], weights=[1.0])

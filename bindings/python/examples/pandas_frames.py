@@ -7,10 +7,9 @@ import motorfit
 frame = pandas.read_csv("examples/m2-step.csv", comment="#")
 frame = frame.rename(columns={"current_A": "Current (mA)"}).assign(**{"Current (mA)": frame["current_A"] * 1e3})
 first, second = frame.iloc[:2000], frame.iloc[1000:]
-found = motorfit.identify([motorfit.Record.from_columns(part) for part in (first, second)])
+found = motorfit.identify([first, second])
 
-table = pandas.DataFrame({"value": found.parameters, "std_error": found.std_errors})
-print(table.to_string())
+print(found.to_frame().to_string())
 for record, model in zip(found.records, found.modelled()):
-    both = pandas.DataFrame(record.to_columns()).join(pandas.DataFrame(model).add_suffix("_model"))
+    both = record.to_frame().join(pandas.DataFrame(model).add_suffix("_model"))
     print(both.describe().loc[["mean", "std"]].to_string())

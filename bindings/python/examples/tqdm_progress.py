@@ -7,7 +7,7 @@ import motorfit
 record = motorfit.Record.from_file("examples/m2-step.csv")
 with tqdm(total=300, unit=" generations") as bar:
 
-    def look(progress):
+    def look(progress: motorfit.Progress) -> None:
         bar.update(progress.generation - bar.n)
         bar.set_postfix(cost=f"{progress.cost:.5g}", refresh=False)
 

@@ -5,6 +5,9 @@ use pyo3::exceptions::{PyAttributeError, PyValueError};
 use pyo3::types::PyDict;
 use pyo3::{IntoPyObjectExt as _, prelude::*};
 
+/// Columns of the text of `summary()`.
+pub const TEXT_WIDTH: usize = 100;
+
 /// Value of an attribute or method, as a Python object.
 pub type Answer<'py> = PyResult<Bound<'py, PyAny>>;
 
@@ -71,13 +74,15 @@ pub fn reduced<'py, T, S>(of: &Bound<'py, T>, state: S) -> Reduced<'py, S> {
 }
 
 /// Defines an immutable, picklable Python class of results: properties and methods without arguments, each with the function
-/// that computes its value from the library's type, and further methods. `copy` and `deepcopy` return the object itself.
+/// that computes its value from the library's type; properties that are parts of the document of `to_json`, each with its key; and
+/// further methods. `copy` and `deepcopy` return the object itself.
 macro_rules! result {
     (
         $(#[$about:meta])*
         $class:ident of $found:ty;
         properties { $($(#[$of_property:meta])* $property:ident = $value:expr;)* }
         methods { $($(#[$of_method:meta])* $method:ident = $made:expr;)* }
+        $(documented { $($(#[$of_part:meta])* $part:ident = $key:literal;)* })?
         own { $($own:tt)* }
     ) => {
         $(#[$about])*
@@ -102,6 +107,17 @@ macro_rules! result {
             $($(#[$of_method])* fn $method<'py>(&self, py: Python<'py>) -> $crate::answers::Answer<'py> {
                 self.answer(py, stringify!($method))
             })*
+
+            $(
+            $($(#[$of_part])* #[getter] fn $part<'py>(&self, py: Python<'py>) -> $crate::answers::Answer<'py> {
+                self.to_dict(py)?.get_item($key)
+            })*
+
+            /// Returns the complete result: the document of `to_json`, with its lists and mappings.
+            fn to_dict<'py>(&self, py: Python<'py>) -> $crate::answers::Answer<'py> {
+                py.import("json")?.call_method1("loads", (self.answer(py, "to_json")?,))
+            }
+            )?
 
             $($own)*
 

@@ -1,9 +1,9 @@
 //! `compare`: comparison of methods by repeated runs.
 
 use crate::comparison::Comparison;
-use crate::errors::Raise as _;
+use crate::errors::{Raise as _, warn};
 use crate::progress::{Watch, watched};
-use crate::record::several;
+use crate::reading::several;
 use crate::spec::{self, Keywords};
 use motorfit::device::with_threads;
 use motorfit::evaluate::{Initial, Model};
@@ -85,8 +85,18 @@ const OF_PRESET: [&str; 8] = ["methods", "criteria", "population", "generations"
 ///     If a setting is wrong, or is fixed by the preset.
 /// DataError
 ///     If the recordings cannot be used, such as recordings without a voltage.
+///
+/// Warns
+/// -----
+/// MotorfitWarning
+///     For each entry of `warnings` of the result.
 #[pyfunction]
 #[pyo3(signature = (records=None, *, progress=None, **settings))]
+#[pyo3(
+    text_signature = "(records=None, *, progress=None, preset=None, methods='gwo,jaya,ga,sm', runs=50, criteria='nrmse:std', \
+    population=100, generations=100, set=None, transform=None, seed=1, noise_records=200, target=None, bounds=None, fix=None, \
+    discretization=None, device='auto', precision='auto', threads=None)"
+)]
 pub fn compare(
     py: Python<'_>,
     records: Option<&Bound<'_, PyAny>>,
@@ -110,6 +120,7 @@ pub fn compare(
     let steiglitz_mcbride = factors.methods.contains(&Method::SteiglitzMcBride);
     let (threads, spec) = (spec.0, CompareSpec { settings, steiglitz_mcbride, ..spec.1 });
     let compared = watched(py, progress, move |watch| run(subject, &factors, spec, (threads, watch)))?.raise(py)?;
+    warn(py, &compared.warnings)?;
     Ok(Comparison::new(compared, paper))
 }
 

@@ -1,12 +1,14 @@
 //! `Comparison` and `ComparisonBlock`: results of a comparison of methods.
 
-use crate::answers::{Answer, ResultData, given, result};
+use crate::answers::{Answer, ResultData, TEXT_WIDTH, given, result};
 use crate::arrays::{array, rows};
-use crate::errors::keyword;
+use crate::errors::{codes, keyword, warnings};
 use crate::figure::Svg;
+use crate::frame::framed;
 use motorfit::motor::{Parameter, Parameters};
+use motorfit::record::Severity;
 use motorfit::report::compare::{compare_document, setting_name};
-use motorfit::report::{figures, json};
+use motorfit::report::{compare_parts, figures, html_fragment, json, plain_text};
 use motorfit::study::compare::{Block, Comparison as Compared, MethodResult, Outcome};
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -44,18 +46,65 @@ result! {
         seconds = |of, py| given(py, of.compared.batch_seconds);
         /// True if the callback ended the comparison early.
         interrupted = |of, py| given(py, of.compared.interrupted);
-        /// Warnings, as strings.
-        warnings = |of, py| given(py, of.compared.warnings.iter().map(|warning| warning.spelled(keyword)).collect::<Vec<_>>());
+        /// Warnings, which the call issued as Python warnings too: a list of `MotorfitWarning`.
+        warnings = |of, py| given(py, warnings(py, &of.compared.warnings, Severity::Report)?);
+        /// Remarks, which need no action: a list of `MotorfitWarning`.
+        remarks = |of, py| given(py, warnings(py, &of.compared.warnings, Severity::Mention)?);
     }
     methods {
         /// Returns the document of `to_dict` as JSON text.
         to_json = |of, py| given(py, of.text.as_str());
+        /// Returns the answer, the warnings and the costs of each block as text.
+        summary = |of, py| given(py, plain_text(&compare_parts(&of.compared, keyword), TEXT_WIDTH));
+        /// Returns all runs as columns of equal length: "setting", "method", "run" (from 0), "cost", "evaluations", and R, L, K,
+        /// B, J in SI units.
+        to_columns = |of, py| given(py, run_columns(py, &of.compared)?);
+        /// Returns the answer, the warnings, the costs and the convergence of each block as HTML for notebooks.
+        _repr_html_ = |of, py| given(py, html_fragment(&compare_parts(&of.compared, keyword)));
         __repr__ = |of, py| given(py, of.repr());
     }
+    documented {
+        /// Version of motorfit.
+        version = "motorfit";
+        /// Sources of the recordings: a list of mappings.
+        records = "records";
+        /// Parameters of the simulated motor, in SI units; `None` for recordings.
+        truth = "truth";
+        /// Tables of the paper beside these results; `None` without the preset "paper".
+        paper = "paper";
+        /// Discretization of the model.
+        discretization = "discretization";
+        /// Fixed parameters, in SI units.
+        fixed = "fixed";
+        /// Cost that counts as success; `None` if success rates are given over a range.
+        target = "target";
+        /// Noise of the simulated recording [dB]; `None` for recordings.
+        noise_db = "noise_db";
+        /// Runs of each method.
+        runs = "runs";
+        /// Seed of all runs.
+        seed = "seed";
+        /// Bounds [min, max] of each free parameter, in SI units.
+        bounds = "bounds";
+        /// Tests of the invariance to the coordinates of the search.
+        invariance = "invariance";
+        /// Refined estimate, in SI units; `None` if there is none.
+        refined = "refined";
+        /// Reason for which there is no refined estimate; else `None`.
+        refined_failure = "refined_failure";
+        /// Reason for which the comparison ended.
+        stop = "stop";
+    }
     own {
-        /// Returns the complete result, as `motorfit compare --json` prints it.
-        fn to_dict<'py>(&self, py: Python<'py>) -> Answer<'py> {
-            py.import("json")?.call_method1("loads", (self.answer(py, "to_json")?,))
+        /// Returns all runs as a frame, with the columns of `to_columns`.
+        ///
+        /// Parameters
+        /// ----------
+        /// library : {"pandas", "polars"}, optional
+        ///     Library of the frame; by default pandas, or polars if pandas is not installed.
+        #[pyo3(signature = (library=None))]
+        fn to_frame<'py>(&self, py: Python<'py>, library: Option<&str>) -> Answer<'py> {
+            framed(&self.answer(py, "to_columns")?, library)
         }
     }
 }
@@ -114,7 +163,7 @@ impl Found {
     fn repr(&self) -> String {
         let answer = |block: &Block| format!("{}: {}", setting_name(&block.setting), ranking(block).join(" < "));
         let blocks: Vec<String> = self.compared.blocks.iter().map(answer).collect();
-        format!("<Comparison {}>", blocks.join("; "))
+        format!("<Comparison {}{}>", blocks.join("; "), codes(&self.compared.warnings))
     }
 }
 
@@ -138,6 +187,34 @@ impl FoundBlock {
     fn id(&self) -> String {
         format!("block{}", self.number + 1)
     }
+}
+
+/// Returns all runs of a comparison as columns.
+fn run_columns<'py>(py: Python<'py>, compared: &Compared) -> PyResult<Bound<'py, PyDict>> {
+    let runs = || {
+        compared.blocks.iter().flat_map(|block| {
+            let of = move |result| (block, result);
+            block.results.iter().map(of).flat_map(|(block, result)| {
+                result
+                    .runs
+                    .iter()
+                    .zip(result.costs())
+                    .enumerate()
+                    .map(move |(n, (run, cost))| (block, result, n, run, cost))
+            })
+        })
+    };
+    let columns = PyDict::new(py);
+    columns.set_item("setting", runs().map(|(block, ..)| setting_name(&block.setting)).collect::<Vec<_>>())?;
+    columns.set_item("method", runs().map(|(_, result, ..)| result.method.name()).collect::<Vec<_>>())?;
+    columns.set_item("run", runs().map(|(_, _, n, ..)| n).collect::<Vec<_>>())?;
+    columns.set_item("cost", array(py, runs().map(|(.., cost)| cost).collect()))?;
+    columns.set_item("evaluations", runs().map(|(.., run, _)| run.evaluations).collect::<Vec<_>>())?;
+    for parameter in Parameter::ALL {
+        let value = |run: &Outcome| run.parameters.map_or(f64::NAN, |found| found.get(parameter));
+        columns.set_item(parameter.symbol(), array(py, runs().map(|(.., run, _)| value(run)).collect()))?;
+    }
+    Ok(columns)
 }
 
 fn ranking(block: &Block) -> Vec<&'static str> {

@@ -1,7 +1,11 @@
-//! Conversion of the library's errors to exceptions: one class for each kind, settings spelled as keyword arguments.
+//! Conversion of the library's errors to exceptions, one class for each kind, and of its warnings to Python warnings; settings
+//! are spelled as keyword arguments.
 
 use motorfit::file::with_similar_name;
+use motorfit::identify::TrustReason;
+use motorfit::record::Severity;
 use motorfit::setting::{Command, Form, Reference, Setting};
+use motorfit::warning::Warning;
 use motorfit::{Error, ErrorKind};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
@@ -29,12 +33,51 @@ pub fn exception(py: Python<'_>, error: &Error) -> PyErr {
     };
     let error = with_similar_name(error.clone());
     let (message, hint) = (error.spelled(keyword), error.hint().spelled(keyword));
-    let made = || py.import("motorfit._errors")?.getattr(name)?.call1((&message, &hint));
-    match made() {
+    let class = |name: &str| py.import(MODULE)?.getattr(name);
+    let missing = error.path().filter(|path| error.kind() == ErrorKind::Data && !path.exists());
+    let made = match missing {
+        Some(path) => {
+            class("MissingFileError").and_then(|class| class.call1((&message, &hint, path.to_string_lossy())))
+        }
+        None => class(name).and_then(|class| class.call1((&message, &hint))),
+    };
+    match made {
         Ok(exception) => PyErr::from_value(exception),
         // The compiled module was imported without the package's Python files.
         Err(_) => PyRuntimeError::new_err(format!("{message}\n{hint}")),
     }
+}
+
+/// Module of the exceptions and warnings.
+const MODULE: &str = "motorfit._errors";
+
+/// Returns the warnings of one severity as instances of `MotorfitWarning`.
+pub fn warnings<'py>(py: Python<'py>, list: &[Warning], severity: Severity) -> PyResult<Vec<Bound<'py, PyAny>>> {
+    let class = py.import(MODULE)?.getattr("MotorfitWarning")?;
+    let of = list.iter().filter(|warning| warning.severity == severity);
+    of.map(|warning| class.call1((warning.spelled(keyword), warning.code))).collect()
+}
+
+/// Returns the reasons for a level of trust as instances of `MotorfitWarning`.
+pub fn reasons<'py>(py: Python<'py>, list: &[TrustReason]) -> PyResult<Vec<Bound<'py, PyAny>>> {
+    let class = py.import(MODULE)?.getattr("MotorfitWarning")?;
+    list.iter().map(|reason| class.call1((reason.message.spelled(keyword), reason.code))).collect()
+}
+
+/// Returns the codes of the reported warnings for a `repr`, "; warnings: a, b"; empty without warnings.
+pub fn codes(list: &[Warning]) -> String {
+    let of = list.iter().filter(|warning| warning.severity == Severity::Report);
+    let codes = of.map(|warning| warning.code).collect::<Vec<_>>().join(", ");
+    if codes.is_empty() { codes } else { format!("; warnings: {codes}") }
+}
+
+/// Issues the reported warnings as Python warnings at the line that called into this module.
+///
+/// # Errors
+/// Returns the warning as an exception if a filter of the user makes it one.
+pub fn warn(py: Python<'_>, list: &[Warning]) -> PyResult<()> {
+    let issue = py.import("warnings")?.getattr("warn")?;
+    warnings(py, list, Severity::Report)?.into_iter().try_for_each(|warning| issue.call1((warning,)).map(drop))
 }
 
 /// Spells a reference in a message as a keyword argument, `with_="load"`, or as a function.

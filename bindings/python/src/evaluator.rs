@@ -4,7 +4,7 @@ use crate::arrays::{array, read};
 use crate::errors::Raise as _;
 use crate::exclusive_lock::ExclusiveLock;
 use crate::pool::{Pool, on_all};
-use crate::record::several;
+use crate::reading::several;
 use crate::spec::{self, Keywords};
 use motorfit::device::with_threads;
 use motorfit::evaluate::Simd;
@@ -16,6 +16,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::sync::Mutex;
 
+#[doc = concat!("Evaluator(records, *, population=100000, ", include_str!("signatures/problem.txt"), ")\n--\n")]
 /// Evaluates the cost of candidates on a recording, or on several recordings jointly.
 ///
 /// `costs = Evaluator(records, ...)(candidates)` takes candidates of shape (n, p) in SI units, with columns in the order of
@@ -63,7 +64,7 @@ const SIGNAL_INTERVAL: usize = 200_000_000;
 #[pymethods]
 impl Evaluator {
     #[new]
-    #[pyo3(signature = (records, *, population=100_000, **settings))]
+    #[pyo3(signature = (records, *, population=100_000, **settings), text_signature = None)]
     fn new(
         py: Python<'_>,
         records: &Bound<'_, PyAny>,

@@ -1,5 +1,5 @@
 //! Conversion of mappings, structured arrays, pandas and polars frames to CSV text, so that their headings are read by the
-//! rules for files.
+//! rules for files, and of columns to frames.
 
 use crate::arrays;
 use crate::errors::exception;
@@ -72,6 +72,14 @@ impl Frame {
         }
         exception(py, &of_frame)
     }
+}
+
+/// Makes a frame of columns; without a `library` of pandas, or of polars if pandas is not installed.
+///
+/// # Errors
+/// Returns `ImportError` if the library is not installed, `ValueError` for another one.
+pub fn framed<'py>(columns: &Bound<'py, PyAny>, library: Option<&str>) -> PyResult<Bound<'py, PyAny>> {
+    columns.py().import("motorfit._frames")?.call_method1("frame", (columns, library))
 }
 
 /// Returns the labels of the columns.

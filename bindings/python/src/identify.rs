@@ -1,9 +1,9 @@
 //! `identify`: estimation of the parameters of one motor.
 
-use crate::errors::Raise as _;
+use crate::errors::{Raise as _, warn};
 use crate::identification::Identification;
 use crate::progress::watched;
-use crate::record::several;
+use crate::reading::several;
 use crate::spec::{self, Keywords};
 use motorfit::identify::{IdentifySpec, hold_out, identify_with};
 use motorfit::record::Record;
@@ -11,6 +11,10 @@ use motorfit::settings::{DEVICE, PROBLEM, SEARCH};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+#[doc = concat!(
+    "identify(records, *, validate=None, progress=None, ", include_str!("signatures/search.txt"), ", ",
+    include_str!("signatures/problem.txt"), ")\n--\n"
+)]
 /// Identifies the parameters of one motor from a recording, or from several recordings by a joint fit.
 ///
 /// Parameters
@@ -41,8 +45,13 @@ use pyo3::types::PyDict;
 ///     If the recordings do not determine the parameters.
 /// DeviceError
 ///     If the device is not available.
+///
+/// Warns
+/// -----
+/// MotorfitWarning
+///     For each entry of `warnings` of the result.
 #[pyfunction]
-#[pyo3(signature = (records, *, validate=None, progress=None, **settings))]
+#[pyo3(signature = (records, *, validate=None, progress=None, **settings), text_signature = None)]
 pub fn identify(
     py: Python<'_>,
     records: &Bound<'_, PyAny>,
@@ -60,6 +69,7 @@ pub fn identify(
     })?;
     let (records, spec, found) = found;
     let found = found.raise(py)?;
+    warn(py, &found.warnings)?;
     Ok(Identification::new(records, spec, found))
 }
 

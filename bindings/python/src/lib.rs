@@ -16,6 +16,7 @@ mod identify;
 mod optimizer;
 mod pool;
 mod progress;
+mod reading;
 mod record;
 mod simulate;
 mod spec;
@@ -44,7 +45,9 @@ mod _motorfit {
     #[pymodule_export]
     use super::progress::Progress;
     #[pymodule_export]
-    use super::record::{Record, read};
+    use super::reading::read;
+    #[pymodule_export]
+    use super::record::Record;
     #[pymodule_export]
     use super::simulate::{devices, refine, simulate, steiglitz_mcbride};
     #[pymodule_export]

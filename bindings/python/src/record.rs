@@ -1,18 +1,17 @@
-//! `Record` and `read`: recordings.
+//! `Record`: recordings.
 
 use crate::answers::{Reduced, reduced};
 use crate::arrays::{array, signal};
 use crate::errors::Raise as _;
-use crate::frame::Frame;
-use crate::pool::on_all;
-use crate::spec::{Keywords, keywords};
-use motorfit::record::{Reading, Samples, write_csv};
-use motorfit::setting::Setting;
-use motorfit::settings::{self, READING};
+use crate::figure::Svg;
+use crate::frame::framed;
+use crate::reading::{of_columns, read, reading};
+use motorfit::record::{Samples, write_csv};
+use motorfit::report::record_figure;
 use numpy::PyArray1;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyString};
+use pyo3::types::{PyBytes, PyDict, PySlice};
 use std::path::PathBuf;
 
 /// Validated recording of one motor, immutable.
@@ -37,7 +36,8 @@ use std::path::PathBuf;
 ///
 /// Notes
 /// -----
-/// Records are equal if their samples and their sources are equal. They can be pickled.
+/// Records are equal if their samples and their sources are equal. They can be pickled. `record[100:500]` is the recording of
+/// these samples.
 #[pyclass(frozen, module = "motorfit")]
 #[derive(Clone)]
 pub struct Record(pub motorfit::record::Record);
@@ -70,14 +70,15 @@ impl Record {
         motorfit::record::Record::new(samples).map(Self).raise(py)
     }
 
+    #[doc = concat!("from_file(path, *, ", include_str!("signatures/reading.txt"), ")\n--\n")]
     /// Reads a file that holds one recording.
     ///
     /// Parameters
     /// ----------
-    /// path : str or PathLike
-    ///     Recording file.
-    /// **options
-    ///     Keyword arguments of `read`.
+    /// path : str, PathLike or open file
+    ///     Recording file; an open file is read to its end.
+    /// columns, rate, sheet, bad_rows, gaps, drop_repeats, crop, offset, mask, decimate, filter, discretization
+    ///     As for `read`.
     ///
     /// Returns
     /// -------
@@ -88,26 +89,27 @@ impl Record {
     /// UsageError, DataError
     ///     If an option is wrong, or the file cannot be read or holds several recordings.
     #[staticmethod]
-    #[pyo3(signature = (path, **options))]
-    fn from_file(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let mut records = read(py, path.clone(), options)?;
+    #[pyo3(signature = (path, **options), text_signature = None)]
+    fn from_file(py: Python<'_>, path: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let mut records = read(py, path, options)?;
         match (records.pop(), records.len()) {
             (Some(record), 0) => Ok(record),
             (_, others) => {
-                let message = format!("holds {} recordings", others + 1);
-                Err(motorfit::Error::data(message, "Read them all: motorfit.read(path).").in_file(&path)).raise(py)
+                let message = format!("{path} holds {} recordings", others + 1);
+                Err(motorfit::Error::data(message, "Read them all: motorfit.read(path).")).raise(py)
             }
         }
     }
 
+    #[doc = concat!("from_columns(frame, *, ", include_str!("signatures/reading.txt"), ")\n--\n")]
     /// Converts a table of columns to a recording, by the rules for files.
     ///
     /// Parameters
     /// ----------
     /// frame : mapping, structured array, pandas or polars frame
     ///     Columns of one length. Headings name quantity and unit, "Current (mA)" or "speed_rpm", unless `columns` does.
-    /// **options
-    ///     Keyword arguments of `read`, such as columns="time=t:s,current=I:mA".
+    /// columns, rate, sheet, bad_rows, gaps, drop_repeats, crop, offset, mask, decimate, filter, discretization
+    ///     As for `read`, such as columns="time=t:s,current=I:mA".
     ///
     /// Returns
     /// -------
@@ -120,20 +122,9 @@ impl Record {
     /// UsageError, DataError
     ///     If an option is wrong, or the columns are not one recording.
     #[staticmethod]
-    #[pyo3(signature = (frame, **options))]
+    #[pyo3(signature = (frame, **options), text_signature = None)]
     fn from_columns(py: Python<'_>, frame: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let reading = reading(py, options)?;
-        let frame = Frame::new(frame)?;
-        let read = on_all(py, || reading.records_from_bytes(frame.text.as_bytes()))?;
-        let mut records = read.map_err(|error| frame.error(py, &error))?;
-        match (records.pop(), records.len()) {
-            (Some(record), 0) => Ok(Self(record)),
-            (_, others) => {
-                let message = format!("the columns hold {} recordings", others + 1);
-                let remedy = "Pass them one by one; gaps=\"keep\" joins recordings that are separated by a gap.";
-                Err(motorfit::Error::data(message, remedy)).raise(py)
-            }
-        }
+        of_columns(frame, &reading(py, options)?).map(Self)
     }
 
     /// Time [s], shape (n,); a read-only copy.
@@ -230,6 +221,26 @@ impl Record {
         Ok(columns)
     }
 
+    /// Returns the signals as a frame, with the columns of `to_columns`.
+    ///
+    /// Parameters
+    /// ----------
+    /// library : {"pandas", "polars"}, optional
+    ///     Library of the frame; by default pandas, or polars if pandas is not installed.
+    #[pyo3(signature = (library=None))]
+    fn to_frame<'py>(&self, py: Python<'py>, library: Option<&str>) -> PyResult<Bound<'py, PyAny>> {
+        framed(self.to_columns(py)?.as_any(), library)
+    }
+
+    /// Draws the signals over time.
+    ///
+    /// Returns
+    /// -------
+    /// Svg
+    fn plot(&self) -> Svg {
+        record_figure(&self.0).into()
+    }
+
     /// Returns the signals as CSV text.
     fn to_csv(&self) -> String {
         write_csv(&self.0)
@@ -237,6 +248,25 @@ impl Record {
 
     fn __len__(&self) -> usize {
         self.0.len()
+    }
+
+    fn __getitem__(&self, py: Python<'_>, samples: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let Ok(slice) = samples.cast::<PySlice>() else {
+            let message = "a recording is sliced by samples, record[100:500]; record.speed[7] is one value of a signal";
+            return Err(PyTypeError::new_err(message));
+        };
+        let range = slice.indices(self.0.len().cast_signed())?;
+        if range.step != 1 {
+            let message = format!("record[::{}] has a step", range.step);
+            let remedy = "read(path, decimate=N) keeps every Nth sample, after an anti-alias filter.";
+            return Err(motorfit::Error::usage(message, remedy)).raise(py);
+        }
+        let of = |end: isize| usize::try_from(end).unwrap_or(0);
+        self.0.slice(of(range.start)..of(range.stop)).map(Self).raise(py)
+    }
+
+    fn _repr_html_(&self) -> String {
+        self.plot().html()
     }
 
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
@@ -283,102 +313,4 @@ fn frozen<'py>(py: Python<'py>, values: &[f64]) -> PyResult<Bound<'py, PyArray1<
     let array = array(py, values.to_vec());
     array.getattr("flags")?.setattr("writeable", false)?;
     Ok(array)
-}
-
-/// Reads the recordings of a file: CSV, XLSX, MAT or JSON.
-///
-/// Parameters
-/// ----------
-/// path : str or PathLike
-///     Recording file; "A+B" joins two files to one recording.
-/// columns : str, sequence or mapping
-///     Columns of the quantities time, voltage, current, speed, load_torque and position: "time=t:s,current=I:mA". By
-///     default the headings are interpreted.
-/// rate : float
-///     Sampling rate [Hz] of a recording without a time column; other recordings are resampled to it.
-/// sheet : str
-///     Sheet of a workbook, by default the first with numbers; or list of a JSON file.
-/// bad_rows : {"error", "skip"}
-///     Treatment of rows that cannot be read: reported as bad data, or left out and counted.
-/// gaps : {"error", "keep", "split"}
-///     Treatment of gaps in time: reported as bad data, kept as one long step, or split into one recording per segment,
-///     also where time starts again.
-/// drop_repeats : bool, default False
-///     Leaves out rows with the same time as the row before.
-/// crop : str
-///     Time range to use, "FROM:TO" [s]; either end may be left out.
-/// offset : str
-///     Sensor offsets to subtract: "auto" (the means at rest before the voltage changes), or "current=0.02,speed=-1" in SI
-///     units.
-/// mask : str or sequence
-///     Samples excluded from the fit: "auto", or time ranges "FROM:TO", "current@FROM:TO" [s].
-/// decimate : int
-///     Keeps every Nth sample, after an anti-alias filter.
-/// filter : str
-///     Low-pass filter on all signals, "butterworth:HZ[:ORDER]" or "chebyshev:HZ[:ORDER[:RIPPLE_DB]]".
-/// discretization : {"zoh", "foh", "rk4", "euler"}
-///     Discretization of the fit that follows; it decides the intersample behaviour of the input when resampling.
-///
-/// Returns
-/// -------
-/// list of Record
-///
-/// Raises
-/// ------
-/// UsageError
-///     If an option is wrong.
-/// DataError
-///     If the file cannot be read, with its line and column.
-#[pyfunction]
-#[pyo3(signature = (path, **options))]
-pub fn read(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<Record>> {
-    let reading = reading(py, options)?;
-    let records = on_all(py, || reading.records(&path))?.raise(py)?;
-    Ok(records.into_iter().map(Record).collect())
-}
-
-fn reading(py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Reading> {
-    let known: [&[Setting]; 2] = [&READING, &[Setting::Discretization]];
-    let keys = Keywords::new(py, options, &keywords(&known))?;
-    settings::reading(&keys.given(&known)?).map_err(motorfit::Error::from).raise(py)
-}
-
-/// Converts an argument to one recording.
-pub fn single(given: &Bound<'_, PyAny>) -> PyResult<motorfit::record::Record> {
-    given.cast::<Record>().map(|record| record.get().0.clone()).map_err(|_| no_record(given, "a Record"))
-}
-
-/// Converts an argument to a non-empty list of recordings.
-pub fn several(given: &Bound<'_, PyAny>) -> PyResult<Vec<motorfit::record::Record>> {
-    const EXPECTED: &str = "a Record or a sequence of them";
-    if let Ok(record) = given.cast::<Record>() {
-        return Ok(vec![record.get().0.clone()]);
-    }
-    // Iterating over a path, a mapping or a frame would yield characters or labels.
-    let items = if made_of(given).is_some() { None } else { given.try_iter().ok() };
-    let Some(items) = items else { return Err(no_record(given, EXPECTED)) };
-    let mut records = Vec::new();
-    for one in items {
-        let one = one?;
-        records.push(one.cast::<Record>().map_err(|_| no_record(&one, EXPECTED))?.get().0.clone());
-    }
-    if records.is_empty() { Err(no_record(given, EXPECTED)) } else { Ok(records) }
-}
-
-fn no_record(given: &Bound<'_, PyAny>, expected: &str) -> PyErr {
-    let how = made_of(given).map_or(String::new(), |how| format!(": {how}"));
-    PyTypeError::new_err(format!("give {expected}{how}"))
-}
-
-/// Returns advice for a path or a table of columns: the function that makes a recording from it.
-fn made_of(given: &Bound<'_, PyAny>) -> Option<&'static str> {
-    // Attributes are looked up on the type, because a property of the object might do work.
-    let has = |name: &str| given.get_type().hasattr(name).unwrap_or(false);
-    if given.is_instance_of::<PyString>() || has("__fspath__") {
-        Some("Record.from_file(path) reads one from a file, read(path) several")
-    } else if has("columns") || has("keys") {
-        Some("Record.from_columns(columns) makes one from columns")
-    } else {
-        None
-    }
 }

@@ -2,9 +2,12 @@
 
 use crate::arrays::signal;
 use crate::errors::Raise as _;
+use crate::identification::Identification;
 use crate::pool::on_all;
-use crate::record::{Record, several, single};
+use crate::reading::{several, single};
+use crate::record::Record;
 use crate::spec::{self, Keywords};
+use motorfit::Error;
 use motorfit::estimate::RefineOptions;
 use motorfit::evaluate::Model;
 use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
@@ -13,18 +16,23 @@ use motorfit::named::Named as _;
 use motorfit::report::{devices_document, json};
 use motorfit::setting::Setting;
 use motorfit::settings::parse;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// Simulates a recording of a motor that starts at rest, with a zero-order hold of the inputs.
+/// Simulates a recording of a motor that starts at rest.
+///
+/// `simulate(found)` repeats the first recording of an identification with its estimates, `simulate(found, record)` applies the
+/// input of another recording.
 ///
 /// Parameters
 /// ----------
-/// parameters : str or mapping
+/// parameters : Identification, str or mapping
 ///     {"R": ohm, "L": H, "K": V*s/rad, "B": N*m*s/rad, "J": kg*m^2}, with parameters of extensions ("Tc", "td", ...), or
-///     "m2,Tc=0.01" for the motor of the paper.
-/// time : array_like, shape (n,)
-///     Time of each sample [s].
+///     "m2,Tc=0.01" for the motor of the paper, both with a zero-order hold of the inputs; or a result of `identify`, with its
+///     discretization, and the first recording's value of each parameter that has one per recording.
+/// time : array_like, shape (n,), or Record
+///     Time of each sample [s], or a recording whose time, voltage and load torque are applied.
 /// voltage : array_like, shape (n,)
 ///     Voltage [V].
 /// load_torque : array_like, shape (n,), optional
@@ -45,31 +53,62 @@ use pyo3::types::PyDict;
 ///     If a parameter or the noise is wrong.
 /// DataError
 ///     If the signals are not a recording, or the simulation diverges.
+/// NotIdentifiedError
+///     If the identification has a parameter that is not identified.
 #[pyfunction]
-#[pyo3(signature = (parameters, time, voltage, *, load_torque=None, noise=None, seed=1))]
+#[pyo3(signature = (parameters, time=None, voltage=None, *, load_torque=None, noise=None, seed=1))]
 #[expect(clippy::too_many_arguments, reason = "keywords")]
 pub fn simulate(
     py: Python<'_>,
     parameters: &Bound<'_, PyAny>,
-    time: &Bound<'_, PyAny>,
-    voltage: &Bound<'_, PyAny>,
+    time: Option<&Bound<'_, PyAny>>,
+    voltage: Option<&Bound<'_, PyAny>>,
     load_torque: Option<&Bound<'_, PyAny>>,
     noise: Option<&Bound<'_, PyAny>>,
     seed: u64,
 ) -> PyResult<Record> {
-    let motor = parse::motor(&spec::items(parameters, "parameters")?.join(",")).raise(py)?;
-    let excitation = Excitation {
-        time_s: signal(time, "time")?,
-        voltage: signal(voltage, "voltage")?,
-        torque: load_torque.map(|torque| signal(torque, "load_torque")).transpose()?,
+    let found = parameters.cast::<Identification>().ok().map(Bound::get);
+    let (motor, discretization) = match found {
+        Some(found) => found.motor(py)?,
+        None => (spec::items(parameters, "parameters")?.join(","), Discretization::Zoh),
     };
+    let motor = parse::motor(&motor).raise(py)?;
+    let first = found.filter(|_| time.is_none()).map(|found| found.first(py)).transpose()?;
+    let mut excitation = excitation(py, first.as_ref().or(time), voltage)?;
+    if let Some(torque) = load_torque {
+        excitation.torque = Some(signal(torque, "load_torque")?);
+    }
     let noise = noise.map(|noise| spec::items(noise, "noise")).transpose()?.map(|items| items.join(","));
     let noise = noise.as_deref().map(parse::noise).transpose().raise(py)?;
     let record = on_all(py, || {
-        let clean = simulated(motor, &excitation, Discretization::Zoh)?;
+        let clean = simulated(motor, &excitation, discretization)?;
         noise.map_or(Ok(clean.clone()), |noise| with_noise(&clean, noise_of(&clean, noise), seed))
     })?;
     record.map(Record).raise(py)
+}
+
+/// Returns the inputs of a simulation: those of a recording, or the given signals.
+fn excitation(
+    py: Python<'_>,
+    time: Option<&Bound<'_, PyAny>>,
+    voltage: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Excitation> {
+    let record = time.and_then(|time| time.cast::<Record>().ok());
+    match (record, time, voltage) {
+        (Some(record), _, None) => {
+            let samples = record.get().0.samples();
+            if samples.voltage.is_empty() {
+                let remedy = "Give time and voltage, or a recording of the voltage.";
+                return Err(Error::data("the recording has no voltage to apply", remedy)).raise(py);
+            }
+            let (time_s, voltage) = (samples.time_s.clone(), samples.voltage.clone());
+            Ok(Excitation { time_s, voltage, torque: samples.torque.clone() })
+        }
+        (None, Some(time), Some(voltage)) => {
+            Ok(Excitation { time_s: signal(time, "time")?, voltage: signal(voltage, "voltage")?, torque: None })
+        }
+        _ => Err(PyTypeError::new_err("simulate needs time and voltage, or a Record whose voltage is applied")),
+    }
 }
 
 fn named<'py>(py: Python<'py>, parameters: &Parameters) -> PyResult<Bound<'py, PyDict>> {
@@ -126,7 +165,8 @@ pub fn steiglitz_mcbride<'py>(
 /// Returns
 /// -------
 /// dict
-///     "parameters" and "std_errors" by symbol, in SI units; "converged", True if the iteration converged.
+///     "parameters" and "std_errors" by symbol, in SI units, nan where there is none; "converged", True if the iteration
+///     converged.
 ///
 /// Raises
 /// ------
@@ -136,6 +176,7 @@ pub fn steiglitz_mcbride<'py>(
 ///     If a recording cannot be used, or the simulation diverges at the start.
 #[pyfunction]
 #[pyo3(signature = (records, start, **settings))]
+#[pyo3(text_signature = "(records, start, *, bounds='auto', fix=None, discretization=None, initial='auto')")]
 pub fn refine<'py>(
     py: Python<'py>,
     records: &Bound<'py, PyAny>,
@@ -150,14 +191,14 @@ pub fn refine<'py>(
     let missing = spec.space.free().iter().find(|axis| value(axis).is_none()).map(|axis| axis.parameter.symbol());
     if let Some(symbol) = missing {
         let message = format!("start has no value for the free parameter {symbol}");
-        return Err(motorfit::Error::usage(message, "Give a value for each free parameter.")).raise(py);
+        return Err(Error::usage(message, "Give a value for each free parameter.")).raise(py);
     }
     let start: Vec<f64> = spec.space.free().iter().filter_map(value).collect();
     let options = RefineOptions { model: spec.model, sigma: None };
     let refined = on_all(py, || motorfit::estimate::refine(&records, &spec.space, &start, &options))?.raise(py)?;
     let (result, errors) = (PyDict::new(py), PyDict::new(py));
     for (axis, error) in spec.space.free().iter().zip(&refined.uncertainty.std_error) {
-        errors.set_item(axis.parameter.symbol(), *error)?;
+        errors.set_item(axis.parameter.symbol(), error.unwrap_or(f64::NAN))?;
     }
     result.set_item("parameters", named(py, &refined.parameters)?)?;
     result.set_item("std_errors", errors)?;

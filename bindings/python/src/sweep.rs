@@ -1,13 +1,14 @@
 //! `Sweep`: planning, running and merging studies, and moving shards to other machines.
 
+use crate::answers::TEXT_WIDTH;
 use crate::errors::Raise as _;
 use crate::pool::on_all;
 use crate::progress::{Watch, watched};
 use crate::spec;
 use crate::throughput_profile::throughput_profile;
 use motorfit::device::with_threads;
-use motorfit::report::json;
-use motorfit::report::sweep::{status_document, sweep_document, tally_document};
+use motorfit::report::sweep::{status_document, sweep_document, sweep_parts, tally_document};
+use motorfit::report::{Part, html_fragment, json, plain_text};
 use motorfit::setting::Setting;
 use motorfit::settings::parse;
 use motorfit::study::sweep::{Limits, Shard, Sweep as Planned, SweepProgress as State, Tally};
@@ -210,8 +211,8 @@ impl Sweep {
     ///
     /// Returns
     /// -------
-    /// dict
-    ///     Summary as `motorfit sweep merge --json` prints it, with counts by level of trust as "trust", and the path of
+    /// SweepSummary
+    ///     A dict as `motorfit sweep merge --json` prints it, with counts by level of trust as "trust", and the path of
     ///     results.jsonl as "results".
     ///
     /// Raises
@@ -224,7 +225,9 @@ impl Sweep {
         let merged = on_all(py, || self.0.merge())?.raise(py)?;
         let document = loaded(py, &json(&sweep_document(&merged.summary, &limits)))?;
         document.set_item("results", merged.results)?;
-        Ok(document)
+        let parts = sweep_parts(&merged.summary, &limits);
+        let class = py.import("motorfit._summary")?.getattr("SweepSummary")?;
+        class.call1((document, plain_text(&parts, TEXT_WIDTH), html_fragment(&parts)))
     }
 
     /// Checks limits before the runs instead of after them.
@@ -276,6 +279,18 @@ impl Sweep {
     fn take(&self, py: Python<'_>, shard: (u64, u64), results: &[u8]) -> PyResult<u64> {
         let shard = shard_of(shard).raise(py)?;
         on_all(py, || self.0.take(shard, results))?.raise(py)
+    }
+
+    /// Returns the progress as HTML for notebooks.
+    fn _repr_html_(&self, py: Python<'_>) -> PyResult<String> {
+        let status = on_all(py, || self.0.status())?.raise(py)?;
+        let (done, failed, missing) = (status.done, status.failed, status.missing);
+        let merged = if status.merged { "; merged" } else { "" };
+        let mut parts = vec![Part::Text(self.__repr__())];
+        parts.push(Part::Text(format!(
+            "{done} runs finished, {failed} of them without a result, {missing} missing{merged}."
+        )));
+        Ok(html_fragment(&parts))
     }
 
     fn __repr__(&self) -> String {

@@ -2,6 +2,7 @@
 
 import json
 import math
+import warnings
 import xml.etree.ElementTree as ET
 
 import numpy as np
@@ -162,3 +163,30 @@ def test_keywords_are_checked(record):
         motorfit.compare(record, preset="paper")
     with pytest.raises(motorfit.DataError):
         motorfit.compare(motorfit.Record(record.time, current=record.current, speed=record.speed))
+
+
+def test_comparisons_are_shown_as_text_html_and_frames():
+    found = motorfit.compare(runs=3, generations=4, population=8, methods="gwo,jaya", criteria="nrmse:std,iae:peak")
+    frame = found.to_frame()
+    assert len(frame) == 2 * 2 * 3 and list(frame["run"][:3]) == [0, 1, 2]
+    for block in found.blocks:
+        for method in block.methods:
+            rows = frame[(frame["setting"] == block.setting) & (frame["method"] == method)]
+            np.testing.assert_array_equal(rows["cost"], block.costs[method])
+            np.testing.assert_array_equal(rows[list("RLKBJ")], block.parameters[method])
+            np.testing.assert_array_equal(rows["evaluations"], block.evaluations[method])
+    text = " ".join(ET.fromstring(found._repr_html_()).itertext())
+    for shown in (text, found.summary()):
+        assert all(block.setting in shown for block in found.blocks) and "lowest median cost" in " ".join(shown.split())
+    assert found._repr_html_().count("<svg") == 2
+    document = found.to_dict()
+    assert [found.truth, found.runs, found.stop, found.invariance] == [document[key] for key in ("truth", "runs", "stop", "invariance")]
+    assert {key for key in document if not hasattr(found, {"motorfit": "version"}.get(key, key))} == set()
+
+
+def test_warnings_of_comparisons_are_python_warnings(record):
+    with warnings.catch_warnings(record=True) as issued:
+        warnings.simplefilter("always")
+        found = motorfit.compare(record, methods="gwo", runs=2, generations=3, population=8, bounds={"R": (2, 5)})
+    assert [w.message for w in issued if issubclass(w.category, motorfit.MotorfitWarning)] == found.warnings
+    assert all(w.code in repr(found) for w in found.warnings)

@@ -1,20 +1,25 @@
 """`identify`: results equal those of the command line program exactly; attributes, progress, interruption, errors."""
 
 import json
+import math
 import pathlib
+import pickle
+import re
 import signal
 import subprocess
 import sys
 import threading
 import time
+import warnings
 import xml.etree.ElementTree as ET
 from concurrent.futures import ThreadPoolExecutor
 
+import matplotlib.image
 import numpy as np
 import pytest
 
 import motorfit
-from conftest import M2, step
+from conftest import M2, ROOT, step
 
 
 def without_times(document):
@@ -79,12 +84,102 @@ def test_drawings_are_svg(record, tmp_path):
     found = motorfit.identify(record, method="gwo", generations=10)
     for drawing in (found.plot_response(), found.plot_correlation(), found.plot_history()):
         assert drawing._repr_svg_().startswith("<svg") and drawing.caption
-    drawing = found.plot_response()
-    drawing.save(tmp_path / "fit.svg")
-    assert (tmp_path / "fit.svg").read_text() == str(drawing)
     with pytest.raises(IndexError):
         found.plot_response(1)
     assert motorfit.identify(record, polish="none").plot_correlation() is None
+
+
+def test_figures_are_saved_in_the_format_of_the_suffix(record, tmp_path, monkeypatch):
+    drawing = record.plot()
+    for name in ("fit.svg", "FIT.SVG"):
+        drawing.save(tmp_path / name)
+        assert (tmp_path / name).read_text() == str(drawing)
+    # An SVG file follows the colours of the system, except for a map, which has text on its colours.
+    assert "prefers-color-scheme: dark" in str(drawing)
+    assert "prefers-color-scheme" not in str(motorfit.identify(record).plot_correlation())
+    drawing.save(str(tmp_path / "fit.png"))
+    pixels = matplotlib.image.imread(tmp_path / "fit.png")
+    width = float(re.search(r'width="([\d.]+)"', str(drawing)).group(1))
+    assert pixels.shape[1] == round(2 * width) and pixels.shape[2] in (3, 4)
+    # White ground, with the lines in other colours.
+    assert pixels[0, 0].min() == 1.0 and 0.001 < (pixels[..., :3].min(axis=2) < 0.5).mean() < 0.5
+    for wrong in ("fit.pdf", "fit"):
+        with pytest.raises(motorfit.UsageError, match=f"{wrong}.*\n.*svg or .png"):
+            drawing.save(tmp_path / wrong)
+    with pytest.raises(FileNotFoundError, match="none.*fit.svg"):
+        drawing.save(tmp_path / "none" / "fit.svg")
+    monkeypatch.setitem(sys.modules, "resvg_py", None)
+    with pytest.raises(ImportError, match="other.png.*pip install"):
+        drawing.save(tmp_path / "other.png")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["FIT.SVG", "fit.png", "fit.svg"]
+
+
+def test_an_identification_is_simulated(record):
+    found = motorfit.identify(record)
+    again = motorfit.simulate(found)
+    np.testing.assert_allclose(again.speed, found.modelled()[0]["speed_rad_s"], rtol=1e-9, atol=1e-9)
+    np.testing.assert_array_equal(motorfit.simulate(found, record).speed, again.speed)
+    np.testing.assert_array_equal(motorfit.simulate(found, record.time, record.voltage).speed, again.speed)
+    np.testing.assert_array_equal(motorfit.simulate(pickle.loads(pickle.dumps(found))).speed, again.speed)
+    loaded = motorfit.simulate(found, record, load_torque=np.full(len(record), 0.01))
+    assert loaded.speed[-1] < again.speed[-1] - 1
+    held = motorfit.identify([record, step(seed=2)], per_recording="R", with_="coulomb", discretization="foh")
+    values = {name.removesuffix("[0]"): value for name, value in held.parameters.items() if not name.endswith("[1]")}
+    assert motorfit.simulate(held, record).speed[-1] == pytest.approx(motorfit.simulate(values, record).speed[-1], rel=1e-6)
+    assert np.abs(motorfit.simulate(held).speed - motorfit.simulate(values, record).speed).max() > 1e-3, "another discretization"
+
+
+def test_what_cannot_be_simulated_is_an_error(record):
+    lacking = motorfit.identify(motorfit.Record(record.time, voltage=record.voltage, speed=record.speed))
+    with pytest.raises(motorfit.NotIdentifiedError, match="R, .*not identified"):
+        motorfit.simulate(lacking)
+    by_current = motorfit.Record(record.time, current=record.current, speed=record.speed)
+    with pytest.raises(motorfit.DataError, match="no voltage"):
+        motorfit.simulate("m2", by_current)
+    for given in (("m2",), ("m2", record.time), ("m2", record, record.voltage), ("m2", None, record.voltage)):
+        with pytest.raises(TypeError, match="needs time and voltage"):
+            motorfit.simulate(*given)
+
+
+PWM = "time=ms:ms,voltage=pwm*12/255:V,speed=rpm:rpm,current=mA:mA"
+#: Attribute of each key of `to_dict` whose name differs.
+RENAMED = {"motorfit": "version", "with": "extensions", "ladder": "model_selection", "residuals": "residual_tests",
+           "repeatability": "noise_floor"}
+#: Keys whose attributes are objects of Python instead of documents.
+OBJECTS = {"trust", "records", "parameters", "fit_percent", "correlation", "history", "warnings", "remarks"}
+
+
+@pytest.mark.parametrize("settings", [{}, {"with_": "auto"}, {"method": "gwo", "generations": 5, "polish": "none"}])
+def test_everything_of_to_dict_is_an_attribute(record, settings):
+    found = motorfit.identify(record, **settings)
+    for key, value in found.to_dict().items():
+        attribute = getattr(found, RENAMED.get(key, key))
+        assert key in OBJECTS or attribute == value, key
+    trust = found.to_dict()["trust"]
+    assert found.trust == trust["level"]
+    assert [reason.code for reason in found.trust_reasons] == [reason["code"] for reason in trust["reasons"]]
+
+
+def test_the_next_step_is_spelled_as_a_keyword():
+    """The document has the command of the program in its place."""
+    found = motorfit.identify(motorfit.Record.from_file(ROOT / "examples" / "pwm-log.csv", columns=PWM))
+    assert found.trust == "check" and found.next_step == 'with_="auto"'
+    assert "--with auto" in found.to_dict()["trust"]["next"]
+    assert [reason.code for reason in found.trust_reasons] == ["residuals", "model_incomplete"]
+    assert motorfit.identify(step()).next_step is None
+
+
+def test_summaries_and_frames_have_the_estimates(record):
+    found = motorfit.identify(record, fix={"B": M2["B"]})
+    text = found.summary()
+    assert all(word in text for word in ("Trust: ", "R, resistance", f"{found.parameters['R']:.6g}"[:6], "fit [%]", "fixed"))
+    assert max(map(len, text.splitlines())) <= 130
+    for frame in (found.to_frame(), found.to_frame("polars")):
+        assert list(frame["parameter"]) == list(found.parameters)
+        for n, name in enumerate(found.parameters):
+            row = [frame[key][n] for key in ("value", "std_error", "ci95_low", "ci95_high")]
+            np.testing.assert_array_equal(row, [found.parameters[name], found.std_errors[name], *found.ci95[name]])
+        assert list(frame["unit"])[0] == "ohm" and list(frame["fixed"]) == [name == "B" for name in found.parameters]
 
 
 def test_the_callback_sees_each_generation_and_can_end_the_search(record):
@@ -265,13 +360,48 @@ def test_wrong_values_are_named(record):
     assert motorfit.identify(record, **noise).cost == motorfit.identify(record, scale="noise", noise="i=0.05,w=0.5").cost
 
 
-def test_notebooks_show_a_table(record):
+def test_figures_are_found_by_index(record):
     found = motorfit.identify(record)
-    table = ET.fromstring(found._repr_html_())
-    assert [row[0].text for row in table.iter("tr")][1:] == list(found.parameters)
-    assert "0.92" in found._repr_html_() and "ohm" in found._repr_html_()
     picture = ET.fromstring(found.plot_response(-1)._repr_svg_())
     assert picture.get("viewBox") == f"0 0 {picture.get('width')} {picture.get('height')}"
     with pytest.raises(IndexError):
         found.plot_response(-2)
     assert "Svg" in repr(found.plot_response())
+
+
+@pytest.mark.parametrize("lacking", ["speed only", "current as input"])
+def test_unidentified_parameters_are_nan(record, lacking):
+    """The loop of README runs on every recording: what is not identified is nan, and can be formatted as a number."""
+    columns = record.to_columns()
+    without = {"speed only": "current_A", "current as input": "voltage_V"}[lacking]
+    found = motorfit.identify(motorfit.Record.from_columns({k: v for k, v in columns.items() if k != without}))
+    unknown = [name for name, value in found.parameters.items() if math.isnan(value)]
+    assert unknown and unknown == [name for name, e in found.to_dict()["parameters"].items() if e["value"] is None]
+    for name, value in found.parameters.items():
+        assert f"{value:.6g} ± {found.std_errors[name]:.2g}"
+        if math.isnan(value):
+            assert math.isnan(found.std_errors[name]) and all(map(math.isnan, found.ci95[name]))
+    assert math.isnan(found.fit_percent["current"]) and found.fit_percent["speed"] > 90
+
+
+def test_fixed_parameters_have_no_standard_error(record):
+    found = motorfit.identify(record, fix={"R": 0.92})
+    assert found.parameters["R"] == 0.92 and math.isnan(found.std_errors["R"])
+    assert all(math.isnan(error) for error in motorfit.identify(record, polish="none").std_errors.values())
+
+
+def test_warnings_are_python_warnings_with_codes(record):
+    lacking = motorfit.Record(record.time, voltage=record.voltage, speed=record.speed)
+    with pytest.warns(motorfit.MotorfitWarning) as issued:
+        found = motorfit.identify(lacking)
+    assert [w.message for w in issued] == found.warnings and issued[0].filename == __file__
+    assert [w.code for w in found.warnings] == [w["code"] for w in found.to_dict()["warnings"]] and found.warnings
+    assert [w.code for w in found.remarks] == [w["code"] for w in found.to_dict()["remarks"]]
+    for warning in found.warnings:
+        assert warning.code in repr(found) and warning.code in str(warning) and "--" not in warning.message
+        assert pickle.loads(pickle.dumps(warning)) == warning
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", motorfit.MotorfitWarning)
+        with pytest.raises(motorfit.MotorfitWarning, match="channel_missing"):
+            motorfit.identify(lacking)
+        assert "warnings" not in repr(motorfit.identify(record))

@@ -47,36 +47,52 @@ def test_stubs_agree_with_the_modules(tmp_path):
     assert done.returncode == 0, done.stdout
 
 
-def settings_of(tree, name):
-    """Returns the keys of a TypedDict of the stubs, including those of its bases."""
-    classes = {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
-    own = [node.target.id for node in classes[name].body if isinstance(node, ast.AnnAssign)]
-    bases = [base.id for base in classes[name].bases if base.id in classes]
-    return [key for base in bases for key in settings_of(tree, base)] + own
+def keywords_of(thing):
+    """Returns the keyword arguments that a function or class shows to `inspect`, and so to completion."""
+    return [p.name for p in inspect.signature(thing).parameters.values() if p.kind is p.KEYWORD_ONLY]
 
 
-def test_docstrings_name_every_setting():
-    tree = ast.parse(importlib.resources.files("motorfit").joinpath("_motorfit.pyi").read_text())
-    takes = {
-        "identify": "_IdentifySettings",
-        "Evaluator": "_ProblemSettings",
-        "compare": "_CompareSettings",
-        "read": "_ReadOptions",
-        "refine": "_RefineSettings",
-    }
-    for name, settings in takes.items():
-        text = getattr(motorfit, name).__doc__
-        named = {key for line in re.findall(r"^([a-z_, ]+?)(?: :|$)", text, re.MULTILINE) for key in line.split(", ")}
-        assert set(settings_of(tree, settings)) <= named, name
-        given = {"refine": (None, None), "read": ("a.csv",)}.get(name, (None,))
-        # The function accepts exactly the keywords of the stubs.
-        with pytest.raises((TypeError, motorfit.MotorfitError)) as raised:
-            getattr(motorfit, name)(*given, **{"nothing_at_all": 1})
-        assert "nothing_at_all" in str(raised.value)
-        for key in settings_of(tree, settings):
-            with pytest.raises(Exception) as raised:
-                getattr(motorfit, name)(*given, **{key: object()})
-            assert "no keyword argument" not in str(raised.value), key
+WITH_SETTINGS = {
+    "identify": motorfit.identify,
+    "Evaluator": motorfit.Evaluator,
+    "compare": motorfit.compare,
+    "refine": motorfit.refine,
+    "read": motorfit.read,
+    "Record.from_file": motorfit.Record.from_file,
+    "Record.from_columns": motorfit.Record.from_columns,
+}
+
+
+@pytest.mark.parametrize("name", WITH_SETTINGS)
+def test_keywords_are_those_that_are_accepted_and_documented(name):
+    """stubtest compares signatures with the stubs, and tests/reference.rs both with the table of settings."""
+    thing = WITH_SETTINGS[name]
+    named = {key for line in re.findall(r"^([a-z_, ]+?)(?: :|$)", thing.__doc__, re.MULTILINE) for key in line.split(", ")}
+    assert not any(p.kind is p.VAR_KEYWORD for p in inspect.signature(thing).parameters.values())
+    assert len(keywords_of(thing)) >= 4 and set(keywords_of(thing)) <= named
+    given = {"refine": (None, None), "read": ("a.csv",), "Record.from_file": ("a.csv",)}.get(name, (None,))
+    with pytest.raises((TypeError, motorfit.MotorfitError), match="nothing_at_all"):
+        thing(*given, **{"nothing_at_all": 1})
+    for key in keywords_of(thing):
+        with pytest.raises(Exception) as raised:
+            thing(*given, **{key: object()})
+        assert "no keyword argument" not in str(raised.value), key
+
+
+def test_the_defaults_shown_are_those_applied(record):
+    """The result with every default given is the result without arguments."""
+    shown = {p.name: p.default for p in inspect.signature(motorfit.identify).parameters.values() if p.default is not p.empty}
+    same = [motorfit.identify(record, method="gwo", generations=5, **more).cost for more in ({}, {
+        key: value for key, value in shown.items() if key not in ("method", "generations")})]
+    assert same[0] == same[1]
+    columns = record.to_columns()
+    shown = {p.name: p.default for p in inspect.signature(motorfit.Record.from_columns).parameters.values()}
+    assert motorfit.Record.from_columns(columns, **{k: v for k, v in shown.items() if k != "frame"}) == motorfit.Record.from_columns(columns)
+    shown = {p.name: p.default for p in inspect.signature(motorfit.compare).parameters.values()}
+    budget = {"runs": 2, "generations": 3, "population": 8}
+    costs = [motorfit.compare(**more, **budget).blocks[0].costs["gwo"].tolist() for more in ({}, {
+        key: value for key, value in shown.items() if key not in budget})]
+    assert costs[0] == costs[1]
 
 
 def test_signatures_show_defaults():

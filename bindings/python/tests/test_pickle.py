@@ -4,6 +4,7 @@ import copy
 import pickle
 
 import numpy as np
+import pandas
 import pytest
 
 import motorfit
@@ -36,6 +37,8 @@ def same(a, b):
         assert type(a) is type(b) and len(a) == len(b)
         for one, other in zip(a, b, strict=True):
             same(one, other)
+    elif isinstance(a, pandas.DataFrame):
+        assert a.equals(b)
     elif isinstance(a, np.ndarray):
         assert a.dtype == b.dtype
         np.testing.assert_array_equal(a, b)

@@ -1,7 +1,10 @@
 """`Record` and `read`: files, arrays and frames give the same samples bit for bit; pickling; errors for wrong input."""
 
-import pathlib
+import errno
+import io
+import math
 import pickle
+import sys
 
 import numpy as np
 import pandas
@@ -90,7 +93,7 @@ def test_a_recording_without_a_voltage_has_the_current_as_input(record):
     assert by_current.voltage is None
     found = motorfit.identify(by_current, fix={"K": 0.073472})
     assert found.parameters["J"] == pytest.approx(0.000136, rel=0.02)
-    assert found.parameters["R"] is None
+    assert math.isnan(found.parameters["R"])
 
 
 @pytest.mark.parametrize(
@@ -117,8 +120,11 @@ def test_errors_have_place_and_remedy(tmp_path):
     assert "bad.csv" in caught.value.message and "3" in caught.value.message and caught.value.remedy
     again = pickle.loads(pickle.dumps(caught.value))
     assert str(again) == str(caught.value) and isinstance(again, ValueError)
-    with pytest.raises(motorfit.DataError):
-        motorfit.Record.from_file(tmp_path / "none.csv")
+    for kind in (motorfit.DataError, FileNotFoundError, motorfit.MissingFileError):
+        with pytest.raises(kind) as caught:
+            motorfit.Record.from_file(tmp_path / "none.csv")
+        again = pickle.loads(pickle.dumps(caught.value))
+        assert str(again) == str(caught.value) and again.filename == str(tmp_path / "none.csv") and again.errno == errno.ENOENT
     with pytest.raises(TypeError, match="did you mean columns"):
         motorfit.read(path, colums="time=t")
 
@@ -196,20 +202,107 @@ def test_signals_are_read_only(record):
     record.to_columns()["current_A"][0] = 1.0
 
 
+@pytest.mark.parametrize("source", ["path", "pathlib", "bytes", "text", "pandas", "polars", "mapping", "structured array"])
+def test_everything_that_holds_a_recording_is_taken(tmp_path, record, source):
+    path = tmp_path / "log.csv"
+    path.write_text(record.to_csv())
+    columns = record.to_columns()
+    given = {
+        "path": lambda: str(path),
+        "pathlib": lambda: path,
+        "bytes": lambda: io.BytesIO(path.read_bytes()),
+        "text": lambda: open(path, encoding="utf-8"),
+        "pandas": lambda: pandas.DataFrame(columns),
+        "polars": lambda: polars.DataFrame(columns),
+        "mapping": lambda: columns,
+        "structured array": lambda: np.rec.fromarrays(list(columns.values()), names=list(columns)),
+    }[source]
+    expected = motorfit.steiglitz_mcbride(record)
+    assert motorfit.steiglitz_mcbride(given()) == expected
+    assert motorfit.steiglitz_mcbride([given()]) == expected
+    other = step(seed=7)
+    found = motorfit.identify([given(), other])
+    assert [r.to_csv() for r in found.records] == [record.to_csv(), other.to_csv()]
+    assert motorfit.identify(other, validate=given()).validation["records"]
+    # An evaluator of an open file is pickled with its recording.
+    again = pickle.loads(pickle.dumps(motorfit.Evaluator(given(), bounds="table2")))
+    assert np.isfinite(again([[0.92, 0.0078, 0.073, 0.00068, 0.00014]])).all()
+    if source in ("bytes", "text"):
+        cropped = motorfit.Record.from_file(given(), crop="0.1:0.5")
+        assert cropped.to_csv() == motorfit.Record.from_columns(columns, crop="0.1:0.5").to_csv()
+        assert len(motorfit.read(given())) == 1
+
+
+def test_errors_of_open_files_have_their_place(tmp_path):
+    path = tmp_path / "bad.csv"
+    path.write_text("time_s,voltage_V,current_A,speed_rad_s\n0,0,0,0\n0.1,1,x,0\n")
+    with open(path, "rb") as file, pytest.raises(motorfit.DataError, match="bad.csv.*line 3") as raised:
+        motorfit.identify(file)
+    assert not isinstance(raised.value, FileNotFoundError)
+
+    class Odd:
+        def read(self):
+            return 3
+
+    with pytest.raises(TypeError, match="neither bytes nor text"):
+        motorfit.read(Odd())
+    with pytest.raises(FileNotFoundError, match="none.csv"):
+        motorfit.identify([path.with_name("none.csv")])
+
+
 @pytest.mark.parametrize("work", [motorfit.identify, motorfit.steiglitz_mcbride, motorfit.Evaluator])
 def test_other_objects_than_recordings_are_rejected_with_advice(record, work):
-    some = [lambda wrong: wrong] if work is motorfit.steiglitz_mcbride else [lambda wrong: wrong, lambda wrong: [record, wrong]]
-    for given in some:
-        for path in ("log.csv", pathlib.Path("log.csv")):
-            with pytest.raises(TypeError, match="give a Record.*: Record.from_file"):
-                work(given(path))
-        frame = polars.DataFrame(record.to_columns())
-        for wrong in (record.to_columns(), pandas.DataFrame(record.to_columns()), frame, frame.lazy()):
-            with pytest.raises(TypeError, match="give a Record.*: Record.from_columns"):
-                work(given(wrong))
-        for wrong in ([], 3, [3], None):
+    for given in (lambda wrong: wrong, lambda wrong: [record, wrong]):
+        with pytest.raises(TypeError, match="give a Record.*collect"):
+            work(given(polars.DataFrame(record.to_columns()).lazy()))
+        for wrong in ([], 3, [3], None, record.time):
             with pytest.raises(TypeError, match="give a Record"):
                 work(given(wrong))
+    with pytest.raises(TypeError, match="not a Series"):
+        work(pandas.DataFrame(record.to_columns())["time_s"])
+    with pytest.raises(TypeError, match="from_columns"):
+        motorfit.read(record.to_columns())
+
+
+def test_recordings_are_sliced_by_samples(record):
+    part = record[100:500]
+    assert len(part) == 400 and part.notes == [*record.notes, "the samples 100..500"]
+    for signal in ("time", "voltage", "current", "speed"):
+        np.testing.assert_array_equal(getattr(part, signal), getattr(record, signal)[100:500])
+    assert record[:].to_csv() == record.to_csv() and record[-10:].to_csv() == record[len(record) - 10 :].to_csv()
+    first, rest = record.split(0.7)
+    assert record[: len(first)].to_csv() == first.to_csv() and record[len(first) :].to_csv() == rest.to_csv()
+    for wrong in (slice(5, 5), slice(5, 6), slice(9, 3), slice(10**9, None)):
+        with pytest.raises(motorfit.UsageError, match="not a recording"):
+            record[wrong]
+    with pytest.raises(motorfit.UsageError, match="step"):
+        record[::2]
+    for wrong in (3, "time", (1, 2), slice(0.5, 1)):
+        with pytest.raises(TypeError):
+            record[wrong]
+    with pytest.raises(TypeError):
+        iter(record).__next__()
+
+
+def test_records_are_shown_and_become_frames(record):
+    figure = record.plot()
+    assert all(name in str(figure) for name in ("voltage [V]", "current [A]", "speed [rad/s]"))
+    frame = record.to_frame()
+    assert isinstance(frame, pandas.DataFrame) and list(frame) == list(record.to_columns())
+    assert motorfit.Record.from_columns(record.to_frame("polars")).to_csv() == record.to_csv()
+    with pytest.raises(ValueError, match="numpy.*pandas"):
+        record.to_frame("numpy")
+
+
+@pytest.mark.parametrize("installed", [[], ["polars"]])
+def test_frames_need_one_of_the_libraries(record, monkeypatch, installed):
+    for name in {"pandas", "polars"} - set(installed):
+        monkeypatch.setitem(sys.modules, name, None)
+    if installed:
+        assert isinstance(record.to_frame(), polars.DataFrame)
+    else:
+        with pytest.raises(ImportError, match="pip install pandas"):
+            record.to_frame()
 
 
 def test_decimation_is_one_or_more(record):

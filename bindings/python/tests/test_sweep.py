@@ -2,10 +2,12 @@
 
 import json
 import pathlib
+import pickle
 import signal
 import subprocess
 import sys
 import time
+import xml.etree.ElementTree as ET
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -189,3 +191,17 @@ def test_threads_that_merge_at_once_do_not_get_in_each_others_way(study, expecte
         merged = list(pool.map(lambda _: motorfit.Sweep.open(tmp_path / "out").merge()["results"], range(64)))
     assert {path.read_bytes() for path in merged} == {expected}
     assert not [path for path in (tmp_path / "out").iterdir() if path.name.startswith(".")]
+
+
+def test_the_summary_is_a_dict_that_notebooks_show(study, tmp_path):
+    """The document is that of the command line (see above); the same tables are shown as text and as HTML."""
+    found = motorfit.sweep(study, tmp_path / "out")
+    assert isinstance(found, motorfit.SweepSummary) and isinstance(found, dict)
+    text = " ".join(ET.fromstring(found._repr_html_()).itertext())
+    for shown in (text, found.summary()):
+        assert "motors identified" in " ".join(shown.split()) and "Cost (" in shown
+    assert "<svg" in found._repr_html_()
+    again = pickle.loads(pickle.dumps(found))
+    assert again == found and again._repr_html_() == found._repr_html_()
+    plan = motorfit.Sweep.open(tmp_path / "out")
+    assert f"{plan.runs} runs finished" in " ".join(ET.fromstring(plan._repr_html_()).itertext())

@@ -4,7 +4,7 @@
 mod page;
 
 #[cfg(feature = "report")]
-pub use page::inspect_page;
+pub use page::{inspect_page, record_figure};
 
 use super::document::{by_symbol, warnings};
 use super::spelling::command_line;

@@ -3,11 +3,11 @@
 use super::SignalFacts;
 use crate::identify::{Identifiability, Inspection};
 use crate::record::{Quantity, Record, Severity};
-use crate::report::page::{Item, Page, Part, Section, capital};
+use crate::report::page::{Figure, Item, Page, Part, Section, capital};
 use crate::report::pages::{Reproduced, reproduce, section};
 use crate::report::spelling::command_line;
 use crate::report::table::{Table, dash};
-use crate::report::traces::{Form, Mark, Panel, Trace, Traces};
+use crate::report::traces::{Form, Mark, Panel, Trace, Traces, svg};
 use crate::text::{engineering, printable, significant};
 use crate::warning::Warning;
 
@@ -121,15 +121,30 @@ fn odd(inspection: &Inspection<'_>, several: bool) -> Vec<Part> {
     parts
 }
 
+/// Returns the figure of all signals of a recording over time, as a drawing for a file.
+#[must_use]
+pub fn record_figure(record: &Record) -> Figure {
+    let caption = "The signals of the recording.".to_owned();
+    let alternative = format!("The signals of {} over time", name(record));
+    let drawing = svg(&[signal_traces("signals".to_owned(), record, &[])]);
+    Figure { id: "signals".to_owned(), map: false, svg: drawing, alternative, caption }
+}
+
 /// Returns all signals over time, with the findings marked.
 fn signals(inspection: &Inspection<'_>, n: usize) -> Traces {
-    let record = inspection.record;
+    let traces = signal_traces(format!("signals-{}", n + 1), inspection.record, &inspection.warnings);
+    let caption = "Orange: the location of a finding, by its number above. Findings without a location concern the complete signal.";
+    Traces { caption: caption.to_owned(), ..traces }
+}
+
+/// Returns each signal of a recording over time, with the warnings marked by their numbers.
+fn signal_traces(id: String, record: &Record, warnings: &[Warning]) -> Traces {
     let panel = |(quantity, signal): (Quantity, &[f64])| {
         let points = record.samples().time_s.iter().copied().zip(signal.iter().copied()).collect();
         let is_input = quantity == Quantity::Voltage;
         let form = if is_input && record.slope().is_empty() { Form::Steps } else { Form::Line };
         let own: Vec<(usize, &Warning)> =
-            inspection.warnings.iter().enumerate().filter(|(_, w)| is_of(w, quantity, record.driver())).collect();
+            warnings.iter().enumerate().filter(|(_, w)| is_of(w, quantity, record.driver())).collect();
         let numbers: Vec<String> = own.iter().map(|(n, _)| (n + 1).to_string()).collect();
         let findings = if numbers.is_empty() { String::new() } else { format!(", findings {}", numbers.join(", ")) };
         let label = format!("{} [{}]{findings}", quantity, quantity.unit());
@@ -137,13 +152,12 @@ fn signals(inspection: &Inspection<'_>, n: usize) -> Traces {
         Panel { marks, ..Panel::new(&label, vec![Trace::new("", usize::from(!is_input), form, points)]) }
     };
     Traces {
-        id: format!("signals-{}", n + 1),
+        id,
         axis: "time [s]".to_owned(),
         panels: super::signals(record).map(panel).collect(),
         is_grid: false,
         alternative: format!("of {} over time, findings marked", name(record)),
-        caption: "Orange: the location of a finding, by its number above. Findings without a location concern the complete signal."
-            .to_owned(),
+        caption: String::new(),
     }
 }
 

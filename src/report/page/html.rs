@@ -97,7 +97,8 @@ fn section(n: usize, section: &Section) -> Markup {
     }
 }
 
-fn part(part: &Part) -> Markup {
+/// Renders an element of a section.
+pub(in crate::report) fn part(part: &Part) -> Markup {
     match part {
         Part::Text(text) => html! { p { (printable(text)) } },
         Part::Warning(text) => html! { p.warning role="note" { strong { "Warning: " } (printable(text)) } },

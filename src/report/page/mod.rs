@@ -4,6 +4,8 @@
 mod figure;
 mod html;
 
+pub(super) use html::part;
+
 use super::Table;
 use super::traces::Traces;
 

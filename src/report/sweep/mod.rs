@@ -16,7 +16,7 @@ mod trust;
 mod words;
 
 pub use document::{status_document, sweep_document, tally_document};
-pub use page::{sweep_answer, sweep_page};
+pub use page::{sweep_answer, sweep_page, sweep_parts};
 #[cfg(feature = "parquet")]
 pub use parquet::write_parquet;
 pub use tables::sweep_tables;

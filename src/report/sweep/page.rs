@@ -3,12 +3,26 @@
 
 use super::figures;
 use super::line::{excesses, line_tables, motors_outside};
-use super::tables::{block_tables, failed};
+use super::tables::{block_tables, failed, sweep_tables};
+use super::terminal::shortened;
 use super::trust::trust_sentence;
 use super::words::{block_name, counted, grouped, lowest, many, plural};
 use crate::report::pages::{reproduce, section};
 use crate::report::{Page, Part, Reproduced, Section};
 use crate::study::sweep::{Limits, SweepSummary};
+
+/// Returns the answer of a sweep, its warnings, and the figure and tables of its motors or of its runs.
+#[must_use]
+pub fn sweep_parts(summary: &SweepSummary, limits: &Limits) -> Vec<Part> {
+    let mut parts = vec![Part::Text(sweep_answer(summary, limits))];
+    parts.extend(warnings(summary));
+    parts.extend(figures::motors(summary, limits).map(Part::Figure));
+    parts.extend(sweep_tables(summary, limits).iter().map(|table| Part::Table(shortened(table, ROWS_SHOWN))));
+    parts
+}
+
+/// Largest number of rows of a table outside of a page.
+const ROWS_SHOWN: usize = 20;
 
 /// Returns the page of a sweep.
 #[must_use]

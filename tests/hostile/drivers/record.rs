@@ -169,6 +169,9 @@ pub fn recordings(calls: &mut Calls) {
         for fraction in NUMBERS {
             ask!(calls, (fraction, record); "record::Record::split" => record.split(fraction));
         }
+        for (start, end) in COUNTS.into_iter().zip(COUNTS.into_iter().rev().chain([record.len()])) {
+            ask!(calls, (start, end, record); "record::Record::slice" => record.slice(start..end));
+        }
         // Each recording gets a tenth of the preparations, because all combinations take minutes.
         for preparation in preparations.iter().skip(n % 10).step_by(10) {
             let made = calls.ask("record::Preparation::apply", &(preparation, record), || preparation.apply(record));

@@ -15,8 +15,9 @@ use motorfit::report::sweep as of_sweep;
 use motorfit::report::{
     Card, EvaluateDocument, Figure, Form, Item, Mark, Page, Panel, Part, Reproduced, ResidualRow, Section, SignalFacts,
     Table, Trace, Traces, Trust, bench_document, characteristics_lines, command_line, compare, compare_page,
-    devices_document, figures, folded, identify_document, identify_page, inspect_document, inspect_page, json,
-    noise_floor_text, residual_panels, selection_table, selection_text, verdicts,
+    compare_parts, devices_document, figures, folded, html_fragment, identify_document, identify_page, identify_parts,
+    inspect_document, inspect_page, json, noise_floor_text, plain_text, record_figure, residual_panels,
+    selection_table, selection_text, verdicts,
 };
 use motorfit::setting::{Command, Reference, Setting};
 use motorfit::study::ThroughputSpec;
@@ -60,6 +61,7 @@ pub fn words(calls: &mut Calls) {
             Part::Typed(word.clone()),
             Part::Items(vec![item]),
         ];
+        fragments(calls, &word, &parts);
         let sections =
             [true, false].map(|is_folded| Section { heading: word.clone(), parts: parts.clone(), is_folded });
         let card = Card {
@@ -107,6 +109,16 @@ pub fn words(calls: &mut Calls) {
         drive!(calls, value; "report::selection_table" => selection_table(&[taken.clone(), taken]));
     }
     drive!(calls, "none"; "report::selection_table" => selection_table(&[]), "report::verdicts" => verdicts(&[]));
+}
+
+fn fragments(calls: &mut Calls, word: &str, parts: &[Part]) {
+    drive!(calls, word; "report::html_fragment" => html_fragment(parts));
+    // Aligning columns takes as long as in `words`.
+    if word.len() < 1000 {
+        for n in COUNTS {
+            drive!(calls, (word, n); "report::plain_text" => plain_text(parts, n));
+        }
+    }
 }
 
 pub fn plots(calls: &mut Calls) {
@@ -171,6 +183,7 @@ pub fn identified(calls: &mut Calls) {
             "report::characteristics_lines" => characteristics_lines(&found),
             "report::figures::correlations" => figures::correlations(&found).is_some(),
             "report::figures::history" => figures::history(&found, &spec).is_some(),
+            "report::identify_parts" => identify_parts(&spec, &found, command_line).len(),
             "report::selection_text" => selection_text(&found),
             "report::verdicts" => verdicts(&found.residual_tests),
         );
@@ -205,6 +218,7 @@ pub fn identified(calls: &mut Calls) {
         {
             drive!(calls, (&record, band); "report::inspect_document" => inspect_document(&inspections, band));
         }
+        drive!(calls, record; "report::record_figure" => record_figure(&record));
         drive!(calls, record; "report::inspect_page" => inspect_page(&[inspection], f64::NAN, &how("")).html(true));
     }
     drive!(calls, "none";
@@ -228,6 +242,7 @@ pub fn compared(calls: &mut Calls) {
             "report::compare::compare_document" => [true, false].map(|paper| compare::compare_document(&comparison, paper)),
             "report::compare::invariance" => compare::invariance(&comparison).is_some(),
             "report::compare::paper_tables" => compare::paper_tables(&comparison),
+            "report::compare_parts" => compare_parts(&comparison, command_line).len(),
             "report::compare_page" => [true, false].map(|paper| compare_page(&comparison, paper, &how("")).html(true)),
         );
         for block in &comparison.blocks {
@@ -260,6 +275,7 @@ pub fn swept(calls: &mut Calls) {
             "report::sweep::sweep_answer" => of_sweep::sweep_answer(summary, limits),
             "report::sweep::sweep_document" => of_sweep::sweep_document(summary, limits),
             "report::sweep::sweep_page" => of_sweep::sweep_page(summary, limits, &how("")).html(true),
+            "report::sweep::sweep_parts" => of_sweep::sweep_parts(summary, limits).len(),
             "report::sweep::sweep_tables" => of_sweep::sweep_tables(summary, limits),
         );
     }

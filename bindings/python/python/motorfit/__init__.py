@@ -8,7 +8,15 @@
 All quantities are in SI units: s, V, A, rad/s, N·m; R in ohm, L in H, K in V·s/rad, B in N·m·s/rad, J in kg·m².
 """
 
-from ._errors import DataError, DeviceError, MotorfitError, NotIdentifiedError, UsageError
+from ._errors import (
+    DataError,
+    DeviceError,
+    MissingFileError,
+    MotorfitError,
+    MotorfitWarning,
+    NotIdentifiedError,
+    UsageError,
+)
 from ._motorfit import (
     Comparison,
     ComparisonBlock,
@@ -29,6 +37,7 @@ from ._motorfit import (
     simulate,
     steiglitz_mcbride,
 )
+from ._summary import SweepSummary
 from ._sweep import sweep
 
 __all__ = [
@@ -38,7 +47,9 @@ __all__ = [
     "DeviceError",
     "Evaluator",
     "Identification",
+    "MissingFileError",
     "MotorfitError",
+    "MotorfitWarning",
     "NotIdentifiedError",
     "Optimizer",
     "Progress",
@@ -46,6 +57,7 @@ __all__ = [
     "Svg",
     "Sweep",
     "SweepProgress",
+    "SweepSummary",
     "UsageError",
     "__version__",
     "compare",

@@ -3,15 +3,18 @@
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal, TypedDict, final
+from typing import Any, Literal, Protocol, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import Unpack
+
+from ._errors import MotorfitWarning
+from ._summary import SweepSummary
 
 __version__: str
 
 _Floats = NDArray[np.float64]
+_Library = Literal["pandas", "polars"]
 _Items = str | Sequence[str]
 _Named = _Items | Mapping[str, str]
 _Numbers = _Items | Mapping[str, float]
@@ -28,67 +31,22 @@ _Gaps = Literal["error", "keep", "split"]
 _Method = Literal["auto", "sm", "gwo", "jaya", "ga", "pso", "de", "lshade", "cmaes", "abc", "cuckoo", "multistart", "random"]
 _Search = Literal["gwo", "jaya", "ga", "pso", "de", "lshade", "cmaes", "abc", "cuckoo", "random"]
 
-class _ReadOptions(TypedDict, total=False):
-    columns: _Named
-    rate: float
-    sheet: str
-    bad_rows: _BadRows
-    gaps: _Gaps
-    drop_repeats: bool
-    crop: str
-    offset: str
-    mask: _Items
-    decimate: int
-    filter: str
-    discretization: _Discretization
+class _Readable(Protocol):
+    """Open file of text or bytes."""
 
-class _ProblemSettings(TypedDict, total=False):
-    criterion: _Criterion
-    scale: _Scale
-    noise: _Numbers
-    time_origin: float
-    discretization: _Discretization
-    initial: _Initial
-    bounds: _Bounds
-    fix: _Numbers
-    with_: _Items
-    per_recording: _Items
-    device: str
-    precision: _Precision
-    threads: int
+    def read(self) -> str | bytes: ...
 
-class _IdentifySettings(_ProblemSettings, total=False):
-    method: _Method
-    polish: _Polish
-    population: int
-    generations: int
-    seed: int
-    set: _Settings
+class _Frame(Protocol):
+    """Frame of pandas, polars or a library like them."""
 
-class _CompareSettings(TypedDict, total=False):
-    preset: Literal["paper"]
-    methods: _Items
-    runs: int
-    criteria: _Items
-    population: int | Sequence[int]
-    generations: int | Sequence[int]
-    set: _Settings
-    transform: str | Sequence[str]
-    seed: int
-    noise_records: int
-    target: float
-    bounds: _Bounds
-    fix: _Numbers
-    discretization: _Discretization
-    device: str
-    precision: _Precision
-    threads: int
+    @property
+    def columns(self) -> Any: ...
+    def __getitem__(self, label: Any, /) -> Any: ...
 
-class _RefineSettings(TypedDict, total=False):
-    bounds: _Bounds
-    fix: _Numbers
-    discretization: _Discretization
-    initial: _Initial
+_File = str | PathLike[str] | _Readable
+_Columns = _Frame | Mapping[str, ArrayLike] | NDArray[np.void]
+_Source = Record | _File | _Columns
+_Records = _Source | Sequence[_Source]
 
 @final
 class Record:
@@ -104,9 +62,41 @@ class Record:
         load_torque: ArrayLike | None = None,
     ) -> Record: ...
     @staticmethod
-    def from_file(path: str | PathLike[str], **options: Unpack[_ReadOptions]) -> Record: ...
+    def from_file(
+        path: _File,
+        *,
+        # Settings: reading.
+        columns: _Named | None = None,
+        rate: float | None = None,
+        sheet: str | None = None,
+        bad_rows: _BadRows = "error",
+        gaps: _Gaps = "error",
+        drop_repeats: bool = False,
+        crop: str | None = None,
+        offset: str | None = None,
+        mask: _Items | None = None,
+        decimate: int | None = None,
+        filter: str | None = None,
+        discretization: _Discretization | None = None,
+    ) -> Record: ...
     @staticmethod
-    def from_columns(frame: Any, **options: Unpack[_ReadOptions]) -> Record: ...
+    def from_columns(
+        frame: _Columns,
+        *,
+        # Settings: reading.
+        columns: _Named | None = None,
+        rate: float | None = None,
+        sheet: str | None = None,
+        bad_rows: _BadRows = "error",
+        gaps: _Gaps = "error",
+        drop_repeats: bool = False,
+        crop: str | None = None,
+        offset: str | None = None,
+        mask: _Items | None = None,
+        decimate: int | None = None,
+        filter: str | None = None,
+        discretization: _Discretization | None = None,
+    ) -> Record: ...
     @property
     def time(self) -> _Floats: ...
     @property
@@ -127,7 +117,11 @@ class Record:
     def notes(self) -> list[str]: ...
     def split(self, fraction: float) -> tuple[Record, Record]: ...
     def to_columns(self) -> dict[str, _Floats]: ...
+    def to_frame(self, library: _Library | None = None) -> Any: ...
     def to_csv(self) -> str: ...
+    def plot(self) -> Svg: ...
+    def _repr_html_(self) -> str: ...
+    def __getitem__(self, samples: slice, /) -> Record: ...
     def __len__(self) -> int: ...
     def __copy__(self) -> Record: ...
     def __deepcopy__(self, _memo: object, /) -> Record: ...
@@ -140,6 +134,7 @@ class Svg:
     def caption(self) -> str: ...
     def save(self, path: str | PathLike[str]) -> None: ...
     def _repr_svg_(self) -> str: ...
+    def _repr_html_(self) -> str: ...
     def __copy__(self) -> Svg: ...
     def __deepcopy__(self, _memo: object, /) -> Svg: ...
 
@@ -161,11 +156,11 @@ class Identification:
     """Result of an identification, in SI units. It can be pickled."""
 
     @property
-    def parameters(self) -> dict[str, float | None]: ...
+    def parameters(self) -> dict[str, float]: ...
     @property
-    def std_errors(self) -> dict[str, float | None]: ...
+    def std_errors(self) -> dict[str, float]: ...
     @property
-    def ci95(self) -> dict[str, tuple[float, float] | None]: ...
+    def ci95(self) -> dict[str, tuple[float, float]]: ...
     @property
     def free(self) -> list[str]: ...
     @property
@@ -177,16 +172,89 @@ class Identification:
     @property
     def cost(self) -> float: ...
     @property
-    def fit_percent(self) -> dict[str, float | None]: ...
+    def fit_percent(self) -> dict[str, float]: ...
     @property
     def trust(self) -> Literal["good", "check", "poor"]: ...
     @property
-    def warnings(self) -> list[str]: ...
+    def warnings(self) -> list[MotorfitWarning]: ...
+    @property
+    def remarks(self) -> list[MotorfitWarning]: ...
     @property
     def records(self) -> list[Record]: ...
+    @property
+    def trust_reasons(self) -> list[MotorfitWarning]: ...
+    @property
+    def next_step(self) -> str | None: ...
+    @property
+    def version(self) -> str: ...
+    @property
+    def method(self) -> str: ...
+    @property
+    def polish(self) -> str: ...
+    @property
+    def seed(self) -> int: ...
+    @property
+    def population(self) -> int: ...
+    @property
+    def generations(self) -> int: ...
+    @property
+    def criterion(self) -> _Criterion: ...
+    @property
+    def scale(self) -> _Scale: ...
+    @property
+    def input(self) -> Literal["voltage", "current"]: ...
+    @property
+    def discretization(self) -> _Discretization: ...
+    @property
+    def initial(self) -> _Initial: ...
+    @property
+    def left_out(self) -> list[dict[str, Any]]: ...
+    @property
+    def bounds(self) -> dict[str, list[float]]: ...
+    @property
+    def device(self) -> dict[str, str]: ...
+    @property
+    def extensions(self) -> list[str]: ...
+    @property
+    def model_selection(self) -> list[dict[str, Any]] | None: ...
+    @property
+    def alternatives(self) -> list[Any]: ...
+    @property
+    def searched(self) -> dict[str, Any]: ...
+    @property
+    def fit_percent_by_recording(self) -> list[dict[str, float | None]]: ...
+    @property
+    def residual_sigma(self) -> dict[str, float | None]: ...
+    @property
+    def initial_state(self) -> list[dict[str, float | None]]: ...
+    @property
+    def rank(self) -> int | None: ...
+    @property
+    def condition(self) -> float | None: ...
+    @property
+    def errors_widened_by(self) -> float | None: ...
+    @property
+    def residual_tests(self) -> dict[str, Any] | None: ...
+    @property
+    def characteristics(self) -> dict[str, Any] | None: ...
+    @property
+    def noise_floor(self) -> dict[str, Any] | None: ...
+    @property
+    def verification(self) -> dict[str, Any]: ...
+    @property
+    def validation(self) -> dict[str, Any] | None: ...
+    @property
+    def stop(self) -> str: ...
+    @property
+    def evaluations(self) -> int: ...
+    @property
+    def seconds(self) -> float: ...
     def modelled(self) -> list[dict[str, _Floats]]: ...
     def to_dict(self) -> dict[str, Any]: ...
     def to_json(self) -> str: ...
+    def to_columns(self) -> dict[str, Any]: ...
+    def to_frame(self, library: _Library | None = None) -> Any: ...
+    def summary(self) -> str: ...
     def plot_response(self, recording: int = 0) -> Svg: ...
     def plot_correlation(self) -> Svg | None: ...
     def plot_history(self) -> Svg | None: ...
@@ -200,10 +268,23 @@ class Evaluator:
 
     def __new__(
         cls,
-        records: Record | Sequence[Record],
+        records: _Records,
         *,
         population: int = 100_000,
-        **settings: Unpack[_ProblemSettings],
+        # Settings: problem.
+        bounds: _Bounds = "auto",
+        fix: _Numbers | None = None,
+        criterion: _Criterion = "nrmse",
+        scale: _Scale = "std",
+        noise: _Numbers | None = None,
+        time_origin: float | None = None,
+        with_: _Items | None = None,
+        per_recording: _Items | None = None,
+        discretization: _Discretization | None = None,
+        initial: _Initial = "auto",
+        device: str = "auto",
+        precision: _Precision = "auto",
+        threads: int | None = None,
     ) -> Evaluator: ...
     @property
     def names(self) -> list[str]: ...
@@ -257,9 +338,45 @@ class Comparison:
     @property
     def interrupted(self) -> bool: ...
     @property
-    def warnings(self) -> list[str]: ...
+    def warnings(self) -> list[MotorfitWarning]: ...
+    @property
+    def remarks(self) -> list[MotorfitWarning]: ...
+    @property
+    def version(self) -> str: ...
+    @property
+    def records(self) -> list[dict[str, Any]]: ...
+    @property
+    def truth(self) -> dict[str, float] | None: ...
+    @property
+    def paper(self) -> Any: ...
+    @property
+    def discretization(self) -> _Discretization: ...
+    @property
+    def fixed(self) -> dict[str, float]: ...
+    @property
+    def target(self) -> float | None: ...
+    @property
+    def noise_db(self) -> float | None: ...
+    @property
+    def runs(self) -> int: ...
+    @property
+    def seed(self) -> int: ...
+    @property
+    def bounds(self) -> dict[str, list[float]]: ...
+    @property
+    def invariance(self) -> list[dict[str, Any]]: ...
+    @property
+    def refined(self) -> dict[str, float] | None: ...
+    @property
+    def refined_failure(self) -> str | None: ...
+    @property
+    def stop(self) -> str: ...
     def to_dict(self) -> dict[str, Any]: ...
     def to_json(self) -> str: ...
+    def to_columns(self) -> dict[str, Any]: ...
+    def to_frame(self, library: _Library | None = None) -> Any: ...
+    def summary(self) -> str: ...
+    def _repr_html_(self) -> str: ...
     def __copy__(self) -> Comparison: ...
     def __deepcopy__(self, _memo: object, /) -> Comparison: ...
 
@@ -343,7 +460,8 @@ class Sweep:
     ) -> dict[str, Any]:
         """Runs the unfinished runs of shard (I, N), I from 1 to N; each finished run is stored at once. Times in s."""
     def status(self) -> dict[str, Any]: ...
-    def merge(self, *, limits: _Bounds | None = None) -> dict[str, Any]:
+    def _repr_html_(self) -> str: ...
+    def merge(self, *, limits: _Bounds | None = None) -> SweepSummary:
         """Merges the results of all shards into results.jsonl and summarizes them; limits in SI units."""
     @staticmethod
     def _check_limits(limits: _Bounds | None) -> None: ...
@@ -352,28 +470,86 @@ class Sweep:
     def finished(self, shard: tuple[int, int]) -> dict[str, bytes]: ...
     def take(self, shard: tuple[int, int], results: bytes) -> int: ...
 
-def read(path: str | PathLike[str], **options: Unpack[_ReadOptions]) -> list[Record]: ...
-def identify(
-    records: Record | Sequence[Record],
+def read(
+    path: _File,
     *,
-    validate: Record | Sequence[Record] | None = None,
+    # Settings: reading.
+    columns: _Named | None = None,
+    rate: float | None = None,
+    sheet: str | None = None,
+    bad_rows: _BadRows = "error",
+    gaps: _Gaps = "error",
+    drop_repeats: bool = False,
+    crop: str | None = None,
+    offset: str | None = None,
+    mask: _Items | None = None,
+    decimate: int | None = None,
+    filter: str | None = None,
+    discretization: _Discretization | None = None,
+) -> list[Record]: ...
+def identify(
+    records: _Records,
+    *,
+    validate: _Records | None = None,
     progress: Callable[[Progress], object] | None = None,
-    **settings: Unpack[_IdentifySettings],
+    # Settings: search.
+    method: _Method = "auto",
+    polish: _Polish = "lm",
+    population: int = 100,
+    generations: int = 100,
+    seed: int = 1,
+    set: _Settings | None = None,
+    # Settings: problem.
+    bounds: _Bounds = "auto",
+    fix: _Numbers | None = None,
+    criterion: _Criterion = "nrmse",
+    scale: _Scale = "std",
+    noise: _Numbers | None = None,
+    time_origin: float | None = None,
+    with_: _Items | None = None,
+    per_recording: _Items | None = None,
+    discretization: _Discretization | None = None,
+    initial: _Initial = "auto",
+    device: str = "auto",
+    precision: _Precision = "auto",
+    threads: int | None = None,
 ) -> Identification: ...
 def compare(
-    records: Record | Sequence[Record] | None = None,
+    records: _Records | None = None,
     *,
     progress: Callable[[Progress], object] | None = None,
-    **settings: Unpack[_CompareSettings],
+    preset: Literal["paper"] | None = None,
+    methods: _Items = "gwo,jaya,ga,sm",
+    runs: int = 50,
+    criteria: _Items = "nrmse:std",
+    population: int | Sequence[int] = 100,
+    generations: int | Sequence[int] = 100,
+    set: _Settings | None = None,
+    transform: _Items | None = None,
+    seed: int = 1,
+    noise_records: int = 200,
+    target: float | None = None,
+    bounds: _Bounds | None = None,
+    fix: _Numbers | None = None,
+    discretization: _Discretization | None = None,
+    device: str = "auto",
+    precision: _Precision = "auto",
+    threads: int | None = None,
 ) -> Comparison: ...
-def steiglitz_mcbride(record: Record, *, discretization: _Discretization = "zoh") -> dict[str, float]: ...
+def steiglitz_mcbride(record: _Source, *, discretization: _Discretization = "zoh") -> dict[str, float]: ...
 def refine(
-    records: Record | Sequence[Record], start: Mapping[str, float], **settings: Unpack[_RefineSettings]
+    records: _Records,
+    start: Mapping[str, float],
+    *,
+    bounds: _Bounds = "auto",
+    fix: _Numbers | None = None,
+    discretization: _Discretization | None = None,
+    initial: _Initial = "auto",
 ) -> dict[str, Any]: ...
 def simulate(
-    parameters: str | Mapping[str, float],
-    time: ArrayLike,
-    voltage: ArrayLike,
+    parameters: Identification | str | Mapping[str, float],
+    time: ArrayLike | Record | None = None,
+    voltage: ArrayLike | None = None,
     *,
     load_torque: ArrayLike | None = None,
     noise: _Numbers | None = None,

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 import pathlib
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 from ._motorfit import Sweep, SweepProgress
+from ._summary import SweepSummary
 
 Limits = str | Sequence[str] | Mapping[str, tuple[float, float]]
 
@@ -24,7 +24,7 @@ def sweep(
     threads: int | None = None,
     progress: Callable[[SweepProgress], object] | None = None,
     limits: Limits | None = None,
-) -> dict[str, Any]:
+) -> SweepSummary:
     """Runs a study and merges its results, as ``motorfit sweep STUDY --out DIR`` does.
 
     Each finished run is stored at once: after Ctrl-C, a kill or an exception in the callback, the same call resumes the
@@ -46,8 +46,8 @@ def sweep(
 
     Returns
     -------
-    dict
-        Summary as ``motorfit sweep merge --json`` prints it, and the path of results.jsonl as "results". "missing" counts
+    SweepSummary
+        A dict as ``motorfit sweep merge --json`` prints it, and the path of results.jsonl as "results". "missing" counts
         unfinished runs, "failed" runs without a result, "trust" the results by level of trust ("good", "check", "poor")
         with the codes of the reasons.
 

@@ -37,6 +37,7 @@ except ImportError as error:
 from ._errors import DeviceError, MotorfitError, UsageError
 from ._motorfit import Sweep, __version__
 from ._shard import Done, Task, WorkerInfo, fingerprint, inspect_worker, pack_call, read_recording, run
+from ._summary import SweepSummary
 from ._sweep import Limits, folder_of
 
 __all__ = ["Progress", "sweep"]
@@ -102,7 +103,7 @@ def sweep(
     wait: float | None = None,
     progress: Callable[[Progress], object] | None = None,
     limits: Limits | None = None,
-) -> dict[str, Any]:
+) -> SweepSummary:
     """Runs a study on the workers of a cluster, one task per shard, and merges the results on the client.
 
     The file results.jsonl and the return value are those of :func:`motorfit.sweep` on one machine, if all machines have
@@ -143,7 +144,7 @@ def sweep(
 
     Returns
     -------
-    dict
+    SweepSummary
         Summary, as that of :func:`motorfit.sweep`.
 
     Raises
