@@ -27,6 +27,16 @@ fn how(word: &str) -> Reproduced {
     Reproduced { command: word.to_owned(), options: vec![(word.to_owned(), word.to_owned())] }
 }
 
+/// Renders a page whose every text is `word`.
+fn whole_page(calls: &mut Calls, word: &str, parts: &[Part]) {
+    let text = || word.to_owned();
+    let sections = [true, false].map(|is_folded| Section { heading: text(), parts: parts.to_vec(), is_folded });
+    let card = Card { symbol: text(), name: text(), value: text(), unit: text(), remark: text() };
+    let trust = Some(Trust { level: "", text: text() });
+    let page = Page { title: text(), trust, cards: vec![card], answer: text(), sections: sections.to_vec() };
+    drive!(calls, word; "report::Page::html" => [page.html(true), page.html(false)]);
+}
+
 pub fn words(calls: &mut Calls) {
     for word in texts() {
         let mut table = Table::new(word.clone(), word.clone(), &[&word, &word]);
@@ -62,19 +72,7 @@ pub fn words(calls: &mut Calls) {
             Part::Items(vec![item]),
         ];
         fragments(calls, &word, &parts);
-        let sections =
-            [true, false].map(|is_folded| Section { heading: word.clone(), parts: parts.clone(), is_folded });
-        let card = Card {
-            symbol: word.clone(),
-            name: word.clone(),
-            value: word.clone(),
-            unit: word.clone(),
-            remark: word.clone(),
-        };
-        let trust = Some(Trust { level: "", text: word.clone() });
-        let (title, answer) = (word.clone(), word.clone());
-        let page = Page { title, trust, cards: vec![card], answer, sections: sections.to_vec() };
-        drive!(calls, word; "report::Page::html" => [page.html(true), page.html(false)]);
+        whole_page(calls, &word, &parts);
         // Aligning columns of 65,536 characters takes seconds and tests no more than 300.
         if word.len() < 1000 {
             for n in COUNTS {
