@@ -226,7 +226,8 @@ pub(crate) struct CompareArgs {
     /// Target cost; the share of runs that reach it is reported [default: a range of targets]
     #[arg(long, value_name = "COST", allow_negative_numbers = true)]
     pub target: Option<f64>,
-    /// Bounds of the search, as for identify [default: table2 without a recording, else auto]; repeatable
+    /// Bounds of the search, as for identify [default: table2 without a recording, else auto: a decade to each side of the
+    /// Steiglitz–McBride or, where there is none, the refined estimate]; repeatable
     #[arg(long, value_delimiter = ',', value_name = "BOUNDS")]
     pub bounds: Vec<String>,
     /// Parameters fixed at known values, as R=0.92,… in SI units; repeatable
