@@ -1,7 +1,7 @@
 //! Atomic replacement of files: a temporary file in the same folder is written, synced and renamed, then the folder is
 //! synced. Temporary files of killed processes are recognized by their missing lock and removed.
 
-use crate::text::{nearest, printable};
+use crate::text::{nearest, printable, shell_quoted};
 use crate::{Error, Result};
 use same_file::Handle;
 use std::fs::{File, TryLockError};
@@ -42,7 +42,7 @@ pub fn unreadable(path: &Path, error: &io::Error) -> Error {
 pub fn with_similar_name(error: Error) -> Error {
     let missing = error.path().filter(|path| !path.exists());
     let Some(similar) = missing.and_then(|path| Some(path.with_file_name(near(path)?))) else { return error };
-    error.with_hint_prefix(&format!("Did you mean {}?", similar.display()).into())
+    error.with_hint_prefix(&format!("Did you mean {}?", shell_quoted(&similar.display().to_string())).into())
 }
 
 /// Largest number of names of a folder that are searched for a similar one.

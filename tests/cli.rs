@@ -118,7 +118,8 @@ fn a_failed_fit_names_what_was_found_before_its_hint() {
     std::fs::write(&file, format!("time_s,voltage_V,speed_rad_s\n{rows}")).unwrap();
     let output = run(&["identify", &file, "--json"]);
     assert_eq!(output.status.code(), Some(4));
-    assert!(output.stdout.is_empty());
+    let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(document["error"]["kind"], "not_identified");
     let errors = text(&output.stderr);
     let order = ["[no_motion]", "error:", "First check", "did not move", "Otherwise:"];
     let places = order.map(|what| errors.rfind(what).unwrap());
@@ -366,8 +367,9 @@ fn parameters_per_recording_have_a_column_each() {
 fn a_slice_is_a_map_around_the_optimum() {
     let folder = Folder::new();
     let svg = folder.path("map.svg");
-    let args = ["-q", "evaluate", EXAMPLE, "--slice", "R,L", "--sample", "grid:21", "--svg", &svg];
-    let out = ok(&[&args[..], &["--scale", "noise"]].concat());
+    let args = ["-q", "evaluate", EXAMPLE, "--slice", "R,L", "--sample", "grid:21", "--scale", "noise"];
+    let out = ok(&args);
+    ok(&[&args[..], &["--svg", &svg]].concat());
     assert_eq!((out.lines().count(), out.lines().next()), (442, Some("R,L,cost")));
     let rows: Vec<Vec<f64>> =
         out.lines().skip(1).map(|l| l.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
@@ -837,7 +839,8 @@ fn without_an_adapter_gpu_is_exit_5_and_auto_carries_on() {
     assert_eq!(serde_json::from_slice::<Value>(&auto.stdout).unwrap()["device"]["kind"], "cpu");
     if cfg!(all(feature = "gpu", target_os = "linux")) {
         let gpu = bare("gpu");
-        assert_eq!((gpu.status.code(), gpu.stdout.len()), (Some(5), 0));
+        let document: Value = serde_json::from_slice(&gpu.stdout).unwrap();
+        assert_eq!((gpu.status.code(), &document["error"]["kind"]), (Some(5), &"device".into()));
         assert!(text(&gpu.stderr).contains("no GPU adapter") && text(&gpu.stderr).contains("help:"));
     }
     fails(&["identify", EXAMPLE, "--device", "gpu:99"], 5, "adapter");
@@ -1041,4 +1044,113 @@ fn a_fit_is_drawn_for_light_and_dark_backgrounds() {
     let committed = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/figures/m2-step.svg")).unwrap();
     let words = |svg: &str| svg.matches("<text").count();
     assert_eq!(words(&svg), words(&committed));
+}
+
+/// Runs the program with a width of the terminal and a text on stdin.
+fn with_columns(args: &[&str], columns: &str, stdin: &[u8]) -> (i32, String, String) {
+    use std::io::Write as _;
+    let mut command = motorfit();
+    command.args(args).env("COLUMNS", columns).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    child.stdin.take().unwrap().write_all(stdin).unwrap();
+    let output = child.wait_with_output().unwrap();
+    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
+}
+
+#[test]
+fn output_wraps_to_a_narrow_terminal_between_words() {
+    let folder = Folder::new();
+    let jittered = folder.file("log.csv", {
+        let row = |n: u32| {
+            let t = 0.01 * f64::from(n) + if n.is_multiple_of(3) { 0.0 } else { 0.002 };
+            format!("{t},{},{},{}\n", 5.0 + f64::from(n % 9), 0.1 * f64::from(n % 9), 20.0 + f64::from(n % 9))
+        };
+        "time_s,voltage_V,current_A,speed_rad_s\n".to_owned() + &(0..120).map(row).collect::<String>()
+    });
+    let small = ["--runs", "3", "--generations", "4", "--population", "8", "--noise-records", "3"];
+    for args in [&["identify", EXAMPLE, "-v"][..], &["inspect", EXAMPLE], &["compare"], &["compare", &jittered]] {
+        let args = if args[0] == "compare" { [args, &small].concat() } else { args.to_vec() };
+        let (_, wide, _) = with_columns(&args, "200", b"");
+        for columns in ["50", "60", "80"] {
+            let (_, out, err) = with_columns(&args, columns, b"");
+            let most = columns.parse().unwrap();
+            // Paths have no spaces and are not broken.
+            let is_path = |line: &str| line.split_whitespace().any(|word| word.chars().count() > most - 16);
+            for line in out.lines().chain(err.lines()).filter(|line| !line.trim_start().starts_with("next ")) {
+                assert!(line.chars().count() <= most || is_path(line), "{args:?} at {columns}: {line}");
+            }
+            // Numbers are whole: those of the parameters are in both outputs.
+            let numbers = |text: &str| -> Vec<String> {
+                let is_long = |word: &&str| word.len() > 8 && word.parse::<f64>().is_ok();
+                text.split_whitespace().filter(is_long).map(str::to_owned).collect()
+            };
+            let narrow = numbers(&out);
+            let has_times = args[0] == "compare";
+            assert!(has_times || numbers(&wide).iter().all(|number| narrow.contains(number)), "{out}\n{wide}");
+        }
+    }
+}
+
+#[test]
+fn a_dash_is_stdin_and_stdout() {
+    let bytes = std::fs::read(EXAMPLE).unwrap();
+    let (code, piped, err) = with_columns(&["identify", "-", "--json"], "", &bytes);
+    let (piped, named): (Value, Value) =
+        (serde_json::from_str(&piped).unwrap(), json(&["identify", EXAMPLE, "--json"]));
+    assert_eq!((code, &piped["parameters"]), (0, &named["parameters"]), "{err}");
+    assert_eq!(piped["records"][0]["sha256"], named["records"][0]["sha256"]);
+    let (code, out, _) = with_columns(&["inspect", "-"], "", &bytes);
+    assert!(code == 0 && out.starts_with("stdin: 3001 samples"), "{out}");
+    let (code, svg, err) = with_columns(&["identify", "-", "--svg", "-"], "", &bytes);
+    assert!(code == 0 && svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{err}");
+    fails(&["identify", "-", "-"], 2, "stdin can be read once");
+    fails(&["identify", EXAMPLE, "--svg", "-", "--json"], 2, "--svg");
+    let (code, _, err) = with_columns(&["identify", "-"], "", b"nothing,here\n");
+    assert!(code == 3 && err.contains("stdin"), "{err}");
+}
+
+#[test]
+fn errors_are_json_documents_with_json() {
+    let of = |args: &[&str]| -> (i32, Value) {
+        let output = run(args);
+        assert!(text(&output.stderr).contains("error:"), "{args:?}: the words stay on stderr");
+        (output.status.code().unwrap(), serde_json::from_slice(&output.stdout).unwrap())
+    };
+    let folder = Folder::new();
+    let bad = folder.file("bad.csv", "time_s,voltage_V,current_A,speed_rad_s\n0,1,1,1\n0.1,x,1,1\n");
+    let (code, document) = of(&["identify", &bad, "--json"]);
+    let error = &document["error"];
+    assert_eq!((code, &error["kind"], &error["exit_code"]), (3, &"data".into(), &3.into()));
+    assert_eq!(
+        (&error["path"], &error["line"], &error["column"]),
+        (&bad.as_str().into(), &3.into(), &"voltage_V".into())
+    );
+    assert!(error["hint"].as_str().is_some_and(|hint| !hint.is_empty()), "{document}");
+    let (code, document) = of(&["identify", EXAMPLE, "--methd", "gwo", "--json"]);
+    assert_eq!((code, &document["error"]["kind"]), (2, &"usage".into()));
+    assert!(document["error"]["message"].as_str().unwrap().contains("--methd"), "{document}");
+    assert!(document["error"]["hint"].as_str().unwrap().contains("--method"), "{document}");
+    // A result that was printed stays the only document.
+    let output = run(&["identify", EXAMPLE, "--json", "--svg", &folder.path("none/plot.svg")]);
+    let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(3));
+    assert!(document["error"].is_null() && document["parameters"].is_object());
+}
+
+#[test]
+fn plots_are_for_terminals_and_maps_do_not_flood_them() {
+    let (_, out, _) = with_columns(&["identify", EXAMPLE, "--plot", "-q"], "70", b"");
+    for part in ["current [A]: o measured, line: model", "speed [rad/s]: o measured", "residual [A]", "3.00 s"] {
+        assert!(out.contains(part), "{part}: {out}");
+    }
+    assert!(out.lines().all(|line| line.chars().count() <= 70), "{out}");
+    assert!(out.chars().any(|c| ('\u{2801}'..='\u{28ff}').contains(&c)), "{out}");
+    let folder = Folder::new();
+    let map = folder.path("map.svg");
+    let slice = ["evaluate", EXAMPLE, "--slice", "R,L", "--sample", "grid:9"];
+    let drawn = ok(&[&slice[..], &["--svg", &map]].concat());
+    assert!(drawn.lines().count() < 6 && drawn.contains("9 × 9 points"), "{drawn}");
+    assert!(std::fs::read_to_string(map).unwrap().contains("<svg"));
+    assert_eq!(ok(&slice).lines().count(), 82);
+    assert!(ok(&[&slice[..], &["--svg", "-"]].concat()).starts_with("<svg"));
 }

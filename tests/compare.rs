@@ -327,6 +327,80 @@ fn unusable_recordings_are_reported() {
     ok(&args);
 }
 
+/// Runs a small comparison on a file and returns its document, its warnings on stderr and its page.
+fn small_comparison(file: &Path, more: &[&str]) -> (Value, String, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let args = ["compare", file.to_str().unwrap(), "--runs", "3", "--generations", "20", "--population", "20"];
+    let output = run(&[&args[..], &["--noise-records", "2", "--json", "--out", out], more].concat());
+    let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+    let warned = String::from_utf8(output.stderr).unwrap();
+    (serde_json::from_slice(&output.stdout).unwrap(), warned, page)
+}
+
+#[test]
+fn the_box_of_a_foreign_motor_is_that_of_its_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: String| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    // R and K of this motor are above Table 2.
+    let both = folder.path().join("foreign.csv");
+    let motor = "R=5,L=0.002,K=0.5,B=0.001,J=0.01";
+    ok(&[
+        "simulate",
+        "--parameters",
+        motor,
+        "--input",
+        "step:12@0.1",
+        "--duration",
+        "1",
+        "--out",
+        both.to_str().unwrap(),
+    ]);
+    let codes = |document: &Value| {
+        let list = document["warnings"].as_array().unwrap().iter().map(|w| w["code"].as_str().unwrap().to_owned());
+        list.collect::<Vec<_>>()
+    };
+    let contains = |document: &Value, symbol: &str, value: f64| {
+        let ends = document["bounds"][symbol].as_array().unwrap();
+        ends[0].as_f64().unwrap() < value && value < ends[1].as_f64().unwrap()
+    };
+    let (found, ..) = small_comparison(&both, &[]);
+    for (symbol, value) in [("R", 5.0), ("L", 0.002), ("K", 0.5), ("B", 0.001), ("J", 0.01)] {
+        assert!(contains(&found, symbol, value), "{symbol}: {}", found["bounds"]);
+    }
+    assert!(!codes(&found).contains(&"bounds_assumed".to_owned()), "{:?}", codes(&found));
+    // In the box of the paper the methods end at its bounds, which all three outputs say.
+    let (found, warned, page) = small_comparison(&both, &["--bounds", "table2"]);
+    assert_eq!(found["bounds"]["K"], serde_json::json!([0.005, 0.1]));
+    assert!(codes(&found).contains(&"at_bound".to_owned()), "{:?}", codes(&found));
+    let what = "ended at the upper bound of K, 0.1000 V*s/rad";
+    assert!(warned.contains(what) && warned.contains("--bounds K=0.005:1 [at_bound]"), "{warned}");
+    assert!(page.contains(what), "the page has the warning");
+    // Without a current there is no Steiglitz–McBride estimate; the refined estimate takes its place. In the steady state the
+    // speed alone gives the gain K / (R B + K²) = 1.96 rad/s/V.
+    let text = std::fs::read_to_string(&both).unwrap();
+    let cut = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        format!("{},{},{}\n", cells[0], cells[1], cells[3])
+    };
+    let (found, ..) = small_comparison(&write("speed.csv", text.lines().map(cut).collect()), &[]);
+    assert!(
+        contains(&found, "K", 0.5) && found["bounds"]["K"] != serde_json::json!([0.005, 0.1]),
+        "{}",
+        found["bounds"]
+    );
+    // A constant voltage and speed give no estimate at all: the bounds are those of Table 2, with a warning.
+    let row = |n: u32| format!("{},12,{},{}\n", f64::from(n) * 0.01, 1.0 + 0.01 * f64::from(n % 7), 100 + n % 5);
+    let head = "time_s,voltage_V,current_A,speed_rad_s\n".to_owned();
+    let (found, warned, _) = small_comparison(&write("flat.csv", head + &(0..200).map(row).collect::<String>()), &[]);
+    assert!(found["refined"].is_null() && found["bounds"]["R"] == serde_json::json!([0.1, 1.0]), "{found}");
+    assert!(codes(&found).contains(&"bounds_assumed".to_owned()) && warned.contains("the paper's motor"), "{warned}");
+}
+
 #[test]
 fn missing_and_diverged_runs_are_reported() {
     let folder = tempfile::tempdir().unwrap();

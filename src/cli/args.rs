@@ -13,9 +13,6 @@ use std::path::PathBuf;
 const ABOUT: &str = "Identify the parameters of DC motors from recordings of voltage, current and speed";
 const LONG_ABOUT: &str =
     "Estimates resistance R, inductance L, motor constant K, viscous friction B and inertia J, with standard errors.";
-const EXIT_CODES: &str = "Exit codes: 0 done, 2 wrong usage, 3 bad data, 4 not identified (or some runs of a sweep\nfailed), \
-                          5 device not available, 130 interrupted (129 by SIGHUP, 143 by SIGTERM).";
-
 /// The arguments of the program.
 pub(crate) struct Cli {
     pub command: Command,
@@ -32,7 +29,7 @@ impl Cli {
             .max_term_width(100)
             .about(ABOUT)
             .long_about(format!("{ABOUT}\n\n{LONG_ABOUT}"))
-            .after_help(EXIT_CODES)
+            .after_help(super::failure::exit_codes())
             .subcommand_required(true)
             .arg_required_else_help(true);
         Common::augment_args(Command::add_to(program, wanted))
@@ -138,7 +135,7 @@ pub(crate) struct ManArgs {
 
 #[derive(Args)]
 pub(crate) struct Recordings {
-    /// Recordings (CSV, XLSX, MAT, JSON); A+B combines two files into one recording
+    /// Recordings (CSV, XLSX, MAT, JSON); A+B combines two files into one recording, - reads one from stdin
     #[arg(required = true, value_name = "RECORD")]
     pub records: Vec<PathBuf>,
     #[command(flatten)]
@@ -163,9 +160,12 @@ pub(crate) struct IdentifyArgs {
     pub out: Option<PathBuf>,
     #[command(flatten)]
     pub page: PageArgs,
-    /// Write an SVG plot of measured and modelled signals; one file per recording
+    /// Write an SVG plot of measured and modelled signals; one file per recording; - writes it to stdout instead of the result
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
+    /// Plot measured and modelled signals and their residuals in the terminal
+    #[arg(long, conflicts_with = "json")]
+    pub plot: bool,
     /// Exit with code 4 unless the level of trust is good
     #[arg(long)]
     pub strict: bool,
@@ -236,7 +236,8 @@ pub(crate) struct CompareArgs {
     /// Target cost; the share of runs that reach it is reported [default: a range of targets]
     #[arg(long, value_name = "COST", allow_negative_numbers = true)]
     pub target: Option<f64>,
-    /// Bounds of the search, as for identify [default: table2 without a recording, else auto]; repeatable
+    /// Bounds of the search, as for identify [default: table2 without a recording, else auto: a decade to each side of the
+    /// Steiglitz–McBride or, where there is none, the refined estimate]; repeatable
     #[arg(long, value_delimiter = ',', value_name = "BOUNDS")]
     pub bounds: Vec<String>,
     /// Parameters fixed at known values, as R=0.92,… in SI units; repeatable
@@ -273,7 +274,8 @@ pub(crate) struct EvaluateArgs {
     /// axis
     #[arg(long, value_name = "P,Q", conflicts_with_all = ["top", "json"])]
     pub slice: Option<String>,
-    /// With --slice: write the heat map (SVG), with the optimum and its 95 % confidence ellipse, to this file
+    /// With --slice: write the heat map (SVG), with the optimum and its 95 % confidence ellipse, to this file instead of the
+    /// costs as CSV to stdout; - writes it to stdout
     #[arg(long, value_name = "FILE", requires = "slice")]
     pub svg: Option<PathBuf>,
     /// Print only the K candidates of lowest cost, the best first [default: all; with --json: 10]

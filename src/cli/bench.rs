@@ -16,18 +16,18 @@ pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
         ThroughputSpec { populations: args.populations.clone(), samples: args.samples.clone(), budget_s: args.seconds }
             .checked()?;
     let contenders = contenders(threads, !args.no_gpu, args.plain)?;
-    let mut show = progress::reporter(style, "case");
+    let mut observe = progress::reporter(style, "case");
     let result = throughput(&spec, contenders, &mut |done, all| {
-        show(&Progress { generation: done, generations: all, evaluations: done as u64, cost: f64::NAN });
+        observe(&Progress { generation: done, generations: all, evaluations: done as u64, cost: f64::NAN });
         signals::interrupted()
     });
-    drop(show);
+    drop(observe);
     let result = result?;
     for refused in &result.refused {
         style.note(&format!("not measured: {refused}"));
     }
     let text = if args.json { json(&bench_document(&spec, &result)) } else { text(&spec, &result) };
-    data(&text)?;
+    show(&text)?;
     if result.interrupted {
         style.note("interrupted: the result has only the measurements made so far");
     } else if !args.no_gpu && !args.no_keep {

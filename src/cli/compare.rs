@@ -23,22 +23,26 @@ pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
     let (subject, requested) = (subject(args)?, requested(args));
     let spec = spec(args, &requested, device)?;
     let out = args.out.as_deref().map(Out::take).transpose()?;
-    let mut show = progress::reporter(style, "generation");
+    let mut observe = progress::reporter(style, "generation");
     let comparison = with_threads(threads, || {
         let spec = CompareSpec { space: requested.space(&subject, spec.model)?, ..spec };
         compare(subject, &spec, &mut |progress| {
-            show(progress);
+            observe(progress);
             signals::searching(progress.generation < progress.generations);
             signals::interrupted()
         })
     })?;
-    drop(show);
+    drop(observe);
     style.warnings(&comparison.warnings);
     if comparison.interrupted {
         style.note("interrupted: the results are the best so far");
     }
     let document = json(&compare_document(&comparison, args.preset.is_some()));
-    data(if args.json { document.clone() } else { text(args, &comparison) }.as_str())?;
+    if args.json {
+        data(&document)?
+    } else {
+        show(&text(args, &comparison))?
+    }
     if let Some(out) = out {
         out.write(&report(args, &comparison, document), style)?;
     }
@@ -204,18 +208,18 @@ fn text(args: &CompareArgs, comparison: &Comparison) -> String {
     let rate = significant(count_u64(*evaluations) / batch_seconds, 3);
     let seconds = engineering(*batch_seconds, "s", 3);
     let _ = writeln!(text, "{evaluations} evaluations in {seconds}, {rate} a second\non {device}, {precision}");
-    let show = |text: &mut String, tables: &[Table]| {
+    let add = |text: &mut String, tables: &[Table]| {
         for table in tables {
-            let _ = write!(text, "\n{}", table.text(WIDTH));
+            let _ = write!(text, "\n{}", table.text(terminal::table_width(WIDTH)));
         }
     };
     if args.preset.is_some() {
-        show(&mut text, &paper_tables(comparison));
+        add(&mut text, &paper_tables(comparison));
     }
-    show(&mut text, invariance(comparison).as_slice());
+    add(&mut text, invariance(comparison).as_slice());
     for block in &comparison.blocks {
         let _ = writeln!(text, "\n{STRONG}{}{STRONG:#}", setting_name(&block.setting));
-        show(&mut text, &tables(comparison, block));
+        add(&mut text, &tables(comparison, block));
     }
     text
 }

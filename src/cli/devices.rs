@@ -17,7 +17,7 @@ pub(super) fn run(args: &DevicesArgs) -> Result<Outcome> {
     let _ =
         writeln!(text, "     {threads} threads, f64, SIMD {} (available: {})", Level::best().name(), levels.join(", "));
     gpus(&mut text);
-    data(&text)?;
+    show(&text)?;
     Ok(Outcome::Done)
 }
 

@@ -78,7 +78,7 @@ impl Evaluation<'_> {
         let mut best = Vec::new();
         let (mut done, mut lowest, mut busy) = (0_u64, f64::INFINITY, Duration::ZERO);
         let started = Instant::now();
-        let mut show = progress::reporter(self.style, "batch");
+        let mut observe = progress::reporter(self.style, "batch");
         let batches = self.source.count().map_or(0, |count| count.div_ceil(most as u64));
         let mut interrupted = false;
         self.source.next(most, width, &mut values)?;
@@ -105,14 +105,14 @@ impl Evaluation<'_> {
                 && batches > 0
             {
                 let generation = usize::try_from(done.div_ceil(most as u64)).unwrap_or(generations);
-                show(&Progress { generation, generations, evaluations: done, cost: lowest });
+                observe(&Progress { generation, generations, evaluations: done, cost: lowest });
             }
             // Sampling cannot block, unlike reading stdin, so that the next check for a signal comes soon.
             signals::searching(self.args.sample.is_some());
             interrupted = signals::is_interrupted();
             std::mem::swap(&mut values, &mut next);
         }
-        drop(show);
+        drop(observe);
         self.style.warnings(&self.costs.warnings()[known..]);
         if interrupted {
             self.style.note("interrupted: the output has only the candidates evaluated so far");

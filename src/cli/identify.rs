@@ -1,8 +1,9 @@
 //! The command `identify`: parameters of one motor from one or more recordings.
 
 use super::args::IdentifyArgs;
-use super::next;
 use super::prelude::*;
+use super::terminal::Stream;
+use super::{next, plot};
 use motorfit::analysis::{split, suspicions};
 use motorfit::estimate::ReferenceKind;
 use motorfit::identify::{Identification, IdentifySpec, Polish, Status, TrustLevel, hold_out, identify_with};
@@ -33,14 +34,18 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
             return Err(Error::usage(format!("--split is {fraction}"), remedy));
         }
     };
+    if args.svg.as_deref().is_some_and(inputs::is_stdio) && (args.json || records.len() > 1) {
+        let message = "--svg - writes one drawing to stdout, which has another document or several drawings here";
+        return Err(Error::usage(message, "Name a file with --svg."));
+    }
     let out = args.out.as_deref().map(Out::take).transpose()?;
-    let mut show = progress::reporter(style, "generation");
+    let mut observe = progress::reporter(style, "generation");
     let found = identify_with(&records, &spec, &mut |progress| {
-        show(progress);
+        observe(progress);
         signals::searching(progress.generation < progress.generations);
         signals::interrupted()
     });
-    drop(show);
+    drop(observe);
     let mut found = found.inspect_err(|_| style.warnings(&suspicions(&records, spec.model.discretization)))?;
     hold_out(&mut found, &records, &held_out, &spec)?;
     style.warnings(&found.warnings);
@@ -55,8 +60,11 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     };
     if args.json {
         data(&document())?;
-    } else {
-        data(&(trust_line(&found, next.as_deref()) + &table(&records, &spec, &found, style)))?;
+    } else if !args.svg.as_deref().is_some_and(inputs::is_stdio) {
+        show(&(trust_line(&found, next.as_deref()) + &table(&records, &spec, &found, style)))?;
+        if args.plot {
+            data(&plots(&records, &found)?)?;
+        }
     }
     if let Some(path) = &args.svg {
         draw(path, &records, &found, style)?;
@@ -102,9 +110,30 @@ fn draw(path: &Path, records: &[Record], found: &Identification, style: &Style) 
     for ((n, record), signals) in (1..).zip(records).zip(&found.modelled(records)?) {
         let file = out::numbered(path, (records.len() > 1).then_some(n));
         out::write_file(&file, &figures::responses("response", record, "model", signals).scaled(""))?;
-        style.note(&format!("wrote {}", file.display()));
+        if !inputs::is_stdio(&file) {
+            style.note(&format!("wrote {}", file.display()));
+        }
     }
     Ok(())
+}
+
+/// Returns plots of the measured channels of all recordings for the terminal.
+fn plots(records: &[Record], found: &Identification) -> Result<String> {
+    let mut text = String::new();
+    for (record, models) in records.iter().zip(&found.modelled(records)?) {
+        let channels = [("current", "A"), ("speed", "rad/s")].into_iter().zip(record.measured()).zip(models);
+        for (((name, unit), measured), model) in channels {
+            let Some(measured) = measured else { continue };
+            let time_s = &record.samples().time_s;
+            let signal = plot::Signal { name, unit, time_s, measured, model };
+            let drawn = plot::drawn(&signal, terminal::table_width(WIDTH));
+            if records.len() > 1 && !drawn.is_empty() {
+                let _ = write!(text, "\n{}", inputs::name(record.source()));
+            }
+            let _ = write!(text, "\n{drawn}");
+        }
+    }
+    Ok(text)
 }
 
 /// Returns CSV with the measured and modelled signals of all recordings, one after the other.
@@ -162,7 +191,7 @@ fn table(records: &[Record], spec: &IdentifySpec, found: &Identification, style:
             writeln!(text, "\n  {DIM}Without a polish there are no standard errors: leave out --polish none.{DIM:#}");
     }
     if let (true, Some(selection)) = (style.verbose, &found.selection) {
-        let _ = write!(text, "\n{}", selection_table(selection).text(WIDTH));
+        let _ = write!(text, "\n{}", selection_table(selection).text(terminal::table_width(WIDTH)));
     }
     if style.verbose && !found.history.is_empty() {
         let _ = writeln!(text, "\n  generation  lowest cost");
@@ -173,10 +202,15 @@ fn table(records: &[Record], spec: &IdentifySpec, found: &Identification, style:
     text
 }
 
+/// Width of the table of parameters \[characters\].
+const PARAMETERS_WIDTH: usize = 84;
+
 /// Writes the parameters, each with its standard error and confidence interval, or with its bounds if it has no standard error.
 fn parameters(text: &mut String, found: &Identification) {
     let uncertainty = found.uncertainty.as_ref();
-    if uncertainty.is_some() {
+    // In a narrow terminal the uncertainty is below the value.
+    let is_narrow = terminal::width(Stream::Stdout).is_some_and(|columns| columns < PARAMETERS_WIDTH);
+    if uncertainty.is_some() && !is_narrow {
         let _ = writeln!(text, "  {DIM}{:<20}{:>12} {:<10} {:>11}   95 % interval{DIM:#}", "", "", "", "std. error");
     }
     let estimates = found.estimates();
@@ -185,6 +219,10 @@ fn parameters(text: &mut String, found: &Identification) {
         let remark = match (e.axis, e.std_error.zip(e.ci95)) {
             _ if e.value.is_none() => format!("{DIM}not identifiable{DIM:#}"),
             (None, _) => format!("{DIM}fixed{DIM:#}"),
+            (Some(_), Some((error, [low, high]))) if is_narrow => {
+                let [low, high] = [low, high].map(|end| significant(end, 6));
+                format!("\n     {DIM}± {} (std. error), {low} … {high}{DIM:#}", significant(error, 2))
+            }
             (Some(_), Some((error, [low, high]))) => {
                 format!("{:>11}   {} … {}", significant(error, 2), significant(low, 6), significant(high, 6))
             }

@@ -11,19 +11,42 @@ use motorfit::setting::Setting;
 use motorfit::settings::{self, Given};
 use motorfit::text::{engineering, printable};
 use motorfit::{Error, Result};
-use std::path::PathBuf;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
 
 pub(super) fn records(paths: &[PathBuf], given: &Given) -> Result<Vec<Record>> {
     let reading = settings::reading(given)?;
     let mut records = Vec::new();
+    if paths.iter().filter(|path| is_stdio(path)).count() > 1 {
+        return Err(Error::usage("- is given twice, but stdin can be read once", "Give one recording as -."));
+    }
     for path in paths {
-        records.extend(reading.records(path)?);
+        if is_stdio(path) {
+            records.extend(reading.records_from_bytes(&stdin()?).map_err(|e| e.in_part("stdin"))?);
+        } else {
+            records.extend(reading.records(path)?);
+        }
     }
     Ok(records)
 }
 
+/// Returns true for `-`, which stands for stdin and stdout.
+pub(super) fn is_stdio(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
+/// Reads stdin to its end.
+fn stdin() -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    std::io::stdin().read_to_end(&mut bytes).map_err(|error| {
+        let hint = "Check what writes to it.";
+        Error::data(format!("stdin cannot be read: {error}"), hint)
+    })?;
+    Ok(bytes)
+}
+
 pub(super) fn name(source: &Source) -> String {
-    let path = source.path.as_ref().map_or_else(String::new, |path| path.display().to_string());
+    let path = source.path.as_ref().map_or_else(|| "stdin".to_owned(), |path| path.display().to_string());
     source.part.as_ref().map_or(path.clone(), |part| format!("{path} ({part})"))
 }
 

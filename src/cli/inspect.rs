@@ -16,7 +16,7 @@ pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
         data(&document)?;
     }
     for inspection in inspections.iter().filter(|_| !args.json) {
-        data(&text(inspection, band))?;
+        show(&text(inspection, band))?;
         style.findings(&inspection.warnings);
     }
     if let Some(out) = out {

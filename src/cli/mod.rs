@@ -1,5 +1,6 @@
 //! The command-line program: parses arguments, calls the library and prints results. Each command has its file.
 
+mod adapters;
 mod args;
 mod bench;
 mod cache;
@@ -7,6 +8,7 @@ mod candidates;
 mod compare;
 mod devices;
 mod evaluate;
+mod failure;
 mod flags;
 mod folder;
 mod help;
@@ -16,6 +18,7 @@ mod inspect;
 mod next;
 mod out;
 mod output;
+mod plot;
 mod progress;
 mod shell;
 mod signals;
@@ -23,12 +26,13 @@ mod simulate;
 mod slice;
 mod suite;
 mod sweep;
+mod terminal;
 
 /// Imports that every command uses.
 mod prelude {
     pub(super) use super::out::{self, Out};
-    pub(super) use super::output::{DIM, STRONG, Style, data};
-    pub(super) use super::{Outcome, cache, inputs, progress, signals};
+    pub(super) use super::output::{DIM, STRONG, Style, data, show};
+    pub(super) use super::{Outcome, cache, inputs, progress, signals, terminal};
     pub(super) use motorfit::device::with_threads;
     pub(super) use motorfit::report::json;
     pub(super) use motorfit::setting::Setting;
@@ -40,7 +44,6 @@ mod prelude {
 }
 
 use args::{Cli, Command};
-use motorfit::{Error, ErrorKind};
 use output::Style;
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -54,12 +57,15 @@ pub(crate) enum Outcome {
     Incomplete,
     /// `--strict` was given and the level of trust is not good.
     Untrusted,
+    /// `--strict-limits` was given and motors are outside the limits.
+    OutsideLimits,
 }
 
 pub(crate) fn main() -> ExitCode {
     if is_version(std::env::args_os().skip(1)) {
         return printed(&format!("motorfit {}\n", env!("CARGO_PKG_VERSION")));
     }
+    adapters::with_runtime_folder();
     let mut command = help::command_for(std::env::args_os());
     let parsed = command.try_get_matches_from_mut(std::env::args_os()).and_then(|matches| Cli::parsed(&matches));
     let cli = match parsed {
@@ -68,12 +74,11 @@ pub(crate) fn main() -> ExitCode {
     };
     let style = Style::new(&cli.common);
     match signals::listen(style.quiet).and_then(|()| run(&cli, &style)) {
-        Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::Interrupted) => ExitCode::from(signals::exit_code()),
-        Ok(Outcome::Incomplete | Outcome::Untrusted) => ExitCode::from(4),
+        Ok(outcome) => ExitCode::from(failure::code_of(&outcome)),
         Err(error) => {
             style.error(&error);
-            ExitCode::from(exit_code(&error))
+            output::error_document(&error);
+            ExitCode::from(failure::kind_of(&error).1)
         }
     }
 }
@@ -90,15 +95,6 @@ fn run(cli: &Cli, style: &Style) -> motorfit::Result<Outcome> {
         Command::Devices(args) => devices::run(args),
         Command::Completions(args) => shell::completions(args.shell),
         Command::Man(args) => shell::man(args.dir.as_deref(), style),
-    }
-}
-
-fn exit_code(error: &Error) -> u8 {
-    match error.kind() {
-        ErrorKind::Usage => 2,
-        ErrorKind::NotIdentified => 4,
-        ErrorKind::Device => 5,
-        _ => 3,
     }
 }
 

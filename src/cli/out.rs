@@ -87,8 +87,11 @@ pub(super) fn numbered(path: &Path, number: Option<usize>) -> PathBuf {
     number.map_or_else(|| path.to_path_buf(), |number| path.with_file_name(format!("{stem}-{number}.svg")))
 }
 
-/// Writes a text to a file, which is then complete or, on an error, not replaced.
+/// Writes a text to a file, which is then complete or, on an error, not replaced; `-` is stdout.
 pub(super) fn write_file(path: &Path, text: &str) -> Result<()> {
+    if super::inputs::is_stdio(path) {
+        return super::output::data(text);
+    }
     write_parts(path, &mut |write| write(text).map(Some)).map(|_: Option<()>| ())
 }
 

@@ -1,6 +1,8 @@
 //! Output streams: data go to stdout, everything else to stderr.
 
 use super::args::{Common, When};
+use super::failure;
+use super::terminal::{Stream, fitted};
 use anstyle::{AnsiColor, Style as Paint};
 use clap::error::{ContextKind, ContextValue};
 use motorfit::file::with_similar_name;
@@ -87,7 +89,27 @@ impl Style {
 
     /// Writes a line to stderr; a failure is ignored, since there is nowhere to report it.
     fn line(&self, text: &str) {
-        let _ = writeln!(anstream::stderr(), "{text}");
+        let _ = writeln!(anstream::stderr(), "{}", fitted(text, Stream::Stderr));
+    }
+}
+
+/// Writes text for people to stdout, wrapped to the terminal.
+pub(crate) fn show(text: &str) -> Result<()> {
+    data(&fitted(text, Stream::Stdout))
+}
+
+/// True once anything was written to stdout.
+static WRITTEN: AtomicBool = AtomicBool::new(false);
+
+/// Returns true if the command line requests JSON. It is read before the arguments are parsed, since they may be wrong.
+fn is_json() -> bool {
+    std::env::args_os().skip(1).any(|word| word == "--json")
+}
+
+/// With `--json`, writes the document of an error to stdout, unless it already has a document or the result that was asked for.
+pub(crate) fn error_document(error: &Error) {
+    if is_json() && !WRITTEN.load(Ordering::Relaxed) {
+        let _ = data(&failure::document(error));
     }
 }
 
@@ -102,6 +124,7 @@ pub(crate) fn is_read() -> bool {
 /// Writes data to stdout. A broken pipe is not an error.
 pub(crate) fn data(text: &str) -> Result<()> {
     let mut stdout = anstream::stdout();
+    WRITTEN.fetch_or(!text.is_empty(), Ordering::Relaxed);
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             Err(Error::data(format!("stdout cannot be written: {error}"), "Check where the output goes."))
@@ -120,7 +143,13 @@ pub(crate) fn usage(error: &clap::Error) {
         let at = lines.iter().rposition(String::is_empty).unwrap_or(lines.len());
         lines.splice(at..at, [String::new(), format!("  tip: a similar value exists: '{near}'")]);
     }
-    let _ = writeln!(anstream::stderr(), "{}", lines.join("\n"));
+    let text = lines.join("\n");
+    let _ = writeln!(anstream::stderr(), "{}", fitted(&text, Stream::Stderr));
+    // The first paragraph is the fault, the others are tips and the usage.
+    let (fault, rest) = text.split_once("\n\n").unwrap_or((&text, ""));
+    let fault = fault.trim_start_matches("error: ").split_whitespace().collect::<Vec<_>>().join(" ");
+    let rest = rest.split_whitespace().collect::<Vec<_>>().join(" ");
+    error_document(&Error::usage(fault, rest));
 }
 
 /// Returns the valid value that is most similar to an invalid one, if clap itself suggests none.

@@ -1,6 +1,7 @@
 //! Progress on stderr: a bar on a terminal, JSON lines on request.
 
 use super::output::{Progress as Kind, Style};
+use super::terminal::{Stream, width};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use motorfit::numeric::whole_u64;
 use motorfit::optimize::Progress;
@@ -12,6 +13,8 @@ use std::time::{Duration, Instant};
 
 /// Time before a bar is shown.
 const BAR_DELAY: Duration = Duration::from_millis(300);
+/// Width of a terminal from which on the bar is long \[characters\].
+const WIDE: usize = 100;
 /// Shortest time between JSON lines.
 const JSON_INTERVAL: Duration = Duration::from_millis(100);
 
@@ -34,6 +37,12 @@ struct Meter {
 
 impl Meter {
     fn new(style: &Style, template: String) -> Self {
+        // The message is cut at the end of the line, so that the bar keeps to one line.
+        let bar = match width(Stream::Stderr) {
+            Some(columns) if columns < WIDE => 10,
+            _ => 40,
+        };
+        let template = format!("{{bar:{bar}}} {template}");
         Self { kind: style.progress, template, bar: None, started: Instant::now(), last: None }
     }
 
@@ -69,7 +78,7 @@ impl Drop for Meter {
 
 /// Returns an observer that shows the progress of a search; `what` is the unit that is counted.
 pub(crate) fn reporter(style: &Style, what: &'static str) -> impl FnMut(&Progress) {
-    let mut meter = Meter::new(style, format!("{{bar:40}} {what} {{pos}}/{{len}}  {{msg}}  {{eta}} left"));
+    let mut meter = Meter::new(style, format!("{what} {{pos}}/{{len}}  {{eta}} left  {{wide_msg}}"));
     let many = format!("{what}{}", if what == "batch" { "es" } else { "s" });
     move |progress| {
         let &Progress { generation, generations, evaluations, cost } = progress;
@@ -83,7 +92,7 @@ pub(crate) fn reporter(style: &Style, what: &'static str) -> impl FnMut(&Progres
 }
 
 pub(crate) fn sweep_reporter(style: &Style) -> impl FnMut(&SweepProgress) {
-    let mut meter = Meter::new(style, "{bar:40} run {pos}/{len}  {msg}".to_owned());
+    let mut meter = Meter::new(style, "run {pos}/{len}  {wide_msg}".to_owned());
     move |progress| {
         meter.show(progress.done == progress.total, || State {
             done: progress.done + whole_u64(progress.under_way),

@@ -31,10 +31,29 @@ pub(super) fn run(args: &EvaluateArgs, slice: &str, style: &Style) -> Result<Out
     style.warnings(&map.found.warnings);
     if let Some(path) = &args.svg {
         out::write_file(path, &svg(&map, &spec.criterion))?;
-        style.note(&format!("wrote {}", path.display()));
+        if !inputs::is_stdio(path) {
+            style.note(&format!("wrote {}", path.display()));
+            show(&summary(&map, &spec.criterion))?;
+        }
+    } else {
+        data(&csv(&map))?;
     }
-    data(&csv(&map))?;
     Ok(Outcome::Done)
+}
+
+/// Returns the optimum and the extent of a map that is drawn to a file.
+fn summary(map: &CostMap, criterion: &Criterion) -> String {
+    let costs = || map.costs.iter().flatten().copied().filter(|cost| cost.is_finite());
+    let lowest = significant(costs().fold(f64::INFINITY, f64::min), 4);
+    let points = format!("{} × {}", map.costs.first().map_or(0, Vec::len), map.costs.len());
+    let mut text =
+        format!("{} (scale {}), {points} points, lowest {lowest}\n", criterion.norm.name(), criterion.scale.name());
+    for n in [0, 1] {
+        let [low, high] = map.ranges[n].map(|value| significant(value, 4));
+        let (symbol, unit) = (map.parameters[n].symbol(), map.parameters[n].unit());
+        let _ = writeln!(text, "  {symbol:<3}{} {unit}, drawn from {low} to {high}", significant(map.optimum()[n], 6));
+    }
+    text
 }
 
 fn csv(map: &CostMap) -> String {

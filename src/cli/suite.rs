@@ -26,21 +26,25 @@ pub(super) fn run(suite: Suite, args: &CompareArgs, style: &Style) -> Result<Out
     let ioh = args.out.as_deref().map(|folder| folder.join("ioh"));
     let out = args.out.as_deref().map(Out::take).transpose()?;
     let ioh = ioh.as_deref().map(Out::take).transpose()?;
-    let mut show = progress::reporter(style, "problem");
+    let mut observe = progress::reporter(style, "problem");
     let result = with_threads(threads, || {
         run_suite(&spec, &mut |progress| {
-            show(progress);
+            observe(progress);
             signals::searching(true);
             signals::interrupted()
         })
     })?;
-    drop(show);
+    drop(observe);
     style.warnings(&result.warnings);
     if result.interrupted {
         style.note("interrupted: the results are those of the complete problems");
     }
     let document = json(&suite_document(&result));
-    data(if args.json { document.clone() } else { text(&result) }.as_str())?;
+    if args.json {
+        data(&document)?
+    } else {
+        show(&text(&result))?
+    }
     if let (Some(out), Some(ioh)) = (out, ioh) {
         out.write(&report(args, &result, document), style)?;
         ioh.write(&ioh_files(&result), style)?;
@@ -82,7 +86,7 @@ fn text(result: &SuiteResult) -> String {
         engineering(*seconds, "s", 3)
     );
     for table in suite_tables(result) {
-        let _ = write!(text, "\n{}", table.text(WIDTH));
+        let _ = write!(text, "\n{}", table.text(terminal::table_width(WIDTH)));
     }
     text
 }

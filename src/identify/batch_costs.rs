@@ -2,6 +2,8 @@
 
 use super::current_driven::needs_voltage;
 use super::model_selection::named_space;
+use super::normalized::is_usual;
+use super::pipeline::identify;
 use super::spec::IdentifySpec;
 use super::start::{around, on_any_clock};
 use crate::Result;
@@ -97,11 +99,33 @@ fn search_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
     if spec.is_extended() {
         return named_space(records, spec);
     }
+    Ok(around_estimate(records, spec)?.unwrap_or_else(|| spec.space.clone()))
+}
+
+/// Returns the space of the spec with automatic bounds around the Steiglitz–McBride estimate; `None` if there is no estimate,
+/// or if all bounds are given.
+fn around_estimate(records: &[Record], spec: &IdentifySpec) -> Result<Option<Space>> {
+    if spec.auto_bounds.is_empty() {
+        return Ok(None);
+    }
+    let estimate = on_any_clock(records, spec, &fit_problem(records, &spec.space, spec.model)?)?;
+    estimate.ok().map(|estimate| around(spec, &[estimate.parameters.to_array()])).transpose()
+}
+
+/// Returns the search space of the linear motor, with automatic bounds around the Steiglitz–McBride estimate, or around the
+/// refined estimate where that fails. Without any estimate the bounds are those of the spec.
+///
+/// # Errors
+/// Returns `Data` for recordings without a voltage, and propagates the errors of the Steiglitz–McBride estimates.
+pub(crate) fn estimated_space(records: &[Record], spec: &IdentifySpec) -> Result<Space> {
+    needs_voltage(records)?;
+    let is_known = |motor: &[f64; 5]| motor.iter().all(is_usual);
+    let refined = || {
+        let motor = identify(records, spec).ok()?.parameters.to_array();
+        Some(motor).filter(is_known).and_then(|motor| around(spec, &[motor]).ok())
+    };
     if spec.auto_bounds.is_empty() {
         return Ok(spec.space.clone());
     }
-    match on_any_clock(records, spec, &fit_problem(records, &spec.space, spec.model)?)? {
-        Ok(estimate) => around(spec, &[estimate.parameters.to_array()]),
-        Err(_) => Ok(spec.space.clone()),
-    }
+    Ok(around_estimate(records, spec)?.or_else(refined).unwrap_or_else(|| spec.space.clone()))
 }

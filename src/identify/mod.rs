@@ -45,6 +45,7 @@ mod verify;
 mod warnings;
 
 pub use batch_costs::BatchCosts;
+pub(crate) use batch_costs::estimated_space;
 pub use current_driven::needs_voltage;
 pub(crate) use estimates::some_or_nulls;
 pub use estimates::{Estimates, ParameterEstimate};
@@ -53,6 +54,7 @@ pub use identifiability::{Identifiability, Inspection};
 pub use method::{Method, Polish};
 pub use models::{Alternative, SelectionStep};
 pub use pipeline::{identify, identify_with};
+pub(crate) use result::side;
 pub use result::{Identification, LeftOut, SearchOutcome, hold_out, validate};
 pub(crate) use serialize::bounds;
 pub use spec::IdentifySpec;

@@ -205,7 +205,7 @@ impl Identification {
 }
 
 /// Returns the bound at which a value is, by the tolerances of [`Identification::at_bound`].
-pub(super) fn side(axis: &Axis, value: f64) -> Option<&'static str> {
+pub(crate) fn side(axis: &Axis, value: f64) -> Option<&'static str> {
     let near = 1e-4 * (axis.max - axis.min);
     // A bound of zero has no relative tolerance.
     let by_size = |bound: f64| if bound == 0.0 { near } else { near.min(0.01 * bound.abs()) };

@@ -4,14 +4,18 @@
 use crate::setting::{Command, Reference, Setting};
 use crate::text::shell_quoted;
 
+/// Characters that a shell interprets.
+const SPECIAL: [char; 17] = [' ', '(', ')', ';', '&', '|', '<', '>', '*', '?', '$', '`', '"', '\'', '\\', '#', '!'];
+
 /// Spells a reference as a flag or a command of the program.
 #[must_use]
 pub fn command_line(reference: &Reference) -> String {
     match reference {
         Reference::Setting(setting, value) => {
             let flag = format!("--{}", setting.name().replace('_', "-"));
-            // Formulas contain characters that are special in a shell.
-            let quote = |value: &String| if *setting == Setting::Columns { shell_quoted(value) } else { value.clone() };
+            // Formulas and names contain characters that are special in a shell; placeholders such as R=… do not.
+            let is_special = |value: &String| *setting == Setting::Columns || value.contains(SPECIAL);
+            let quote = |value: &String| if is_special(value) { shell_quoted(value) } else { value.clone() };
             value.as_ref().map_or(flag.clone(), |value| format!("{flag} {}", quote(value)))
         }
         Reference::Command(command) => {

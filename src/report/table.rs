@@ -41,14 +41,68 @@ impl Table {
         self.notes.push(note.into());
     }
 
-    /// Formats the table for the terminal, with aligned columns and notes wrapped at `width` characters.
+    /// Formats the table for the terminal, with aligned columns. Columns for which `width` characters do not suffice follow below,
+    /// each time after the first column; texts are wrapped between words.
     #[must_use]
     pub fn text(&self, width: usize) -> String {
+        let mut text = match printable(&self.title) {
+            title if title.chars().count() > width => folded(&title, width).trim_start().to_owned(),
+            title => format!("{title}\n"),
+        };
+        for columns in self.groups(width) {
+            text.push_str(&self.grid(&columns, width));
+        }
+        for note in &self.notes {
+            text.push_str(&folded(note, width));
+        }
+        text
+    }
+
+    /// Returns the columns that fit beside each other, in groups that each begin with the first column.
+    fn groups(&self, width: usize) -> Vec<Vec<usize>> {
+        let widths = self.widths();
+        let (first, count) = (widths.first().copied().unwrap_or(0), widths.len());
+        let mut groups = vec![vec![0]];
+        let mut used = 2 + first;
+        for (column, own) in widths.iter().enumerate().skip(1) {
+            let is_empty = groups.last().is_none_or(|group| group.len() == 1);
+            if used + 1 + own > width && !is_empty {
+                groups.push(vec![0]);
+                used = 2 + first;
+            }
+            used += 1 + own;
+            groups.last_mut().into_iter().for_each(|group| group.push(column));
+        }
+        if count == 0 { Vec::new() } else { groups }
+    }
+
+    /// Returns the number of characters of the longest cell of each column.
+    fn widths(&self) -> Vec<usize> {
+        let rows = || std::iter::once(&self.heads).chain(&self.rows);
+        let length = |text: &String| printable(text).chars().count();
+        (0..self.heads.len()).map(|n| rows().filter_map(|row| row.get(n)).map(length).max().unwrap_or(0)).collect()
+    }
+
+    /// Formats some of the columns, beside each other.
+    fn grid(&self, columns: &[usize], width: usize) -> String {
+        let widths = self.widths();
+        let all: usize = 1 + columns.iter().map(|n| widths[*n] + 1).sum::<usize>();
+        // Only the longest column of a group that is too wide is wrapped.
+        let longest = columns.iter().copied().max_by_key(|n| widths[*n]).unwrap_or(0);
+        let most = widths[longest].saturating_sub(all.saturating_sub(width)).max(SHORTEST);
+        let cell = |row: &[String], n: usize| {
+            let text = row.get(n).map_or_else(String::new, |cell| printable(cell));
+            if n == longest && all > width {
+                folded(&text, most + 2).replace("\n  ", "\n").trim().to_owned()
+            } else {
+                text
+            }
+        };
         let mut table = comfy_table::Table::new();
         table.load_style(comfy_table::presets::NOTHING);
-        table.set_header(self.heads.iter().map(|cell| printable(cell)));
+        table.set_header(columns.iter().map(|n| cell(&self.heads, *n)));
         for row in &self.rows {
-            table.add_row(row.iter().map(|cell| printable(cell)));
+            table.add_row(columns.iter().map(|n| cell(row, *n)));
         }
         for (n, column) in table.column_iter_mut().enumerate() {
             column.set_padding((if n == 0 { 2 } else { 1 }, 0));
@@ -56,14 +110,7 @@ impl Table {
                 column.set_cell_alignment(comfy_table::CellAlignment::Right);
             }
         }
-        let mut text = format!("{}\n", printable(&self.title));
-        for line in table.to_string().lines() {
-            let _ = writeln!(text, "{}", line.trim_end());
-        }
-        for note in &self.notes {
-            text.push_str(&folded(note, width));
-        }
-        text
+        table.to_string().lines().map(|line| format!("{}\n", line.trim_end())).collect()
     }
 
     /// Formats the table as CSV with a heading. A cell that a spreadsheet would take for a formula gets an apostrophe
@@ -75,6 +122,9 @@ impl Table {
         line(&self.heads) + &self.rows.iter().map(|row| line(row)).collect::<String>()
     }
 }
+
+/// Shortest length to which a column is wrapped \[characters\].
+const SHORTEST: usize = 12;
 
 /// Returns the cell for a missing value.
 pub(super) fn dash() -> String {
@@ -133,6 +183,32 @@ mod tests {
         assert!(!text.contains('\u{1b}'));
         assert_eq!(table.csv().lines().next(), Some("method,best,\"of, all\""));
         assert!(table.csv().contains("\"a \"\"b\"\""));
+    }
+
+    #[test]
+    fn columns_that_do_not_fit_follow_below_without_broken_words() {
+        let heads: Vec<String> = (0..9).map(|n| format!("column{n}")).collect();
+        let mut table =
+            Table::new("wide", "A title of many words that is itself longer than the width of this table", &heads);
+        for row in 0..3 {
+            table.row((0..9).map(|n| format!("{row}.{n}e-12345")));
+        }
+        for width in [50, 60, 80, 200] {
+            let text = table.text(width);
+            assert!(text.lines().all(|line| line.chars().count() <= width), "{text}");
+            for (row, n) in (0..3).flat_map(|row| (0..9).map(move |n| (row, n))) {
+                let copies = text.matches(&format!("{row}.{n}e-12345")).count();
+                assert!(copies == 1 || (n == 0 && copies > 1), "{text}");
+            }
+        }
+        assert_eq!(table.text(200).lines().count(), 5);
+        let mut sentence = Table::new("a", "b", &["motor", "reason"]);
+        sentence
+            .row(["line/motor-0001", "the motor does not move at all: nothing can be identified"].map(str::to_owned));
+        let text = sentence.text(50);
+        assert!(text.lines().all(|line| line.chars().count() <= 50), "{text}");
+        let words = text.split_whitespace().collect::<Vec<_>>();
+        assert!(words.contains(&"identified") && words.contains(&"nothing"), "{text}");
     }
 
     #[test]

@@ -45,7 +45,13 @@ pub fn fails(args: &[&str], code: i32, part: &str) -> String {
     let output = run(args);
     let (out, err) = (text(&output.stdout), text(&output.stderr));
     assert_eq!(output.status.code(), Some(code), "{args:?}: {err}");
-    assert!(out.is_empty(), "{args:?} printed on stdout: {out}");
+    if args.contains(&"--json") {
+        let document: Value = serde_json::from_str(&out).unwrap();
+        assert_eq!(document["error"]["exit_code"], code, "{args:?}: {out}");
+        assert!(document["error"]["message"].as_str().is_some_and(|message| !message.is_empty()), "{out}");
+    } else {
+        assert!(out.is_empty(), "{args:?} printed on stdout: {out}");
+    }
     assert!(err.contains(part), "{args:?}: {err}\nlacks {part}");
     assert!(!err.contains("panicked"), "{err}");
     assert!(!err.chars().any(|c| c.is_control() && c != '\n'), "{args:?}: control characters in {err:?}");

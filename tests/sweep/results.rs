@@ -281,3 +281,49 @@ fn the_cpu_takes_over_by_request_and_is_reported() {
     let (code, _, err) = sweep(&[&without, "--out", &folder.path("other")]);
     assert_eq!(code, 5, "{err}");
 }
+
+#[test]
+fn limits_of_a_production_line() {
+    let folder = Folder::new();
+    for (n, r) in [(1, "0.90"), (2, "0.91"), (3, "0.92"), (4, "0.93"), (5, "0.99")] {
+        let motor = format!("R={r},L=0.007759,K=0.073472,B=0.000678,J=0.000136");
+        recording(&folder, &format!("m{n}.csv"), &motor, n);
+    }
+    let lines = "recordings = [\"m*.csv\"]\nmethods = [\"sm\"]\npolish = [\"lm\"]\n";
+    let study = folder.file("study.toml", format!("{lines}limits = {{R = [0.88, 0.96]}}\n"));
+    let (dir, report) = (folder.path("out"), folder.path("report"));
+    let (code, out, err) = sweep(&[&study, "--out", &dir, "--report", &report, "--strict-limits"]);
+    assert_eq!(code, 6, "{err}");
+    assert!(out.contains("1 is outside the limits") && out.contains("Process capability"), "{out}");
+    // Without the flag, and with limits that all motors keep, the exit code is 0.
+    assert_eq!(sweep(&["merge", &dir]).0, 0);
+    assert_eq!(sweep(&["merge", &dir, "--limits", "R=0.5:1.5", "--strict-limits"]).0, 0);
+    let document: Value = serde_json::from_str(&done(&["merge", &dir, "--json"])).unwrap();
+    let r = &document["motors"]["parameters"]["R"]["capability"];
+    let number = |key: &str| r[key].as_f64().unwrap();
+    let (mean, deviation) = (number("mean"), number("standard_deviation"));
+    // R is known to 0.2 % here; the deviation of the five true values is 0.0354.
+    assert!((mean - 0.93).abs() < 0.003 && (deviation - 0.0354).abs() < 0.003, "{r}");
+    assert!((number("cp") - 0.08 / (6.0 * deviation)).abs() < 1e-9, "{r}");
+    assert!((number("cpk") - (0.96 - mean) / (3.0 * deviation)).abs() < 1e-9, "{r}");
+    assert!(document["motors"]["parameters"]["K"]["capability"].is_null());
+    // All motors as one table.
+    let csv = done(&["merge", &dir, "--csv", "-"]);
+    let rows: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    assert!(rows.len() == 6 && rows.iter().all(|row| row.len() == rows[0].len()), "{csv}");
+    let outside = rows[0].iter().position(|head| *head == "outside").unwrap();
+    let listed: Vec<[&str; 2]> = rows[1..].iter().map(|row| [row[0], row[outside]]).collect();
+    assert_eq!(listed, [["m1", ""], ["m2", ""], ["m3", ""], ["m4", ""], ["m5", "R"]]);
+    assert_eq!(std::fs::read_to_string(format!("{report}/motors.csv")).unwrap(), csv);
+    let page = std::fs::read_to_string(format!("{report}/report.html")).unwrap();
+    assert!(page.contains("Run charts") && page.contains("Process capability"));
+    // Limits that are none.
+    for (limits, part) in [("{R = [1, 0.5]}", "R=1:0.5 is empty"), ("3", "not a table"), ("{Q = [0, 1]}", "Q")] {
+        let study = folder.file("wrong.toml", format!("{lines}limits = {limits}\n"));
+        let (code, _, err) = sweep(&["plan", &study, "--out", &folder.path("wrong")]);
+        assert!(code == 2 && err.contains(part) && err.contains("line 4"), "{err}");
+    }
+    let study = folder.file("free.toml", lines);
+    let (code, _, err) = sweep(&[&study, "--out", &folder.path("free"), "--strict-limits"]);
+    assert!(code == 2 && err.contains("has no limits"), "{err}");
+}

@@ -102,9 +102,16 @@ pub(crate) struct Strict {
 pub(crate) struct Shown {
     #[command(flatten)]
     pub page: PageArgs,
-    /// Tolerances of parameters, as R=0.8:1.0,… in SI units; motors outside are listed
+    /// Tolerances of parameters, as R=0.8:1.0,… in SI units, in place of those of the study; motors outside are listed, and
+    /// the capability of the line is computed
     #[arg(long, value_name = "LIMITS", value_delimiter = ',')]
     pub limits: Vec<String>,
+    /// Exit with code 6 if a motor is outside the limits
+    #[arg(long)]
+    pub strict_limits: bool,
+    /// Write all motors as CSV, a line each, to this file; - writes to stdout
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
     /// Write all results as Parquet to this file
     #[arg(long, value_name = "FILE")]
     pub parquet: Option<PathBuf>,

@@ -9,7 +9,7 @@ use motorfit::numeric::count_u64;
 #[cfg(feature = "parquet")]
 use motorfit::report::sweep::write_parquet;
 use motorfit::report::sweep::{
-    shortened, status_document, sweep_answer, sweep_document, sweep_page, sweep_tables, tally_document,
+    motors_csv, shortened, status_document, sweep_answer, sweep_document, sweep_page, sweep_tables, tally_document,
 };
 use motorfit::study::sweep::{Limits, Merged, Shard, Sweep, SweepStatus, Tally};
 use std::io::Read as _;
@@ -24,19 +24,27 @@ pub(super) fn run(args: &SweepArgs, style: &Style) -> Result<Outcome> {
     match &args.action {
         Some(SweepAction::Plan { study, out }) => {
             let (sweep, again) = Sweep::plan(study, out, cache::throughput_profile(style))?;
-            data(&planned(&sweep, out, again))?;
+            show(&planned(&sweep, out, again))?;
             Ok(Outcome::Done)
         }
         Some(SweepAction::Run { dir, shard, threads, json: as_json, strict }) => {
             let shard: Shard = shard.parse()?;
             let tally = shard_run(&Sweep::open(dir)?, shard, threads.threads, style)?;
             let document = tally_document(shard, &tally);
-            data(&if *as_json { json(&document) } else { tally_text(shard, &tally) })?;
+            if *as_json {
+                data(&json(&document))?
+            } else {
+                show(&tally_text(shard, &tally))?
+            }
             Ok(ended(&tally, *strict))
         }
         Some(SweepAction::Status { dir, json: as_json }) => {
             let status = Sweep::open(dir)?.status()?;
-            data(&if *as_json { json(&status_document(&status)) } else { status_text(&status) })?;
+            if *as_json {
+                data(&json(&status_document(&status)))?
+            } else {
+                show(&status_text(&status))?
+            }
             Ok(Outcome::Done)
         }
         Some(SweepAction::Merge { dir, shown, out, json: as_json, strict }) => {
@@ -49,8 +57,9 @@ pub(super) fn run(args: &SweepArgs, style: &Style) -> Result<Outcome> {
 fn all(args: &SweepArgs, style: &Style) -> Result<Outcome> {
     // Clap requires both without a subcommand.
     let (Some(study), Some(out)) = (&args.study, &args.out) else { return Ok(Outcome::Done) };
-    let show = Show::new(&args.shown, args.report.as_deref(), args.json)?;
+    let outputs = Show::new(&args.shown, args.report.as_deref(), args.json)?;
     let (sweep, again) = Sweep::plan(study, out, cache::throughput_profile(style))?;
+    outputs.check(&sweep)?;
     style.note(planned(&sweep, out, again).trim_end());
     let tally = shard_run(&sweep, Shard::ALL, args.threads.threads, style)?;
     style.note(tally_text(Shard::ALL, &tally).trim_end());
@@ -60,7 +69,7 @@ fn all(args: &SweepArgs, style: &Style) -> Result<Outcome> {
         }
         return Ok(ended(&tally, args.strict));
     }
-    merge(&sweep, show, args.strict, style)
+    merge(&sweep, outputs, args.strict, style)
 }
 
 fn planned(sweep: &Sweep, folder: &Path, again: bool) -> String {
@@ -69,34 +78,40 @@ fn planned(sweep: &Sweep, folder: &Path, again: bool) -> String {
     let [name, folder] = [&manifest.name, &folder.display().to_string()].map(|text| printable(text));
     let on = format!("motor{} on {} {}", if motors == 1 { "" } else { "s" }, device.kind, device.precision);
     let planned = if again { "as planned" } else { "planned" };
-    format!("{name}: {runs} runs of {motors} {on}, {planned} in {folder}\n")
+    let runs = counted(runs, "run");
+    format!("{name}: {runs} of {motors} {on}, {planned} in {folder}\n")
 }
 
 fn shard_run(sweep: &Sweep, shard: Shard, threads: Option<usize>, style: &Style) -> Result<Tally> {
     motorfit::device::check_threads(threads)?;
     signals::remark("interrupted: finished runs are kept; run the command again to continue");
-    let mut show = progress::sweep_reporter(style);
+    let mut observe = progress::sweep_reporter(style);
     let tally = with_threads(threads, || {
         sweep.run(shard, &mut |progress| {
-            show(progress);
+            observe(progress);
             signals::interrupted()
         })
     });
-    drop(show);
+    drop(observe);
     signals::remark(signals::NO_RESULT);
     let tally = tally?;
     style.warnings(&tally.warnings);
     for failed in &tally.failures.named {
-        let runs = if failed.runs == 1 { String::new() } else { format!(" and {} more runs", failed.runs - 1) };
+        let runs =
+            if failed.runs == 1 { String::new() } else { format!(" and {}", counted(failed.runs - 1, "more run")) };
         style.complaint(&format!("run {}{runs} ({}): {}", failed.id, failed.motor, failed.message));
     }
     if tally.failures.others > 0 {
-        style.complaint(&format!("{} more runs have no result", tally.failures.others));
+        let have = if tally.failures.others == 1 { "has" } else { "have" };
+        style.complaint(&format!("{} {have} no result", counted(tally.failures.others, "more run")));
     }
     if let Some(fault) = &tally.fault {
         style.error(fault);
         if tally.lost > 0 {
-            style.complaint(&format!("{} finished runs could not be written and will be repeated", tally.lost));
+            style.complaint(&format!(
+                "{} could not be written and will be repeated",
+                counted(tally.lost, "finished run")
+            ));
         }
     }
     Ok(tally)
@@ -117,7 +132,7 @@ fn tally_text(shard: Shard, tally: &Tally) -> String {
     if shard.count > 1 {
         let _ = write!(text, "shard {}/{}: ", shard.index, shard.count);
     }
-    let _ = write!(text, "{} of {} runs finished", tally.before + tally.finished, tally.total);
+    let _ = write!(text, "{} of {} finished", tally.before + tally.finished, counted(tally.total, "run"));
     if tally.finished > 0 {
         let rate = count_u64(tally.finished) / tally.seconds;
         let seconds = engineering(tally.seconds, "s", 3);
@@ -139,7 +154,7 @@ fn tally_text(shard: Shard, tally: &Tally) -> String {
 }
 
 fn status_text(status: &SweepStatus) -> String {
-    let mut text = format!("{}: {} of {} runs finished", printable(&status.name), status.done, status.runs);
+    let mut text = format!("{}: {} of {} finished", printable(&status.name), status.done, counted(status.runs, "run"));
     if status.failed > 0 {
         let _ = write!(text, ", {} without a result", status.failed);
     }
@@ -156,6 +171,11 @@ fn status_text(status: &SweepStatus) -> String {
     text
 }
 
+/// Returns a count with its noun in the singular or plural.
+fn counted(count: u64, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
 /// Outputs of merged results, whose paths are checked before the runs start.
 struct Show<'a> {
     /// True if the page has its script.
@@ -163,6 +183,10 @@ struct Show<'a> {
     limits: Limits,
     out: Option<Out>,
     parquet: Option<&'a Path>,
+    /// File of the motors as CSV.
+    csv: Option<&'a Path>,
+    /// True if motors outside the limits make the exit code 6.
+    strict_limits: bool,
     json: bool,
 }
 
@@ -173,7 +197,29 @@ impl<'a> Show<'a> {
             check_parquet(path)?;
         }
         let limits = Limits::new(parse::ranges(&shown.limits, Setting::Limits)?)?;
-        Ok(Self { limits, out: report.map(Out::take).transpose()?, parquet, json, has_script: !shown.page.no_script })
+        let (csv, strict_limits) = (shown.csv.as_deref(), shown.strict_limits);
+        if json && csv.is_some_and(inputs::is_stdio) {
+            let message = "--csv - and --json both write to stdout";
+            return Err(Error::usage(message, "Name a file with --csv."));
+        }
+        Ok(Self {
+            limits,
+            out: report.map(Out::take).transpose()?,
+            parquet,
+            csv,
+            strict_limits,
+            json,
+            has_script: !shown.page.no_script,
+        })
+    }
+
+    /// Checks that there are limits for `--strict-limits`.
+    fn check(&self, sweep: &Sweep) -> Result<()> {
+        if self.strict_limits && self.limits.is_empty() && sweep.limits().is_empty() {
+            let message = "--strict-limits has no limits";
+            return Err(Error::usage(message, "Give --limits, or the key limits in the study."));
+        }
+        Ok(())
     }
 }
 
@@ -195,16 +241,21 @@ fn check_parquet(path: &Path) -> Result<()> {
     Ok(())
 }
 
-fn merge(sweep: &Sweep, show: Show<'_>, strict: Strict, style: &Style) -> Result<Outcome> {
-    let Show { limits, out, parquet: wanted, json: as_json, has_script } = show;
+fn merge(sweep: &Sweep, outputs: Show<'_>, strict: Strict, style: &Style) -> Result<Outcome> {
+    outputs.check(sweep)?;
+    let Show { limits, out, parquet: wanted, csv, strict_limits, json: as_json, has_script } = outputs;
+    let limits = if limits.is_empty() { sweep.limits() } else { limits };
     let Merged { results, summary, damaged } = sweep.merge()?;
     if damaged > 0 && summary.missing > 0 {
-        style.complaint(&format!("{damaged} lines of the results are damaged"));
+        let are = if damaged == 1 { "is" } else { "are" };
+        style.complaint(&format!("{} of the results {are} damaged", counted(damaged, "line")));
     }
     if summary.missing > 0 {
+        let are = if summary.missing == 1 { "is" } else { "are" };
         style.complaint(&format!(
-            "{} of {} runs are missing: run the sweep again, then merge",
-            summary.missing, summary.runs
+            "{} of {} {are} missing: run the sweep again, then merge",
+            summary.missing,
+            counted(summary.runs, "run")
         ));
     }
     if let Some(path) = wanted {
@@ -213,17 +264,25 @@ fn merge(sweep: &Sweep, show: Show<'_>, strict: Strict, style: &Style) -> Result
         style.note(&format!("wrote {}", path.display()));
     }
     style.note(&format!("wrote {}", results.display()));
-    let document = json(&sweep_document(&summary, &limits));
+    let value = sweep_document(&summary, &limits);
+    let is_outside = value["outside"].as_array().is_some_and(|list| !list.is_empty());
+    let document = json(&value);
+    if let Some(path) = csv {
+        out::write_file(path, &motors_csv(&summary, &limits))?;
+        if !inputs::is_stdio(path) {
+            style.note(&format!("wrote {}", path.display()));
+        }
+    }
     let tables = sweep_tables(&summary, &limits);
     if as_json {
         data(&document)?;
-    } else {
+    } else if !csv.is_some_and(inputs::is_stdio) {
         let answer = printable(&sweep_answer(&summary, &limits));
         let mut text = format!("{STRONG}{}{STRONG:#}: {answer}\n", printable(&summary.name));
         for table in &tables {
-            let _ = write!(text, "\n{}", shortened(table, ROWS).text(WIDTH));
+            let _ = write!(text, "\n{}", shortened(table, ROWS).text(terminal::table_width(WIDTH)));
         }
-        data(&text)?;
+        show(&text)?;
     }
     if let Some(out) = out {
         let how = out::reproduced(vec![
@@ -233,7 +292,12 @@ fn merge(sweep: &Sweep, show: Show<'_>, strict: Strict, style: &Style) -> Result
         let mut files = vec![("report.html".to_owned(), sweep_page(&summary, &limits, &how).html(has_script))];
         files.push(("result.json".to_owned(), document));
         files.extend(tables.iter().map(|table| (format!("table-{}.csv", table.id), table.csv())));
+        files.push(("motors.csv".to_owned(), motors_csv(&summary, &limits)));
         out.write(&files, style)?;
     }
-    Ok(if summary.is_complete() { trusted(&summary.trust.levels, strict) } else { Outcome::Incomplete })
+    Ok(match trusted(&summary.trust.levels, strict) {
+        _ if strict_limits && is_outside => Outcome::OutsideLimits,
+        _ if !summary.is_complete() => Outcome::Incomplete,
+        outcome => outcome,
+    })
 }

@@ -1,5 +1,6 @@
 //! JSON documents of a sweep: results, sessions and progress.
 
+use super::capability::Capability;
 use super::line::{Excess, Spread, excesses, spreads};
 use super::words::cell_of;
 use crate::motor::Parameter;
@@ -118,8 +119,17 @@ fn spread(spread: &Spread, is_limited: bool) -> Value {
     if is_limited {
         entry["outside"] = spread.limits.map(|_| spread.outside).into();
         entry["not_sure"] = spread.limits.and(spread.unsure).into();
+        entry["capability"] = spread.limits.map(|ends| capability(&spread.values, ends)).into();
     }
     entry
+}
+
+fn capability(values: &[f64], limits: [f64; 2]) -> Value {
+    let of = Capability::of(values, limits);
+    value!({
+        "mean": of.mean, "standard_deviation": of.deviation,
+        "cp": of.cp, "cp_ci95": of.cp_ci95, "cpk": of.cpk, "cpk_ci95": of.cpk_ci95,
+    })
 }
 
 fn outside(excess: &Excess<'_>) -> Value {

@@ -4,9 +4,10 @@ use super::line::{Spread, spreads};
 use super::tables::id;
 use super::words::{Unit, block_name, counted, label, many};
 use crate::motor::Scope;
+use crate::numeric::count;
 use crate::report::page::{Figure, capital};
-use crate::report::plot::{Histogram, box_rows, histograms};
-use crate::study::sweep::{Cell, Limits, SweepSummary};
+use crate::report::plot::{Chart, Histogram, Line, box_rows, histograms, panels as chart_panels};
+use crate::study::sweep::{Cell, Limits, Named, NamedRun, SweepSummary};
 
 /// Largest number of boxes in a figure.
 const BOXES: usize = 12;
@@ -42,6 +43,43 @@ pub(super) fn motors(summary: &SweepSummary, limits: &Limits) -> Option<Figure> 
         svg: histograms(&panels, 3),
         alternative: "Histograms of the parameters over the motors".to_owned(),
         caption,
+    })
+}
+
+/// Returns the run charts of the parameters: their values over the motors in the order of the study, which sorts files by name and so
+/// by serial number or time, with the limits; `None` for fewer than three motors.
+pub(super) fn run_chart(summary: &SweepSummary, limits: &Limits) -> Option<Figure> {
+    if summary.results.len() < 3 {
+        return None;
+    }
+    let place = |run: &NamedRun| count(run.job.motor + 1);
+    let panel = |named: &Named| {
+        let value = |run: &NamedRun| Some((place(run), run.estimate(*named)?.value?));
+        let points: Vec<(f64, f64)> = summary.results.iter().filter_map(value).collect();
+        let unit = Unit::for_all(*named, &points.iter().map(|(_, value)| *value).collect::<Vec<_>>());
+        let scaled = |(motor, value): (f64, f64)| (motor, unit.scale(value));
+        let ends = [points.first().map_or(0.0, |first| first.0), points.last().map_or(0.0, |last| last.0)];
+        let limit = |(name, value): (&str, f64)| Line {
+            name: format!("{name} limit"),
+            points: ends.map(|motor| scaled((motor, value))).to_vec(),
+            ..Line::default()
+        };
+        let line =
+            Line { name: "motors".to_owned(), points: points.into_iter().map(scaled).collect(), ..Line::default() };
+        let bounds = limits.of(named.0).into_iter().flat_map(|[low, high]| [("lower", low), ("upper", high)]);
+        let lines = std::iter::once(line).chain(bounds.filter(|(_, value)| value.is_finite()).map(limit)).collect();
+        Chart { lines, ..Chart::new(capital(named.0.name()), ["motor number [1]", &unit.head()]) }
+    };
+    let panels: Vec<Chart> = summary.parameters.iter().map(panel).collect();
+    let limited = if limits.is_empty() { "" } else { " Dashed: the limits." };
+    Some(Figure {
+        id: "run-chart".to_owned(),
+        map: false,
+        svg: chart_panels(&panels, 2, [480.0, 300.0]),
+        alternative: "Run charts: the parameters over the motors in their order, with the limits".to_owned(),
+        caption: format!(
+            "The parameters in the order of the motors.{limited} A drift or step shows a change of the line."
+        ),
     })
 }
 

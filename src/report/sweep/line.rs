@@ -1,11 +1,12 @@
 //! Motors of a production line: their parameters, and the motors outside limits.
 
+use super::capability::Capability;
 use super::words::{Unit, block_name, counted, many};
 use crate::identify::ParameterEstimate;
 use crate::numeric::{quantile, sorted};
 use crate::report::table::{Table, dash};
 use crate::study::sweep::{Limits, MOTOR, Named, NamedRun, Quantiles, SweepSummary};
-use crate::text::decimals;
+use crate::text::{decimals, significant};
 use std::collections::BTreeSet;
 
 /// Values of a parameter over all motors.
@@ -89,6 +90,7 @@ pub(super) fn line_tables(summary: &SweepSummary, limits: &Limits) -> Vec<Table>
     if !limits.is_empty() {
         tables.extend(outside(&excesses(summary, limits), &units));
         tables.push(self::limits(&spreads, &units));
+        tables.extend(capability(&spreads, &units));
     }
     if summary.motors > 1 {
         tables.push(motors(summary, &spreads, &units));
@@ -132,6 +134,37 @@ fn limits(spreads: &[Spread], units: &[Unit]) -> Table {
         "Without a polish there are no confidence intervals: the uncertainty is unknown."
     });
     table
+}
+
+/// Returns the table of the capability indices; `None` for fewer than two motors.
+fn capability(spreads: &[Spread], units: &[Unit]) -> Option<Table> {
+    let heads = ["parameter", "motors", "mean", "std. dev.", "Cp", "95 % interval", "Cpk", "95 % interval"];
+    let mut table = Table::new("capability", "Process capability", &heads);
+    for (spread, unit) in spreads.iter().zip(units) {
+        let Some(ends) = spread.limits.filter(|_| spread.values.len() > 1) else { continue };
+        let of = Capability::of(&spread.values, ends);
+        let index = |value: f64| if value.is_nan() { dash() } else { significant(value, 3) };
+        let interval = |[low, high]: [f64; 2]| match low.is_nan() {
+            true => dash(),
+            false => format!("{}…{}", index(low), index(high)),
+        };
+        table.row([
+            unit.head(),
+            many(spread.values.len()),
+            unit.write(of.mean, 4),
+            unit.write(of.deviation, 3),
+            index(of.cp),
+            interval(of.cp_ci95),
+            index(of.cpk),
+            interval(of.cpk_ci95),
+        ]);
+    }
+    table.note(
+        "Cp: distance of the limits over six standard deviations; Cpk: distance of the mean from the nearer limit over three. \
+         Intervals by the χ² distribution and by Bissell (1990), for normally distributed parameters; the spread includes the \
+         error of the estimates.",
+    );
+    (!table.rows.is_empty()).then_some(table)
 }
 
 /// Returns the table of motors outside the limits; `None` without any.

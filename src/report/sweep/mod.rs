@@ -1,8 +1,10 @@
 //! JSON documents, tables, figures, page and Parquet file of a sweep.
 
+mod capability;
 mod document;
 mod figures;
 mod line;
+mod motors;
 mod page;
 #[cfg(feature = "parquet")]
 mod parquet;
@@ -16,6 +18,7 @@ mod trust;
 mod words;
 
 pub use document::{status_document, sweep_document, tally_document};
+pub use motors::motors_csv;
 pub use page::{sweep_answer, sweep_page, sweep_parts};
 #[cfg(feature = "parquet")]
 pub use parquet::write_parquet;

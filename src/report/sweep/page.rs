@@ -33,6 +33,7 @@ pub fn sweep_page(summary: &SweepSummary, limits: &Limits, how: &Reproduced) -> 
         sections.push(section("Warnings", warnings));
     }
     let mut motors: Vec<Part> = figures::motors(summary, limits).map(Part::Figure).into_iter().collect();
+    motors.extend(figures::run_chart(summary, limits).map(Part::Figure));
     motors.extend(line_tables(summary, limits).into_iter().map(Part::Table));
     if !motors.is_empty() {
         sections.push(section(if summary.motors > 1 { "The motors" } else { "The motor" }, motors));
@@ -59,7 +60,8 @@ pub fn sweep_answer(summary: &SweepSummary, limits: &Limits) -> String {
         format!("{} of {} motors identified", many(summary.results.len()), many(summary.motors))
     } else {
         let done = summary.runs.saturating_sub(summary.missing).saturating_sub(summary.failed);
-        format!("{} of {} runs of one motor have a result", grouped(done), grouped(summary.runs))
+        let all = counted(summary.runs, "run", "runs");
+        format!("{} of {all} of one motor {} a result", grouped(done), plural(done, "has", "have"))
     };
     let verdict = match (limits.is_empty() || summary.results.is_empty(), motors_outside(&excesses(summary, limits))) {
         (true, _) => String::new(),
@@ -77,13 +79,14 @@ pub fn sweep_answer(summary: &SweepSummary, limits: &Limits) -> String {
 fn warnings(summary: &SweepSummary) -> Vec<Part> {
     let SweepSummary { missing, failed, taken_over, .. } = *summary;
     let poor = summary.trust.levels.poor;
-    let (all, device) = (grouped(summary.runs), &summary.device[0]);
+    let (all, device) = (counted(summary.runs, "run", "runs"), &summary.device[0]);
     let texts = [
-        (missing, plural(missing, "run is", "runs are"), "not finished: continue the sweep and merge it again."),
-        (failed, plural(failed, "run has", "runs have"), "no result: see below."),
-        (poor, plural(poor, "run has", "runs have"), "a poor level of trust: see below."),
+        (missing, plural(missing, "is", "are"), "not finished: continue the sweep and merge it again."),
+        (failed, plural(failed, "has", "have"), "no result: see below."),
+        (poor, plural(poor, "has", "have"), "a poor level of trust: see below."),
     ];
-    let texts = texts.map(|(count, runs, what)| (count, format!("{} of {all} {runs} {what}", grouped(count))));
+    // The noun follows the total and the verb the part: 1 of 151 runs has no result.
+    let texts = texts.map(|(count, verb, what)| (count, format!("{} of {all} {verb} {what}", grouped(count))));
     let taken_over_runs = counted(taken_over, "run was", "runs were");
     let by = format!("{taken_over_runs} executed on the cpu in place of the {device}: the last digits may differ.");
     let shown = texts.into_iter().chain([(taken_over, by)]).filter(|(count, _)| *count > 0);

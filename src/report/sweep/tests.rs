@@ -2,7 +2,7 @@
 
 use super::sample::{how, line, product};
 use super::words::grouped;
-use super::{shortened, sweep_answer, sweep_document, sweep_page, sweep_tables};
+use super::{motors_csv, shortened, sweep_answer, sweep_document, sweep_page, sweep_tables};
 use crate::report::Table;
 use crate::study::sweep::{LevelCounts, Limits, TrustCounts};
 
@@ -44,6 +44,19 @@ fn motors_outside_limits_are_listed_by_excess() {
     assert!(counts(4) <= counts(3));
     assert_eq!(sweep_answer(&summary, &limits), "300 of 302 motors identified; 5 are outside the limits.");
     assert!(sweep_answer(&summary, &Limits::default()).ends_with("identified."));
+    let csv = motors_csv(&summary, &limits);
+    let line = |motor: &str| csv.lines().find(|line| line.contains(motor)).unwrap().to_owned();
+    assert_eq!(csv.lines().count(), 1 + 302, "motors with and without a result");
+    assert!(
+        line("motor-0080").contains(",L,98.1,99.7,") && line("motor-0001").contains(",,98.1,99.7,"),
+        "{}",
+        line("motor-0080")
+    );
+    assert!(
+        line("motor-0301").ends_with(",the motor does not move: nothing can be identified"),
+        "{}",
+        line("motor-0301")
+    );
     let document = sweep_document(&summary, &limits);
     assert_eq!(document["outside"].as_array().unwrap().len(), 5);
     assert_eq!((&document["outside"][0]["id"], &document["outside"][0]["parameter"]), (&80.into(), &"L".into()));
@@ -119,6 +132,7 @@ fn the_page_escapes_names_from_files_and_warns() {
     let page = sweep_page(&summary, &limits, &how()).html(true);
     assert!(!page.contains("<img") && !page.contains('\u{202e}') && page.contains("&lt;img"));
     assert!(page.matches("class=\"warning\"").count() == 3, "failed, missing, taken over");
+    assert!(page.contains("1 of 302 runs is not finished") && page.contains("2 of 302 runs have no result"));
     let mut cells = product(2);
     cells.blocks[0].cells[1].noise = evil.to_owned();
     let page = sweep_page(&cells, &Limits::default(), &how()).html(true);

@@ -4,6 +4,7 @@
 //! Runs with the same number start from the same random numbers, and so from the same population for every method that begins with a
 //! uniform one. Comparisons between methods are therefore paired.
 
+mod at_bound;
 mod estimates;
 mod invariance;
 mod ranking;
@@ -91,7 +92,7 @@ pub struct Comparison {
     pub initial: Vec<[f64; 2]>,
     /// Kind (`cpu` or `gpu`), name and precision of the device that evaluated.
     pub device: (&'static str, String, &'static str),
-    /// Warnings about the recordings and the device.
+    /// Warnings about the recordings, the device and the box.
     pub warnings: Vec<Warning>,
     /// Tests of each method in other coordinates; empty without any.
     pub invariance: Vec<InvarianceTest>,
@@ -230,6 +231,8 @@ pub fn compare(
     };
     comparison.add_costs()?;
     comparison.invariance = comparison.invariance_tests();
+    let of_box = at_bound::of_box(&comparison);
+    comparison.warnings.extend(of_box);
     Ok(comparison)
 }
 

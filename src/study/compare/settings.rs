@@ -4,7 +4,7 @@ use super::{ComparisonSetting, ComparisonSubject};
 use crate::criterion::Criterion;
 use crate::device::DeviceSpec;
 use crate::evaluate::Model;
-use crate::identify::{BatchCosts, IdentifySpec, Method};
+use crate::identify::{IdentifySpec, Method, estimated_space};
 use crate::motor::Space;
 use crate::optimize::{Coordinates, SEARCHES};
 use crate::setting::{Setting as Named, text};
@@ -28,7 +28,7 @@ pub struct CompareSettings {
     /// Coordinates in which the searches move their candidates, as `mirror`, `shift:0.1`, `log` or `none`. With any of the first three
     /// each setting is also compared in the coordinates of the parameters.
     pub transforms: Vec<String>,
-    /// Bounds of the parameters. The default is Table 2 for a simulated motor, and bounds around the estimate
+    /// Bounds of the parameters. The default is Table 2 for a simulated motor, and a decade to each side of the estimate
     /// otherwise.
     pub bounds: Vec<String>,
     /// Fixed parameters, as `R=0.92`.
@@ -111,7 +111,8 @@ impl CompareSettings {
         Ok(variants)
     }
 
-    /// Returns the space of free parameters with their bounds.
+    /// Returns the space of free parameters with their bounds. Automatic bounds are a decade to each side of the
+    /// Steiglitz–McBride estimate, or of the refined estimate where that fails, and those of Table 2 without any estimate.
     ///
     /// # Errors
     /// Returns a `Usage` error for invalid bounds or fixed values, and a `Data` or `NotIdentified` error for unsuitable
@@ -123,7 +124,7 @@ impl CompareSettings {
         let space = Space::table2_with(&parse::bounds(bounds)?, &fixed)?;
         let (auto_bounds, device) = (parse::auto_bounds(bounds)?, DeviceSpec::Cpu);
         let identify = IdentifySpec { space, auto_bounds, device, model, ..IdentifySpec::default() };
-        Ok(BatchCosts::new(&subject.records, &identify)?.problem().space().clone())
+        estimated_space(&subject.records, &identify)
     }
 }
 

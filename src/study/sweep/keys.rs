@@ -1,6 +1,7 @@
 //! Reading and checking of the keys of a study.
 
 use super::study::{AddedNoise, Entry, Level, Seeds};
+use super::summary::Limits;
 use super::toml::{Document, Item};
 use crate::device::{DeviceSpec, OnLoss};
 use crate::identify::{IdentifySpec, Method};
@@ -231,6 +232,15 @@ impl<'a> Keys<'a> {
         }
     }
 
+    /// Returns the acceptance limits of the motors; none if the key is absent.
+    pub(super) fn limits(&self) -> Result<Limits> {
+        let Some(item) = self.get("limits") else { return Ok(Limits::default()) };
+        let list = parse::ranges(&ranges(item)?, Setting::Limits).and_then(Limits::new);
+        list.map_err(|error| {
+            item.error(error.message().to_string(), "Write limits = {R = [0.8, 1.0]}, the lower limit first.")
+        })
+    }
+
     pub(super) fn on_loss(&self, spec: &IdentifySpec) -> Result<OnLoss> {
         let Some(item) = self.get("fallback") else { return Ok(OnLoss::Reopen) };
         let fallback: Fallback = item.choice()?;
@@ -251,7 +261,11 @@ impl<'a> Keys<'a> {
 fn parameters<T>(item: Item<'_>, one: impl Fn(&str, Item<'_>) -> Result<T>) -> Result<Vec<T>> {
     let Item { document, key, value } = item;
     let Some(table) = value.get_ref().as_table() else {
-        let example = if key == "fix" { "{R = 0.92}" } else { "\"table2\", \"auto\" or {R = [0.1, 1.0]}" };
+        let example = match key {
+            "fix" => "{R = 0.92}",
+            "limits" => "{R = [0.8, 1.0]}",
+            _ => "\"table2\", \"auto\" or {R = [0.1, 1.0]}",
+        };
         return Err(item.error(format!("{key} is not a table"), format!("Write {key} = {example}.")));
     };
     let symbols: Vec<&str> = Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS).map(Parameter::symbol).collect();
@@ -266,10 +280,16 @@ fn bounds(item: Item<'_>) -> Result<Vec<String>> {
     if item.value.get_ref().as_str().is_some() {
         return Ok(vec![item.choice::<DefaultBounds>()?.name().to_owned()]);
     }
+    ranges(item)
+}
+
+/// Returns a table of ranges as a list of texts.
+fn ranges(item: Item<'_>) -> Result<Vec<String>> {
+    let key = item.key;
     parameters(item, |symbol, value| {
         let [min, max] = value.list(Item::number)?[..] else {
-            let remedy = format!("Write bounds = {{{symbol} = [0.1, 1.0]}}.");
-            return Err(value.error(format!("bounds: {symbol} is not [MIN, MAX]"), remedy));
+            let remedy = format!("Write {key} = {{{symbol} = [0.1, 1.0]}}.");
+            return Err(value.error(format!("{key}: {symbol} is not [MIN, MAX]"), remedy));
         };
         Ok(format!("{symbol}={min}:{max}"))
     })

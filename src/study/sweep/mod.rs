@@ -86,6 +86,12 @@ impl Sweep {
         &self.digest
     }
 
+    /// Returns the acceptance limits of the study; empty without any.
+    #[must_use]
+    pub fn limits(&self) -> Limits {
+        self.study().limits.clone()
+    }
+
     fn study(&self) -> &Study {
         self.runs.study()
     }

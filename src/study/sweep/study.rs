@@ -1,6 +1,7 @@
 //! A study as described by its file: factors, whose product gives the runs, and settings of all runs.
 
 use super::keys::{Keys, OF_ALL_RUNS, OF_MODELS};
+use super::summary::Limits;
 use super::toml::{Document, Item};
 use crate::Result;
 use crate::criterion::{Criterion, Noise, Norm, Scale};
@@ -92,12 +93,14 @@ pub(super) struct Study {
     /// Settings of all runs: simulation model and device.
     pub spec: IdentifySpec,
     pub on_loss: OnLoss,
+    /// Acceptance limits of the motors.
+    pub limits: Limits,
 }
 
 /// Number of factors except motor and seed.
 pub(super) const FACTORS: usize = 8;
 /// Keys of a study other than the common settings of all front ends.
-const OWN_KEYS: [&str; 15] = [
+const OWN_KEYS: [&str; 16] = [
     "name",
     "recordings",
     "methods",
@@ -113,6 +116,7 @@ const OWN_KEYS: [&str; 15] = [
     "split",
     "fallback",
     "set",
+    "limits",
 ];
 
 impl Study {
@@ -145,6 +149,7 @@ impl Study {
             validate: keys.words("validate", "[\"held-out.csv\"]")?,
             split: keys.split()?,
             on_loss: keys.on_loss(&spec)?,
+            limits: keys.limits()?,
             spec,
         };
         study.check(document)?;

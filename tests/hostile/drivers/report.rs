@@ -270,6 +270,7 @@ pub fn swept(calls: &mut Calls) {
     let summaries = summaries();
     for (summary, limits) in summaries.iter().flat_map(|s| all_limits.iter().map(move |l| (s, l))) {
         drive!(calls, (summary, limits);
+            "report::sweep::motors_csv" => of_sweep::motors_csv(summary, limits),
             "report::sweep::sweep_answer" => of_sweep::sweep_answer(summary, limits),
             "report::sweep::sweep_document" => of_sweep::sweep_document(summary, limits),
             "report::sweep::sweep_page" => of_sweep::sweep_page(summary, limits, &how("")).html(true),

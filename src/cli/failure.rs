@@ -1,0 +1,76 @@
+//! Errors as JSON documents, and the exit codes of all outcomes: one table for the program, its help and the reference.
+
+use super::Outcome;
+use motorfit::file::with_similar_name;
+use motorfit::report::{command_line, json};
+use motorfit::{Error, ErrorKind};
+use serde_json::json as value;
+
+/// Exit codes with their meanings.
+pub(super) const EXIT_CODES: [(&str, &str); 7] = [
+    ("0", "done"),
+    ("2", "wrong usage"),
+    ("3", "bad data, or a file that cannot be written"),
+    ("4", "not identified; some runs of a sweep failed; with --strict, a result that is not good"),
+    ("5", "the device is not available"),
+    ("6", "with --strict-limits, motors outside the limits"),
+    ("129, 130, 143", "ended by SIGHUP, Ctrl-C, SIGTERM; the best so far is printed and finished runs are kept"),
+];
+
+/// Returns the exit codes as text for the help.
+pub(super) fn exit_codes() -> String {
+    let lines = EXIT_CODES.iter().map(|(code, meaning)| format!("\n  {code:<13}  {meaning}"));
+    format!("Exit codes:{}", lines.collect::<String>())
+}
+
+/// Returns the exit code of an outcome that is no error.
+pub(super) fn code_of(outcome: &Outcome) -> u8 {
+    match outcome {
+        Outcome::Done => 0,
+        Outcome::Interrupted => super::signals::exit_code(),
+        Outcome::Incomplete | Outcome::Untrusted => 4,
+        Outcome::OutsideLimits => 6,
+    }
+}
+
+/// Returns the name of the kind of an error and its exit code.
+pub(super) fn kind_of(error: &Error) -> (&'static str, u8) {
+    match error.kind() {
+        ErrorKind::Usage => ("usage", 2),
+        ErrorKind::NotIdentified => ("not_identified", 4),
+        ErrorKind::Device => ("device", 5),
+        _ => ("data", 3),
+    }
+}
+
+/// Returns the JSON document of an error.
+pub(super) fn document(error: &Error) -> String {
+    let error = with_similar_name(error.clone());
+    let (kind, code) = kind_of(&error);
+    json(&value!({
+        "motorfit": env!("CARGO_PKG_VERSION"),
+        "error": {
+            "kind": kind,
+            "exit_code": code,
+            "message": error.message().spelled(command_line),
+            "hint": error.hint().spelled(command_line),
+            "path": error.path().map(|path| path.display().to_string()),
+            "part": error.part(),
+            "line": error.line(),
+            "column": error.column(),
+        },
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::EXIT_CODES;
+
+    #[test]
+    fn the_documents_have_the_table_of_exit_codes() {
+        let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/trust.md")).unwrap();
+        let rows = text.lines().skip_while(|line| *line != "## Exit codes").filter(|line| line.starts_with("| "));
+        let written: Vec<String> = rows.skip(1).map(|row| row.replace('`', "")).collect();
+        assert_eq!(written, EXIT_CODES.map(|(code, meaning)| format!("| {code} | {meaning} |")));
+    }
+}
