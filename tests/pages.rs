@@ -39,7 +39,7 @@ fn pages(folder: &Path, no_script: bool) -> Vec<PathBuf> {
         ("identify", vec!["identify", &example]),
         ("split", vec!["identify", &log, "--columns", columns, "--split", "0.7", "--with", "auto"]),
         ("inspect", vec!["inspect", &log, "--columns", columns]),
-        ("compare", vec!["compare", "--preset", "paper", "--runs", "3", "--generations", "20", "--noise-records", "5"]),
+        ("compare", vec!["compare", "--preset", "paper", "--runs", "3", "--noise-records", "5"]),
         ("sweep", vec!["sweep", &study, "--out", &runs]),
     ];
     let write = |(name, mut args): (&str, Vec<&str>)| {

@@ -59,7 +59,7 @@ mod tests {
         let labels = |range, most| ticks(range, most).into_iter().map(|(_, label)| label).collect::<Vec<_>>();
         assert_eq!(labels([0.0, 3.0], 6), ["0.0", "0.5", "1.0", "1.5", "2.0", "2.5", "3.0"]);
         assert_eq!(labels([-2.3, 8.1], 5), ["0", "5"]);
-        assert_eq!(labels([-0.05, 0.05], 4), ["\u{2212}0.04", "\u{2212}0.02", "0.00", "0.02", "0.04"]);
+        assert_eq!(labels([-0.05, 0.05], 6), ["\u{2212}0.04", "\u{2212}0.02", "0.00", "0.02", "0.04"]);
         assert_eq!(labels([0.0, 2e7], 4), ["0", "5e6", "1.0e7", "1.5e7", "2.0e7"]);
         for [low, high] in [[0.0, 1e-140], [-1e140, 1e140], [5.0, 5.000_001], [1e-9, 3.3]] {
             let found = ticks([low, high], 5);
