@@ -94,9 +94,9 @@ def test_figures_are_saved_in_the_format_of_the_suffix(record, tmp_path, monkeyp
     for name in ("fit.svg", "FIT.SVG"):
         drawing.save(tmp_path / name)
         assert (tmp_path / name).read_text() == str(drawing)
-    # An SVG file follows the colours of the system, except for a map, which has text on its colours.
-    assert "prefers-color-scheme: dark" in str(drawing)
-    assert "prefers-color-scheme" not in str(motorfit.identify(record).plot_correlation())
+    # An SVG file follows the colours of the system.
+    for figure in (drawing, motorfit.identify(record).plot_correlation()):
+        assert "prefers-color-scheme: dark" in str(figure)
     drawing.save(str(tmp_path / "fit.png"))
     pixels = matplotlib.image.imread(tmp_path / "fit.png")
     width = float(re.search(r'width="([\d.]+)"', str(drawing)).group(1))

@@ -51,7 +51,7 @@ def test_the_result_is_shown_with_values_fit_trust_and_a_plot(executed):
     tree = ET.fromstring(shown)
     text = " ".join(tree.itertext())
     assert "Trust:" in text and "standard error" in text and "fit [%]" in text and "resistance" in text
-    assert shown.count("<svg") == 1 and "<svg" in html_of(executed[0])
+    assert shown.count("<figure") == 1 and "<svg" in html_of(executed[0])
     first = next(row for row in tree.iter("tr") if "R, resistance" in "".join(row.itertext()))
     assert abs(float(first[1].text) / M2["R"] - 1) < 0.02
 
