@@ -175,7 +175,8 @@ mod tests {
         points[151_234].1 = -0.9;
         for form in [Form::Line, Form::Dots] {
             let path = path(form, &points);
-            let has = |value: &str| ["M", "L"].iter().any(|next| path.contains(&format!("V{value}{next}")));
+            let ends = |value: &str| [format!("V{value}M"), format!("V{value}L"), format!(" {value}V")];
+            let has = |value: &str| ends(value).iter().any(|end| path.contains(end));
             assert!(has("1") && has("19"), "the highest and the lowest value");
             assert!(path.len() < 100_000, "{}", path.len());
         }
