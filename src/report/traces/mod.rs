@@ -41,7 +41,7 @@ pub struct Trace {
 /// A panel: curves over one pair of axes.
 #[derive(Debug, Clone)]
 pub struct Panel {
-    /// Quantity with its unit, such as "current [A]".
+    /// Quantity with its unit, such as `current [A]`.
     pub label: String,
     /// Curves; the first are drawn below the others.
     pub traces: Vec<Trace>,
