@@ -88,7 +88,7 @@ const SLOW: f64 = 0.4;
 /// cannot be distinguished from these.
 const OUTLIERS: [(&str, Graded, [f64; 3]); 3] = [
     ("voltage", of_voltage, [0.8, 0.9, 0.9]),
-    ("current", |bench, part| Some(outliers(bench, part, |s| s.current.as_mut().unwrap())), [0.91, FOUND, FOUND]),
+    ("current", |bench, part| Some(outliers(bench, part, |s| s.current.as_mut().unwrap())), [0.9, FOUND, FOUND]),
     ("speed", |bench, part| Some(outliers(bench, part, |s| s.speed.as_mut().unwrap())), [FOUND; 3]),
 ];
 
