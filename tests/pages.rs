@@ -151,6 +151,14 @@ fn a_page_is_printed_on_few_sheets() {
     assert!((1..=3).contains(&sheets), "{sheets} sheets");
 }
 
+/// Runs a script on the page of the example at a width of 800 pixels and returns its value.
+fn acted(script: &str) -> Value {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("identify");
+    ok(&["identify", &format!("{EXAMPLES}m2-step.csv"), "--out", out.to_str().unwrap()]);
+    asked(folder.path(), &out.join("report.html"), &[800], &format!("{ACTIONS}{script}"), &[]).remove(0)
+}
+
 /// Functions for scripts that act on a page: a pointer on the panels of the first figure, and what they show.
 const ACTIONS: &str = "
     const figure = page.querySelector('figure.traces'), panels = [...figure.querySelectorAll('svg.trace')];
@@ -168,25 +176,20 @@ fn the_script_shows_values_and_zooms_all_panels_together() {
     if browser().is_none() {
         return;
     }
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("identify");
-    ok(&["identify", &format!("{EXAMPLES}m2-step.csv"), "--out", out.to_str().unwrap()]);
-    let script = format!(
-        "{ACTIONS}
-        const found = {{ whole: boxes() }};
+    let script = "
+        const found = { whole: boxes() };
         point('pointermove', 0.5);
         found.values = [...figure.querySelectorAll('output')].map(e => e.textContent);
         point('pointerleave', 0.5);
         found.left = [...figure.querySelectorAll('output')].map(e => e.textContent).join('');
         point('pointerdown', 1 / 3); point('pointermove', 0.36); point('pointerup', 0.36);
         found.zoomed = boxes(); found.labels = labels();
-        panels[0].dispatchEvent(new view.MouseEvent('dblclick', {{ bubbles: true }}));
+        panels[0].dispatchEvent(new view.MouseEvent('dblclick', { bubbles: true }));
         found.again = boxes();
         press('Zoom in'); found.closer = boxes(); press('Later'); found.later = boxes(); press('Zoom out'); press('Reset');
         found.reset = boxes();
-        return found;"
-    );
-    let found = asked(folder.path(), &out.join("report.html"), &[800], &script, &[]).remove(0);
+        return found;";
+    let found = acted(script);
     let boxes = |name: &str| -> Vec<[f64; 4]> { serde_json::from_value(found[name].clone()).unwrap() };
     let whole = [[0.0, 0.0, 1000.0, 200.0]; 5];
     assert_eq!(boxes("whole"), whole);
@@ -220,13 +223,9 @@ fn the_script_hides_curves_and_sorts_tables() {
     if browser().is_none() {
         return;
     }
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("identify");
-    ok(&["identify", &format!("{EXAMPLES}m2-step.csv"), "--out", out.to_str().unwrap()]);
-    let script = format!(
-        "{ACTIONS}
-        const found = {{}};
-        const shown = name => [...figure.querySelectorAll(`path[data-name=${{name}}]`)].map(e => view.getComputedStyle(e).display);
+    let script = "
+        const found = {};
+        const shown = name => [...figure.querySelectorAll(`path[data-name=${name}]`)].map(e => view.getComputedStyle(e).display);
         const pressed = () => [...figure.querySelectorAll('.legend button')].map(e => e.getAttribute('aria-pressed'));
         found.before = [shown('measured'), shown('model'), pressed()];
         press('measured'); found.without = [shown('measured'), shown('model'), pressed()];
@@ -235,10 +234,9 @@ fn the_script_hides_curves_and_sorts_tables() {
         const head = table.tHead.rows[0].cells[1];
         const order = () => [...table.tBodies[0].rows].map(row => row.cells[0].textContent[0]).join('');
         found.orders = [order()];
-        for (let n = 0; n < 3; n++) {{ head.querySelector('button').click(); found.orders.push(order(), head.getAttribute('aria-sort')); }}
-        return found;"
-    );
-    let found = asked(folder.path(), &out.join("report.html"), &[800], &script, &[]).remove(0);
+        for (let n = 0; n < 3; n++) { head.querySelector('button').click(); found.orders.push(order(), head.getAttribute('aria-sort')); }
+        return found;";
+    let found = acted(script);
     let all = |of: &Value, display: &str| {
         of.as_array().unwrap().iter().all(|v| v == display) && !of.as_array().unwrap().is_empty()
     };
@@ -253,6 +251,42 @@ fn the_script_hides_curves_and_sorts_tables() {
         found["orders"],
         serde_json::json!(["RLKBJ", "JBLKR", "ascending", "RKLBJ", "descending", "RLKBJ", null])
     );
+}
+
+#[test]
+fn masked_outliers_do_not_widen_the_bands_and_leave_no_residual() {
+    use motorfit::report::figures::{residual_correlations, response_traces};
+    use motorfit::setting::Setting;
+    use motorfit::settings::{Given, Value, reading};
+    let text = std::fs::read_to_string(format!("{EXAMPLES}m2-step.csv")).unwrap();
+    let damaged = text.lines().enumerate().map(|(n, line)| match (n, line.rsplit_once(',')) {
+        (900 | 2400, Some((rest, _))) => format!("{rest},99999\n"),
+        _ => format!("{line}\n"),
+    });
+    let damaged: String = damaged.collect();
+    let mut given = Given::default();
+    given.put(Setting::Mask, Value::List(vec!["auto".to_owned()]));
+    let record = reading(&given).unwrap().records_from_bytes(damaged.as_bytes()).unwrap().remove(0);
+    let records = [record];
+    let found = motorfit::identify::identify(&records, &Default::default()).unwrap();
+    let modelled = found.modelled(&records).unwrap();
+    let [complete, _] = response_traces("a", &records[0], &[("model", &modelled[0])], &[]);
+    // The noise of the speed is 1.04 rad/s; with the outliers the band would be ±5000 rad/s.
+    let speed = complete.panels.iter().find(|panel| panel.label == "speed [rad/s]").unwrap();
+    assert!((speed.traces[1].band / (1.96 * 1.04) - 1.0).abs() < 0.05, "{}", speed.traces[1].band);
+    let left = complete.panels.last().unwrap().traces[0].points.iter().filter(|(_, y)| y.is_nan()).count();
+    assert_eq!(left, 2);
+    assert!(complete.caption.contains("Excluded samples have no residual"));
+    // The correlations are those of the noise: 99 % of the lags are within the limits.
+    let of = residual_correlations("b", &records[0], &modelled[0], &[]).unwrap();
+    for panel in of.panels {
+        let outside = panel.traces[0].points.iter().filter(|(_, r)| r.abs() > panel.bound.unwrap()).count();
+        assert!(outside <= 3, "{}: {outside}", panel.label);
+    }
+    // A segment that was excluded automatically has no residual either.
+    let [complete, _] = response_traces("a", &records[0], &[("model", &modelled[0])], &[[0.1, 0.2]]);
+    let left = complete.panels.last().unwrap().traces[0].points.iter().filter(|(_, y)| y.is_nan()).count();
+    assert!((102..=104).contains(&left), "{left}");
 }
 
 #[test]

@@ -18,8 +18,8 @@ pub struct ResidualCorrelation {
     /// Cross-correlation coefficients of the residual with the input at the lags −25 to 25; positive lags mean that the residual
     /// follows the input.
     pub cross_correlation: Vec<f64>,
-    /// Limit of the cross-correlation of residuals that are independent of the input, from both autocorrelations
-    /// (Ljung 1999, Eq. 16.70).
+    /// Limit of the cross-correlation of residuals that are independent of the input: its asymptotic variance is the sum of the
+    /// products of both autocorrelations, over N.
     pub cross_correlation_limit: f64,
 }
 
@@ -29,19 +29,18 @@ impl ResidualCorrelation {
         (0..=2 * LAGS).map(|n| count(n) - count(LAGS))
     }
 
-    /// Computes the correlations of residuals with an input of the same length; `None` for fewer than 100 samples, for a constant
-    /// input, and for residuals that are all zero or not finite.
+    /// Computes the correlations of residuals with an input of the same length. A residual of NaN does not count: its products are
+    /// left out. Returns `None` for fewer than 100 residuals, for a constant input, and for residuals that are all zero.
     #[must_use]
     pub fn of(residuals: &[f64], input: &[f64]) -> Option<Self> {
-        let n = residuals.len();
-        if n < 4 * LAGS || n != input.len() {
+        let counting: Vec<f64> = residuals.iter().copied().filter(|r| !r.is_nan()).collect();
+        let n = counting.len();
+        if n < 4 * LAGS || residuals.len() != input.len() {
             return None;
         }
-        let centred = |values: &[f64]| -> Vec<f64> {
-            let mean = mean(values);
-            values.iter().map(|v| v - mean).collect()
-        };
-        let (e, u) = (centred(residuals), centred(input));
+        let [mean_e, mean_u] = [&counting, input].map(mean);
+        let e: Vec<f64> = residuals.iter().map(|r| if r.is_nan() { 0.0 } else { r - mean_e }).collect();
+        let u: Vec<f64> = input.iter().map(|v| v - mean_u).collect();
         let [of_e, of_u] = [&e, &u].map(|x| autocorrelation(x));
         let (of_e, of_u) = (of_e?, of_u?);
         let size = (lagged(&e, &e, 0) * lagged(&u, &u, 0)).sqrt();
@@ -122,6 +121,25 @@ mod tests {
     }
 
     #[test]
+    fn residuals_that_do_not_count_change_nothing() {
+        // Pairs of masked outliers every 40 samples: with them the autocorrelation would be theirs.
+        let mut numbers = rand_chacha::ChaCha8Rng::seed_from_u64(2);
+        let [e, u] = [0.0, 0.5].map(|a| autoregression(&mut numbers, a, 4000));
+        let clean = ResidualCorrelation::of(&e, &u).unwrap();
+        let masked: Vec<f64> = e.iter().enumerate().map(|(n, r)| if n % 40 < 2 { f64::NAN } else { *r }).collect();
+        let found = ResidualCorrelation::of(&masked, &u).unwrap();
+        assert!(
+            (found.autocorrelation_limit / clean.autocorrelation_limit - (4000.0_f64 / 3800.0).sqrt()).abs() < 1e-12
+        );
+        let largest = |values: &[f64], limit: f64| values.iter().map(|r| r.abs()).fold(0.0, f64::max) / limit;
+        assert!(largest(&found.autocorrelation, found.autocorrelation_limit) < 1.5);
+        assert!(largest(&found.cross_correlation, found.cross_correlation_limit) < 1.5);
+        let outliers: Vec<f64> = e.iter().enumerate().map(|(n, r)| if n % 40 < 2 { 50.0 } else { *r }).collect();
+        let with = ResidualCorrelation::of(&outliers, &u).unwrap();
+        assert!(largest(&with.autocorrelation, with.autocorrelation_limit) > 10.0);
+    }
+
+    #[test]
     fn short_constant_and_damaged_signals_have_none() {
         let wave: Vec<f64> = (0..200).map(|n| (f64::from(n) * 0.3).sin()).collect();
         assert!(ResidualCorrelation::of(&wave, &wave).is_some());
@@ -129,7 +147,9 @@ mod tests {
         assert!(ResidualCorrelation::of(&wave, &[1.0; 200]).is_none());
         assert!(ResidualCorrelation::of(&wave, &wave[1..]).is_none());
         let mut damaged = wave.clone();
-        damaged[5] = f64::NAN;
-        assert!(ResidualCorrelation::of(&damaged, &wave).is_none());
+        damaged[5] = f64::INFINITY;
+        assert!(
+            ResidualCorrelation::of(&damaged, &wave).is_none() && ResidualCorrelation::of(&wave, &damaged).is_none()
+        );
     }
 }

@@ -33,14 +33,34 @@ const CHANNELS: [[&str; 2]; 2] =
 /// Signals of a model for a recording, current \[A\] and speed \[rad/s\], with the name of the model in the legend.
 pub type Modelled<'a> = (&'a str, &'a [Vec<f64>; 2]);
 
+/// Returns the residuals of a channel, measured minus modelled; NaN where they do not count: at masked samples, and in the intervals
+/// `left_out` \[s\], which were excluded automatically.
+fn residuals(record: &Record, channel: usize, modelled: &[f64], left_out: &[[f64; 2]]) -> Vec<f64> {
+    let counting = record.counting();
+    let time = &record.samples().time_s;
+    let is_excluded = |n: usize| {
+        let is_masked = counting.get(n).is_some_and(|counts| !counts[channel]);
+        is_masked || left_out.iter().any(|[from, to]| (*from..=*to).contains(&time[n]))
+    };
+    let measured = record.measured()[channel].unwrap_or_default();
+    let of = |(n, (a, b)): (usize, (&f64, &f64))| if is_excluded(n) { f64::NAN } else { a - b };
+    measured.iter().zip(modelled).enumerate().map(of).collect()
+}
+
+/// Returns the form in which the input is drawn: straight lines if it changes linearly between samples.
+pub(super) fn input_form(record: &Record) -> Form {
+    if record.slope().is_empty() { Form::Steps } else { Form::Line }
+}
+
 /// Returns the input, the measured and modelled signals and their residuals over time, one below the other, and beside each
-/// other the transient after the largest change of the input, enlarged.
+/// other the transient after the largest change of the input, enlarged. `left_out` are intervals that were excluded from the
+/// fit automatically \[s\].
 #[must_use]
-pub fn response_traces(id: &str, record: &Record, models: &[Modelled<'_>]) -> [Traces; 2] {
+pub fn response_traces(id: &str, record: &Record, models: &[Modelled<'_>], left_out: &[[f64; 2]]) -> [Traces; 2] {
     let time = &record.samples().time_s;
     let curve = |values: &[f64]| time.iter().copied().zip(values.iter().copied()).collect::<Vec<_>>();
     let by_current = record.driver() == Quantity::Current;
-    let input = Trace::new("", 0, Form::Steps, curve(record.input()));
+    let input = Trace::new("", 0, input_form(record), curve(record.input()));
     let mut complete = vec![Panel::new(if by_current { "current [A], the input" } else { "voltage [V]" }, vec![input])];
     complete.extend(
         record
@@ -49,22 +69,23 @@ pub fn response_traces(id: &str, record: &Record, models: &[Modelled<'_>]) -> [T
             .as_ref()
             .map(|torque| Panel::new("load torque [N m]", vec![Trace::new("", 0, Form::Steps, curve(torque))])),
     );
-    let (mut signals, mut residuals) = (Vec::new(), Vec::new());
+    let (mut signals, mut differences) = (Vec::new(), Vec::new());
     for (channel, labels) in CHANNELS.into_iter().enumerate().skip(usize::from(by_current)) {
         let measured = record.measured()[channel].unwrap_or_default();
         let mut shown = vec![Trace::new("measured", 0, Form::Dots, curve(measured))];
         let mut left = Vec::new();
         for (n, (name, values)) in (1..).zip(models.iter().map(|(name, values)| (*name, &values[channel]))) {
-            let residual: Vec<f64> = measured.iter().zip(values).map(|(a, b)| a - b).collect();
-            shown.push(Trace::new(name, n, Form::Line, curve(values)).with_band(1.96 * rms(&residual)));
+            let residual = residuals(record, channel, values, left_out);
+            let counting: Vec<f64> = residual.iter().copied().filter(|r| r.is_finite()).collect();
+            shown.push(Trace::new(name, n, Form::Line, curve(values)).with_band(1.96 * rms(&counting)));
             left.push(Trace::new(name, n, Form::Dots, curve(&residual)));
         }
         signals.push(Panel::new(labels[0], shown));
-        residuals.push(Panel::new(labels[1], left));
+        differences.push(Panel::new(labels[1], left));
     }
     let [from, to] = transient(record);
     let enlarged = signals.iter().map(|panel| panel.within([from, to])).collect();
-    complete.extend(signals.into_iter().chain(residuals));
+    complete.extend(signals.into_iter().chain(differences));
     let names = models.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
     let of = |id: String, panels, is_grid, caption: &str| Traces {
         id,
@@ -74,16 +95,19 @@ pub fn response_traces(id: &str, record: &Record, models: &[Modelled<'_>]) -> [T
         alternative: format!("measured and by {names}, over time"),
         caption: caption.to_owned(),
     };
-    let bands = "Bands: \u{b1}1.96 times the standard deviation of the residuals, measured minus modelled.";
+    let is_complete = record.excluded().is_empty() && left_out.is_empty();
+    let excluded = if is_complete { "" } else { " Excluded samples have no residual." };
+    let bands =
+        format!("Bands: \u{b1}1.96 times the standard deviation of the residuals, measured minus modelled.{excluded}");
     let after = "The transient after the largest change of the input, enlarged.";
-    [of(id.to_owned(), complete, false, bands), of(format!("{id}-transient"), enlarged, true, after)]
+    [of(id.to_owned(), complete, false, &bands), of(format!("{id}-transient"), enlarged, true, after)]
 }
 
 /// Returns the figure of measured and modelled signals, their residuals, and the transient enlarged, as a drawing for a file.
 /// `name` is the name of the model in the legend.
 #[must_use]
 pub fn responses(id: &str, record: &Record, name: &str, signals: &[Vec<f64>; 2]) -> Figure {
-    let groups = response_traces(id, record, &[(name, signals)]);
+    let groups = response_traces(id, record, &[(name, signals)], &[]);
     Figure {
         id: id.to_owned(),
         map: false,
@@ -94,14 +118,22 @@ pub fn responses(id: &str, record: &Record, name: &str, signals: &[Vec<f64>; 2])
 }
 
 /// Returns the autocorrelation of the residuals of each channel and their cross-correlation with the input, with the limits
-/// that 99 % of them are within if the model is adequate; `None` if they are not defined.
+/// that 99 % of them are within if the model is adequate; `None` if they are not defined. `left_out` are intervals that were
+/// excluded from the fit automatically \[s\].
 #[must_use]
-pub fn residual_correlations(id: &str, record: &Record, signals: &[Vec<f64>; 2]) -> Option<Traces> {
+pub fn residual_correlations(
+    id: &str,
+    record: &Record,
+    signals: &[Vec<f64>; 2],
+    left_out: &[[f64; 2]],
+) -> Option<Traces> {
     let mut panels = Vec::new();
     let driver = record.driver().to_string();
     for (channel, name) in ["current", "speed"].into_iter().enumerate() {
-        let measured = record.measured()[channel].filter(|_| name != driver).unwrap_or_default();
-        let residual: Vec<f64> = measured.iter().zip(&signals[channel]).map(|(a, b)| a - b).collect();
+        if name == driver {
+            continue;
+        }
+        let residual = residuals(record, channel, &signals[channel], left_out);
         let Some(of) = ResidualCorrelation::of(&residual, record.input()) else { continue };
         let mut panel = |label: String, points, bound| {
             let traces = vec![Trace::new("", 1, Form::Stems, points)];

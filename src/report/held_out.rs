@@ -21,7 +21,7 @@ const HEADS: [&str; 7] = [
 /// Returns the table of fits and a figure for each held-out recording.
 pub(super) fn held_out(found: &Identification, validation: &Validation) -> Vec<Part> {
     let plots = |(n, held): (usize, &HeldOut)| {
-        response_traces(&format!("held-out-{n}"), &held.record, &[("model", &held.simulated)]).map(Part::Traces)
+        response_traces(&format!("held-out-{n}"), &held.record, &[("model", &held.simulated)], &[]).map(Part::Traces)
     };
     let plots = (1..).zip(&validation.held_out).flat_map(plots);
     std::iter::once(Part::Table(table(found, validation))).chain(plots).collect()

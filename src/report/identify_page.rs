@@ -25,13 +25,13 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
     if !reported.is_empty() {
         sections.push(section("Warnings", reported));
     }
-    let plots = (1..)
-        .zip(records.iter().zip(&modelled))
-        .flat_map(|(n, (record, signals))| response_traces(&format!("response-{n}"), record, &[("model", signals)]));
+    let plots = (1..).zip(records.iter().zip(&modelled)).flat_map(|(n, (record, signals))| {
+        response_traces(&format!("response-{n}"), record, &[("model", signals)], &left_out(found, n))
+    });
     sections.push(section("Measured and modelled", plots.map(Part::Traces).collect()));
-    let residuals = (1..)
-        .zip(records.iter().zip(&modelled))
-        .filter_map(|(n, (record, signals))| residual_correlations(&format!("residuals-{n}"), record, signals));
+    let residuals = (1..).zip(records.iter().zip(&modelled)).filter_map(|(n, (record, signals))| {
+        residual_correlations(&format!("residuals-{n}"), record, signals, &left_out(found, n))
+    });
     let residuals: Vec<Part> = residuals.map(Part::Traces).collect();
     if !residuals.is_empty() {
         sections.push(section("Correlation of the residuals", residuals));
@@ -61,6 +61,12 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
         answer: instead(found),
         sections,
     }
+}
+
+/// Returns the intervals of recording `number`, from 1, that were excluded automatically \[s\].
+fn left_out(found: &Identification, number: usize) -> Vec<[f64; 2]> {
+    let own = found.left_out.iter().filter(|of| of.recording + 1 == number);
+    own.map(|of| [of.from_s, of.to_s]).collect()
 }
 
 /// Returns the values of the parameters that all recordings share.

@@ -1,4 +1,5 @@
-//! Page of `compare`: the result first, then the plots, tables, and the command that reproduces it.
+//! Page of `compare`: the result first, then the plots, tables, and the command that reproduces it; sections that several pages
+//! have.
 
 use super::compare::{best, invariance, paper_tables, setting_name, tables};
 use super::figures;
@@ -53,7 +54,7 @@ pub(super) fn reproduce<'a>(
 }
 
 /// Returns the warnings of a comparison, and the reasons for which results are missing.
-fn doubts(comparison: &Comparison, spelling: Spelling) -> Vec<Part> {
+fn comparison_warnings(comparison: &Comparison, spelling: Spelling) -> Vec<Part> {
     let mut parts = warnings(&comparison.warnings, spelling);
     if comparison.interrupted {
         parts.push(Part::Warning("This comparison was interrupted: the results are incomplete.".to_owned()));
@@ -70,7 +71,7 @@ fn doubts(comparison: &Comparison, spelling: Spelling) -> Vec<Part> {
 #[must_use]
 pub fn compare_parts(comparison: &Comparison, spelling: Spelling) -> Vec<Part> {
     let mut parts = vec![Part::Text(answer(comparison))];
-    parts.extend(doubts(comparison, spelling));
+    parts.extend(comparison_warnings(comparison, spelling));
     for (n, block) in comparison.blocks.iter().enumerate() {
         parts.extend(tables(comparison, block).into_iter().take(1).map(Part::Table));
         if block.has_results() {
@@ -84,7 +85,7 @@ pub fn compare_parts(comparison: &Comparison, spelling: Spelling) -> Vec<Part> {
 #[must_use]
 pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> Page {
     let mut sections = Vec::new();
-    let sure = doubts(comparison, command_line);
+    let sure = comparison_warnings(comparison, command_line);
     if !sure.is_empty() {
         sections.push(section("Warnings", sure));
     }
@@ -152,7 +153,7 @@ fn responses(comparison: &Comparison) -> Vec<Part> {
     let best = best(comparison, block);
     let signals: Vec<_> = best.iter().map(|(_, motor)| figures::model(record, motor, initial, how)).collect();
     let models: Vec<figures::Modelled<'_>> = best.iter().map(|(name, _)| *name).zip(&signals).collect();
-    let mut traces = figures::response_traces("responses", record, &models);
+    let mut traces = figures::response_traces("responses", record, &models, &[]);
     traces[0].caption = format!("The best run of each method. {}", traces[0].caption);
     traces.map(Part::Traces).to_vec()
 }

@@ -3,6 +3,7 @@
 use super::SignalFacts;
 use crate::identify::{Identifiability, Inspection};
 use crate::record::{Quantity, Record, Severity};
+use crate::report::figures::input_form;
 use crate::report::page::{Figure, Item, Page, Part, Section, capital};
 use crate::report::pages::{Reproduced, reproduce, section};
 use crate::report::spelling::command_line;
@@ -142,7 +143,7 @@ fn signal_traces(id: String, record: &Record, warnings: &[Warning]) -> Traces {
     let panel = |(quantity, signal): (Quantity, &[f64])| {
         let points = record.samples().time_s.iter().copied().zip(signal.iter().copied()).collect();
         let is_input = quantity == Quantity::Voltage;
-        let form = if is_input && record.slope().is_empty() { Form::Steps } else { Form::Line };
+        let form = if is_input { input_form(record) } else { Form::Line };
         let own: Vec<(usize, &Warning)> =
             warnings.iter().enumerate().filter(|(_, w)| is_of(w, quantity, record.driver())).collect();
         let numbers: Vec<String> = own.iter().map(|(n, _)| (n + 1).to_string()).collect();

@@ -205,8 +205,8 @@ pub fn identified(calls: &mut Calls) {
             drive!(calls, record;
                 "report::residual_panels" => [residual_panels("", &[]), residual_panels("", &[row; 2])],
                 "report::figures::responses" => figures::responses("", &record, "\0", &signals),
-                "report::figures::response_traces" => figures::response_traces("", &record, &[("\0", &signals); 2]),
-                "report::figures::residual_correlations" => figures::residual_correlations("", &record, &signals),
+                "report::figures::response_traces" => figures::response_traces("", &record, &[("\0", &signals); 2], &[[f64::NAN, 1.0]]),
+                "report::figures::residual_correlations" => figures::residual_correlations("", &record, &signals, &[[f64::INFINITY; 2]]),
             );
         }
         let identifiability = Identifiability::Lacks { message: "a".into(), remedy: "b".into() };
@@ -274,6 +274,7 @@ pub fn swept(calls: &mut Calls) {
             "report::sweep::sweep_answer" => of_sweep::sweep_answer(summary, limits),
             "report::sweep::sweep_document" => of_sweep::sweep_document(summary, limits),
             "report::sweep::sweep_page" => of_sweep::sweep_page(summary, limits, &how("")).html(true),
+            "report::sweep::motors_outside_limits" => of_sweep::motors_outside_limits(summary, limits),
             "report::sweep::sweep_parts" => of_sweep::sweep_parts(summary, limits).len(),
             "report::sweep::sweep_tables" => of_sweep::sweep_tables(summary, limits),
         );
