@@ -50,11 +50,13 @@ pub fn counted(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
+/// SI prefixes with their powers of ten.
+const PREFIXES: [(&str, i32); 10] =
+    [("T", 12), ("G", 9), ("M", 6), ("k", 3), ("", 0), ("m", -3), ("µ", -6), ("n", -9), ("p", -12), ("f", -15)];
+
 /// Returns a number with `digits` significant digits and an SI prefix: `0.00776` with the unit `H` gives `7.76 mH`.
 #[must_use]
 pub fn engineering(value: f64, unit: &str, digits: usize) -> String {
-    const PREFIXES: [(&str, i32); 9] =
-        [("G", 9), ("M", 6), ("k", 3), ("", 0), ("m", -3), ("µ", -6), ("n", -9), ("p", -12), ("f", -15)];
     if value == 0.0 || !value.is_finite() {
         return format!("{value} {unit}");
     }
@@ -149,29 +151,52 @@ pub fn listed(words: &[&str], conjunction: &str) -> String {
     }
 }
 
-/// Returns a value with its standard error, and the unit that suits its size: with an SI prefix, `["7.7622 ± 0.0071", "mH"]`, or
-/// for units that take none with a power of ten, `["135.986 ± 0.087", "10⁻⁶ kg m²"]`. The error has two significant digits and
-/// the value its decimals; without an error the value has five significant digits.
+/// A unit with an SI prefix that suits the size of values, or with a power of ten if the unit takes no prefix: mH, 10⁻⁶ kg m².
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SuitableUnit {
+    exponent: i32,
+    /// Spelling of the unit; empty for numbers without one.
+    pub text: String,
+}
+
+impl SuitableUnit {
+    /// Chooses the unit for values of a size: numbers from 0.1 to 10⁴ stay as they are. Counts and percentages take no prefix.
+    #[must_use]
+    pub fn of(size: f64, unit: &str) -> Self {
+        let spelled = unit.replace("ohm", "Ω").replace('*', " ").replace("^2", "²");
+        let size = size.abs();
+        let is_count = ["", "1", "%", "samples"].contains(&unit);
+        let small = (-4..0).rev().map(|n| 3 * n).find(|exponent| size >= 10.0_f64.powi(*exponent));
+        let large = (1..4).rev().map(|n| 3 * n).find(|exponent| size >= 10.0_f64.powi(exponent + 1));
+        let exponent = match size {
+            _ if is_count || !size.is_finite() || (0.1..1e4).contains(&size) => None,
+            _ if size < 0.1 => small,
+            _ => large,
+        };
+        let exponent = exponent.unwrap_or(0);
+        let prefix = PREFIXES.iter().find(|(_, of)| *of == exponent).map_or("", |(prefix, _)| *prefix);
+        let text = match exponent {
+            0 if unit == "1" => String::new(),
+            0 => spelled,
+            _ if spelled.starts_with("kg") => format!("10{} {spelled}", raised(exponent)),
+            _ => format!("{prefix}{spelled}"),
+        };
+        Self { exponent, text }
+    }
+
+    /// Converts a value to the unit.
+    #[must_use]
+    pub fn scale(&self, value: f64) -> f64 {
+        value * 10.0_f64.powi(-self.exponent)
+    }
+}
+
+/// Returns a value with its standard error, and the unit that suits its size: `["7.7622 ± 0.0071", "mH"]`. The error has two
+/// significant digits and the value its decimals; without an error the value has five significant digits.
 #[must_use]
 pub fn in_suitable_unit(value: f64, std_error: Option<f64>, unit: &str) -> [String; 2] {
-    const PREFIXES: [&str; 9] = ["p", "n", "µ", "m", "", "k", "M", "G", "T"];
-    let spelled = unit.replace("ohm", "Ω").replace('*', " ").replace("^2", "²");
-    let size = value.abs().max(std_error.unwrap_or(0.0));
-    let takes_prefix = !spelled.starts_with("kg") && !["", "1", "%"].contains(&spelled.as_str());
-    let largest = if takes_prefix { 4 } else { 100 };
-    let fits = |n: &i32| size >= 0.999_999_5 * 10.0_f64.powi(3 * n);
-    let power = (-largest..=largest).rev().find(fits).filter(|_| size.is_finite());
-    // Numbers from 0.1 to 1000 of units without a prefix need no power of ten.
-    let power = power.filter(|_| takes_prefix || !(0.1..1000.0).contains(&size)).unwrap_or(0);
-    let factor = 10.0_f64.powi(3 * power);
-    let bare = if spelled == "1" { String::new() } else { spelled };
-    let prefix = usize::try_from(power + 4).ok().and_then(|n| PREFIXES.get(n));
-    let unit = match prefix.filter(|_| takes_prefix) {
-        Some(prefix) => format!("{prefix}{bare}"),
-        None if power == 0 => bare,
-        None => format!("10{} {bare}", raised(3 * power)).trim_end().to_owned(),
-    };
-    [with_digits_of(value / factor, std_error.map(|error| error / factor)), unit]
+    let unit = SuitableUnit::of(value.abs().max(std_error.unwrap_or(0.0)), unit);
+    [with_digits_of(unit.scale(value), std_error.map(|error| unit.scale(error))), unit.text]
 }
 
 /// Returns `value ± error` with two significant digits of the error; the value alone with five without an error.
@@ -250,17 +275,19 @@ mod tests {
         let cases = [
             ((0.007_762_2, Some(7.1e-6), "H"), ["7.7622 ± 0.0071", "mH"]),
             ((0.000_135_986, Some(8.7e-8), "kg*m^2"), ["135.986 ± 0.087", "10⁻⁶ kg m²"]),
-            ((0.921_083, Some(0.000_46), "ohm"), ["921.08 ± 0.46", "mΩ"]),
+            ((0.921_083, Some(0.000_46), "ohm"), ["0.92108 ± 0.00046", "Ω"]),
             ((0.073_457_3, Some(1.4e-5), "V*s/rad"), ["73.457 ± 0.014", "mV s/rad"]),
             ((0.000_677_673, Some(2.9e-7), "N*m*s/rad"), ["677.67 ± 0.29", "µN m s/rad"]),
             ((1.4, None, "ohm"), ["1.4000", "Ω"]),
             ((0.97, Some(0.0099), "1"), ["0.9700 ± 0.0099", ""]),
-            ((1234.5, Some(560.0), "ohm"), ["1.23 ± 0.56", "kΩ"]),
+            ((32.0, None, "samples"), ["32.000", "samples"]),
+            ((1234.5, Some(560.0), "ohm"), ["1234 ± 560", "Ω"]),
+            ((23_456.0, Some(560.0), "ohm"), ["23.46 ± 0.56", "kΩ"]),
             ((2.0, Some(345.0), "A"), ["2 ± 345", "A"]),
-            ((1000.0, None, "V"), ["1.0000", "kV"]),
             ((0.0, None, "s"), ["0", "s"]),
             ((5.0, Some(0.0996), "V"), ["5.00 ± 0.10", "V"]),
-            ((2e-5, None, "1"), ["20.000", "10⁻⁶"]),
+            ((2e-5, None, "1"), ["0.000020000", ""]),
+            ((3e-14, None, "H"), ["3.0000e-14", "H"]),
         ];
         for ((value, error, unit), expected) in cases {
             assert_eq!(in_suitable_unit(value, error, unit), expected, "{value} {error:?} {unit}");

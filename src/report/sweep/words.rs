@@ -1,10 +1,9 @@
 //! Notation of blocks, cells, units and counts of a sweep.
 
-use crate::motor::Parameter;
 use crate::numeric::{quantile, sorted};
 use crate::report::table::dash;
 use crate::study::sweep::{Cell, Factors, Named, SweepBlock, SweepSummary};
-use crate::text::{printable, significant};
+use crate::text::{SuitableUnit, printable, significant};
 
 /// Formats a count with commas between thousands.
 pub(super) fn grouped(count: u64) -> String {
@@ -81,30 +80,26 @@ pub(super) fn cell_of<'a>(block: &'a SweepBlock, f: &Factors) -> Option<&'a Cell
     block.cells.iter().find(|cell| (cell.factors.noise, cell.factors.with) == (f.noise, f.with))
 }
 
-/// The unit of a parameter with an SI prefix.
+/// A parameter with the unit that suits the size of its values.
 pub(super) struct Unit {
     pub named: Named,
-    exponent: i32,
+    unit: SuitableUnit,
 }
 
 impl Unit {
-    /// Chooses the prefix for a typical value.
+    /// Chooses the unit for a typical value.
     pub fn of(named: Named, typical: f64) -> Self {
-        // Counts and dimensionless values have no prefix.
-        let size = if matches!(named.0.unit(), "1" | "samples") { 1.0 } else { typical.abs() };
-        let fits = |(least, exponent): (f64, i32)| (size >= least).then_some(exponent);
-        let exponent = [(0.1, 0), (1e-3, -3), (1e-6, -6), (1e-9, -9)].into_iter().find_map(fits).unwrap_or(0);
-        Self { named, exponent }
+        Self { named, unit: SuitableUnit::of(typical, named.0.unit()) }
     }
 
-    /// Chooses the prefix for the median of values.
+    /// Chooses the unit for the median of values.
     pub fn for_all(named: Named, values: &[f64]) -> Self {
         Self::of(named, quantile(&sorted(values), 0.5))
     }
 
     /// Converts a value to the unit.
     pub fn scale(&self, value: f64) -> f64 {
-        value * 10.0_f64.powi(-self.exponent)
+        self.unit.scale(value)
     }
 
     /// Formats a value in the unit; NaN is a dash.
@@ -125,18 +120,8 @@ impl Unit {
     /// Returns symbol and unit, as in `L [mH]`.
     pub fn head(&self) -> String {
         let (parameter, scope) = self.named;
-        let unit = parameter.unit().replace('*', " ").replace("^2", "\u{b2}");
-        let prefix = match (self.exponent, parameter) {
-            // The unit of J has a prefix in kilogram already.
-            (-3, Parameter::J) => "10\u{207b}\u{b3} ",
-            (-6, Parameter::J) => "10\u{207b}\u{2076} ",
-            (-9, Parameter::J) => "10\u{207b}\u{2079} ",
-            (-3, _) => "m",
-            (-6, _) => "\u{b5}",
-            (-9, _) => "n",
-            _ => "",
-        };
-        format!("{} [{prefix}{unit}]", scope.name(parameter))
+        let unit = if self.unit.text.is_empty() { "1" } else { &self.unit.text };
+        format!("{} [{unit}]", scope.name(parameter))
     }
 }
 

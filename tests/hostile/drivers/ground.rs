@@ -38,6 +38,8 @@ pub fn texts_of_all_kinds(calls: &mut Calls) {
                 "text::significant" => text::significant(value, digits),
                 "text::engineering" => text::engineering(value, "\0", digits),
                 "text::decimals" => text::decimals(value, digits),
+                "text::SuitableUnit::of" => text::SuitableUnit::of(value, "kg"),
+                "text::SuitableUnit::scale" => text::SuitableUnit::of(1e-5, "H").scale(value),
                 "text::in_suitable_unit" => ["", "kg*m^2", "1", "\0"]
                     .map(|unit| text::in_suitable_unit(value, Some(value), unit)),
             );
