@@ -207,7 +207,8 @@ impl Sweep {
     /// Parameters
     /// ----------
     /// limits : str, sequence or mapping, optional
-    ///     Tolerance limits of the parameters in SI units, {"R": (0.8, 1.0)}; motors outside of them are listed.
+    ///     Tolerance limits of the parameters in SI units, {"R": (0.8, 1.0)}, by default those of the study; motors
+    ///     outside of them are listed.
     ///
     /// Returns
     /// -------
@@ -221,7 +222,7 @@ impl Sweep {
     ///     If the limits are wrong, or a file cannot be read or written.
     #[pyo3(signature = (*, limits=None))]
     fn merge<'py>(&self, py: Python<'py>, limits: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
-        let limits = limits_of(limits, py)?;
+        let limits = self.0.limits_or_own(limits_of(limits, py)?);
         let merged = on_all(py, || self.0.merge())?.raise(py)?;
         let document = loaded(py, &json(&sweep_document(&merged.summary, &limits)))?;
         document.set_item("results", merged.results)?;

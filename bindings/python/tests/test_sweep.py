@@ -37,6 +37,14 @@ def write_study(folder, text=STUDY, motors=3):
     return path
 
 
+def test_limits_of_the_study_apply_unless_others_are_given(tmp_path):
+    text = 'recordings = ["line/*.csv"]\nmethods = ["sm"]\npolish = ["lm"]\nlimits = {R = [0.9, 0.95]}\n'
+    study = write_study(tmp_path, text, motors=2)
+    assert motorfit.sweep(study, tmp_path / "out")["limits"] == {"R": [0.9, 0.95]}
+    other = motorfit.sweep(study, tmp_path / "out", limits={"R": (2.0, 3.0)})
+    assert other["limits"] == {"R": [2.0, 3.0]} and len(other["outside"]) == 2
+
+
 def ids(folder, name="results-*.jsonl"):
     """Returns the sorted numbers of the runs in results files, without failures that are tried again."""
     lines = [line for path in folder.glob(name) for line in path.read_text().splitlines()]

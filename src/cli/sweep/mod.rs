@@ -5,13 +5,15 @@ mod trust;
 
 use super::args::{Shown, Strict, SweepAction, SweepArgs};
 use super::prelude::*;
-use motorfit::numeric::count_u64;
+use motorfit::numeric::{count_u64, index};
 #[cfg(feature = "parquet")]
 use motorfit::report::sweep::write_parquet;
 use motorfit::report::sweep::{
-    motors_csv, shortened, status_document, sweep_answer, sweep_document, sweep_page, sweep_tables, tally_document,
+    motors_csv, motors_outside_limits, shortened, status_document, sweep_answer, sweep_document, sweep_page,
+    sweep_tables, tally_document,
 };
 use motorfit::study::sweep::{Limits, Merged, Shard, Sweep, SweepStatus, Tally};
+use motorfit::text::counted;
 use std::io::Read as _;
 use trust::{level_text, trusted};
 
@@ -78,7 +80,7 @@ fn planned(sweep: &Sweep, folder: &Path, again: bool) -> String {
     let [name, folder] = [&manifest.name, &folder.display().to_string()].map(|text| printable(text));
     let on = format!("motor{} on {} {}", if motors == 1 { "" } else { "s" }, device.kind, device.precision);
     let planned = if again { "as planned" } else { "planned" };
-    let runs = counted(runs, "run");
+    let runs = counted(index(runs), "run");
     format!("{name}: {runs} of {motors} {on}, {planned} in {folder}\n")
 }
 
@@ -97,20 +99,23 @@ fn shard_run(sweep: &Sweep, shard: Shard, threads: Option<usize>, style: &Style)
     let tally = tally?;
     style.warnings(&tally.warnings);
     for failed in &tally.failures.named {
-        let runs =
-            if failed.runs == 1 { String::new() } else { format!(" and {}", counted(failed.runs - 1, "more run")) };
+        let runs = if failed.runs == 1 {
+            String::new()
+        } else {
+            format!(" and {}", counted(index(failed.runs - 1), "more run"))
+        };
         style.complaint(&format!("run {}{runs} ({}): {}", failed.id, failed.motor, failed.message));
     }
     if tally.failures.others > 0 {
         let have = if tally.failures.others == 1 { "has" } else { "have" };
-        style.complaint(&format!("{} {have} no result", counted(tally.failures.others, "more run")));
+        style.complaint(&format!("{} {have} no result", counted(index(tally.failures.others), "more run")));
     }
     if let Some(fault) = &tally.fault {
         style.error(fault);
         if tally.lost > 0 {
             style.complaint(&format!(
                 "{} could not be written and will be repeated",
-                counted(tally.lost, "finished run")
+                counted(index(tally.lost), "finished run")
             ));
         }
     }
@@ -132,7 +137,7 @@ fn tally_text(shard: Shard, tally: &Tally) -> String {
     if shard.count > 1 {
         let _ = write!(text, "shard {}/{}: ", shard.index, shard.count);
     }
-    let _ = write!(text, "{} of {} finished", tally.before + tally.finished, counted(tally.total, "run"));
+    let _ = write!(text, "{} of {} finished", tally.before + tally.finished, counted(index(tally.total), "run"));
     if tally.finished > 0 {
         let rate = count_u64(tally.finished) / tally.seconds;
         let seconds = engineering(tally.seconds, "s", 3);
@@ -154,7 +159,8 @@ fn tally_text(shard: Shard, tally: &Tally) -> String {
 }
 
 fn status_text(status: &SweepStatus) -> String {
-    let mut text = format!("{}: {} of {} finished", printable(&status.name), status.done, counted(status.runs, "run"));
+    let mut text =
+        format!("{}: {} of {} finished", printable(&status.name), status.done, counted(index(status.runs), "run"));
     if status.failed > 0 {
         let _ = write!(text, ", {} without a result", status.failed);
     }
@@ -169,11 +175,6 @@ fn status_text(status: &SweepStatus) -> String {
         );
     }
     text
-}
-
-/// Returns a count with its noun in the singular or plural.
-fn counted(count: u64, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
 /// Outputs of merged results, whose paths are checked before the runs start.
@@ -215,7 +216,7 @@ impl<'a> Show<'a> {
 
     /// Checks that there are limits for `--strict-limits`.
     fn check(&self, sweep: &Sweep) -> Result<()> {
-        if self.strict_limits && self.limits.is_empty() && sweep.limits().is_empty() {
+        if self.strict_limits && sweep.limits_or_own(self.limits.clone()).is_empty() {
             let message = "--strict-limits has no limits";
             return Err(Error::usage(message, "Give --limits, or the key limits in the study."));
         }
@@ -244,18 +245,18 @@ fn check_parquet(path: &Path) -> Result<()> {
 fn merge(sweep: &Sweep, outputs: Show<'_>, strict: Strict, style: &Style) -> Result<Outcome> {
     outputs.check(sweep)?;
     let Show { limits, out, parquet: wanted, csv, strict_limits, json: as_json, has_script } = outputs;
-    let limits = if limits.is_empty() { sweep.limits() } else { limits };
+    let limits = sweep.limits_or_own(limits);
     let Merged { results, summary, damaged } = sweep.merge()?;
     if damaged > 0 && summary.missing > 0 {
         let are = if damaged == 1 { "is" } else { "are" };
-        style.complaint(&format!("{} of the results {are} damaged", counted(damaged, "line")));
+        style.complaint(&format!("{} of the results {are} damaged", counted(index(damaged), "line")));
     }
     if summary.missing > 0 {
         let are = if summary.missing == 1 { "is" } else { "are" };
         style.complaint(&format!(
             "{} of {} {are} missing: run the sweep again, then merge",
             summary.missing,
-            counted(summary.runs, "run")
+            counted(index(summary.runs), "run")
         ));
     }
     if let Some(path) = wanted {
@@ -264,9 +265,7 @@ fn merge(sweep: &Sweep, outputs: Show<'_>, strict: Strict, style: &Style) -> Res
         style.note(&format!("wrote {}", path.display()));
     }
     style.note(&format!("wrote {}", results.display()));
-    let value = sweep_document(&summary, &limits);
-    let is_outside = value["outside"].as_array().is_some_and(|list| !list.is_empty());
-    let document = json(&value);
+    let document = json(&sweep_document(&summary, &limits));
     if let Some(path) = csv {
         out::write_file(path, &motors_csv(&summary, &limits))?;
         if !inputs::is_stdio(path) {
@@ -296,7 +295,7 @@ fn merge(sweep: &Sweep, outputs: Show<'_>, strict: Strict, style: &Style) -> Res
         out.write(&files, style)?;
     }
     Ok(match trusted(&summary.trust.levels, strict) {
-        _ if strict_limits && is_outside => Outcome::OutsideLimits,
+        _ if strict_limits && motors_outside_limits(&summary, &limits) > 0 => Outcome::OutsideLimits,
         _ if !summary.is_complete() => Outcome::Incomplete,
         outcome => outcome,
     })

@@ -79,6 +79,12 @@ pub(super) fn motors_outside(excesses: &[Excess<'_>]) -> u64 {
     excesses.iter().map(|excess| excess.run.job.motor).collect::<BTreeSet<_>>().len() as u64
 }
 
+/// Returns the number of motors outside the limits.
+#[must_use]
+pub fn motors_outside_limits(summary: &SweepSummary, limits: &Limits) -> u64 {
+    motors_outside(&excesses(summary, limits))
+}
+
 /// Returns the tables of the motors outside limits, of the limits, and of the parameters of several motors.
 pub(super) fn line_tables(summary: &SweepSummary, limits: &Limits) -> Vec<Table> {
     let spreads = spreads(summary, limits);

@@ -86,10 +86,10 @@ impl Sweep {
         &self.digest
     }
 
-    /// Returns the acceptance limits of the study; empty without any.
+    /// Returns the given acceptance limits, or those of the study if none are given.
     #[must_use]
-    pub fn limits(&self) -> Limits {
-        self.study().limits.clone()
+    pub fn limits_or_own(&self, given: Limits) -> Limits {
+        if given.is_empty() { self.study().limits.clone() } else { given }
     }
 
     fn study(&self) -> &Study {

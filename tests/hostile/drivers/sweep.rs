@@ -138,7 +138,7 @@ pub fn sweeps(calls: &mut Calls) {
     let sweep = swept(folder.path());
     drive!(calls, ();
         "study::sweep::Sweep::digest" => sweep.digest().len(),
-        "study::sweep::Sweep::limits" => sweep.limits().is_empty(),
+        "study::sweep::Sweep::limits_or_own" => sweep.limits_or_own(Limits::default()).is_empty(),
         "study::sweep::Sweep::folder" => sweep.folder(),
         "study::sweep::Sweep::manifest" => sweep.manifest().runs,
         "study::sweep::Motor::all_files" => sweep.manifest().motors.iter().map(|motor| motor.all_files().count()).sum::<usize>(),

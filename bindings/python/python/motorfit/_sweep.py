@@ -42,7 +42,8 @@ def sweep(
         Called with a :class:`motorfit.SweepProgress` up to ten times a second. If it returns ``False`` the sweep ends, and
         the finished runs are merged.
     limits : str, sequence or mapping, optional
-        Tolerance limits of the parameters in SI units, ``{"R": (0.8, 1.0)}``; motors outside of them are listed.
+        Tolerance limits of the parameters in SI units, ``{"R": (0.8, 1.0)}``, by default those of the study;
+        motors outside of them are listed.
 
     Returns
     -------

@@ -140,7 +140,8 @@ def sweep(
         the sweep ends, and the finished runs are merged. Callbacks for :func:`motorfit.sweep` can be used, because
         ``done``, ``total``, ``rate`` and ``remaining`` count runs.
     limits : str, sequence or mapping, optional
-        Tolerance limits of the parameters in SI units, ``{"R": (0.8, 1.0)}``; motors outside of them are listed.
+        Tolerance limits of the parameters in SI units, ``{"R": (0.8, 1.0)}``, by default those of the study;
+        motors outside of them are listed.
 
     Returns
     -------
