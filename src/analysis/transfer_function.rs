@@ -21,7 +21,7 @@ pub struct TransferFunctions {
 }
 
 impl TransferFunctions {
-    /// Returns the transfer functions of a motor; `None` unless R, L, K and J are positive and the numbers are finite.
+    /// Returns the transfer functions of a motor; `None` unless R, L, K, B and J are positive and the numbers are finite.
     #[must_use]
     pub fn of(motor: &Parameters) -> Option<Self> {
         let [r, l, k, b, j] = Parameter::ALL.map(|p| motor.get(p));
@@ -40,7 +40,7 @@ impl TransferFunctions {
         let found =
             Self { speed_gain: k / constant, current_gain: b / constant, current_zero: j / b, denominator, poles };
         let is_finite = poles.iter().flatten().chain(&denominator).all(|v| v.is_finite());
-        (is_finite && [r, l, k, j].into_iter().all(|v| v > 0.0) && b > 0.0).then_some(found)
+        (is_finite && [r, l, k, b, j].into_iter().all(|v| v > 0.0)).then_some(found)
     }
 }
 

@@ -24,7 +24,9 @@
     const places = Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), found = [];
     for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step && found.length < 20; k++) {
       const value = k * step, plain = places <= 5 && Math.max(Math.abs(low), Math.abs(high)) < 1e6;
-      found.push([value, (plain ? value.toFixed(places) : value.toExponential(2)).replaceAll("-", "\u2212")]);
+      const digits = Math.min(15, Math.max(0, Math.floor(Math.log10(Math.abs(value))) - Math.floor(Math.log10(step))));
+      const text = plain ? value.toFixed(places) : value === 0 ? "0" : value.toExponential(digits).replace("e+", "e");
+      found.push([value, text.replaceAll("-", "\u2212")]);
     }
     return found;
   };

@@ -7,7 +7,7 @@ use crate::study::suite::{GAP, SuiteMeasure, SuiteResult, SuiteRun};
 use crate::text::{Shortest, significant};
 use std::fmt::Write as _;
 
-/// Formats a number of evaluations with two digits: 870, 12k, 1.3M.
+/// Formats a number of evaluations: 874, 12k, 1.3M.
 pub(super) fn compact(evaluations: f64) -> String {
     let digits = |value: f64| significant(value, 2).trim_end_matches(".0").to_owned();
     match evaluations {
