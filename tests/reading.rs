@@ -234,8 +234,9 @@ fn inspect_makes_a_page() {
     ok(&["inspect", &path, EXAMPLE, "--out", &out]);
     let page = std::fs::read_to_string(format!("{out}/report.html")).unwrap();
     assert!(page.contains("coarse_quantization") && page.contains("Fault") && page.contains("what to do"));
-    assert!(!page.contains("<script") && !page.contains("<b>.csv"));
-    assert_eq!(page.matches("<svg").count(), 2, "the signals of each");
+    assert!(page.contains("speed&lt;script&gt;x") && !page.contains("<b>.csv"));
+    assert_eq!(page.matches("<script").count(), 1, "the script of the page alone");
+    assert_eq!(page.matches("<figure class=\"traces\"").count(), 2, "the signals of each");
     let document: Value =
         serde_json::from_str(&std::fs::read_to_string(format!("{out}/result.json")).unwrap()).unwrap();
     assert_eq!(document["records"].as_array().unwrap().len(), 2);
