@@ -15,8 +15,9 @@ mod varied;
 
 use motorfit::experiment::{Excitation, simulated, with_noise};
 use motorfit::identify::{Identification, IdentifySpec, Method, hold_out, identify};
-use motorfit::motor::{Discretization, Extension, Parameter, Parameters, With};
+use motorfit::motor::{Discretization, Extension, Parameter, Parameters, Space, With};
 use motorfit::named::Named as _;
+use motorfit::optimize::Coordinates;
 use motorfit::record::{Record, read_recording};
 use motorfit::{Error, ErrorKind};
 use rand::RngExt as _;
@@ -315,4 +316,26 @@ fn a_known_load_torque_makes_all_parameters_identifiable_from_speed() {
         // The noise is 0.5 of 60 rad/s. One of 50 normal values exceeds 4 standard errors with probability 1/300.
         assert!(fit > 99.0 && off.iter().all(|z| z.abs() < 4.0), "{fit} {off:?}");
     }
+}
+
+/// Returns the spec with fixed parameters and the bounds of Table 2 as automatic ones.
+fn fixed(values: &[(Parameter, f64)]) -> IdentifySpec {
+    let space = Space::table2_with(&[], values).unwrap();
+    IdentifySpec { space, auto_bounds: Parameter::ALL.to_vec(), ..IdentifySpec::default() }
+}
+
+#[test]
+fn an_optimum_that_the_search_confirms_is_that_of_the_estimate() {
+    // B is fixed at a seventh of its value: the best fit of the current is poor, so a search follows the estimate. It reaches the
+    // same optimum, and the last digits of the costs do not decide which of them is reported.
+    let found = identify(&[example()], &fixed(&[(Parameter::B, 1e-4)])).unwrap();
+    assert!(warns(&found, "poor_fit") && found.searched.has_population);
+    assert!(found.searched.method == "sm" && !warns(&found, "sm_failed"), "{}", found.searched.method);
+}
+
+#[test]
+fn the_fallback_is_a_multistart_in_logarithms() {
+    // The search that wins the suite `motors`.
+    assert_eq!(Method::Auto.search().map(|configured| configured.search.name), Some("multistart"));
+    assert_eq!(Method::Auto.coordinates(), Coordinates::Log);
 }
