@@ -13,7 +13,6 @@ use motorfit::identify::{IdentifySpec, identify};
 use motorfit::motor::{Discretization, Extended, Parameter, Parameters};
 use motorfit::record::Record;
 use motorfit::report::figures::model;
-use motorfit::report::plot::themed;
 use motorfit::report::{ResidualRow, residual_panels};
 
 /// Levels of the voltage \[V\]: both directions, large and small, and zero at the end.
@@ -62,9 +61,9 @@ fn main() -> motorfit::Result<()> {
     let fits: Vec<Fitted> = EFFECTS.iter().map(|(_, effect)| fitted(*effect)).collect::<Result<_, _>>()?;
     let row = EFFECTS.iter().zip(&fits).map(|((name, _), (record, signals))| ResidualRow { name, record, signals });
     let rows: Vec<ResidualRow<'_>> = row.collect();
-    let figure = residual_panels("residuals", &rows);
+    let figure = residual_panels("residuals", &rows).figure();
     match std::env::args().nth(1) {
-        Some(path) => std::fs::write(&path, themed(&figure.scaled("")))
+        Some(path) => std::fs::write(&path, figure.file("", false))
             .map_err(|fault| motorfit::Error::data(format!("{path}: {fault}"), "Give a path that can be written."))?,
         None => println!("{} fits; give a path to write the figure ({} bytes of SVG) to", rows.len(), figure.svg.len()),
     }

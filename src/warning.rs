@@ -46,10 +46,10 @@ impl fmt::Display for Location {
         let mut parts: Vec<String> = self.recording.iter().cloned().collect();
         parts.extend(self.quantity.map(|quantity| quantity.to_string()));
         for (n, [from, to]) in self.times_s.iter().take(TIMES_SHOWN).enumerate() {
-            let lines = self
-                .lines
-                .get(n)
-                .map_or_else(String::new, |[a, b]| format!(" (line {})", from_to(a.to_string(), b.to_string())));
+            let lines = self.lines.get(n).map_or_else(String::new, |[a, b]| {
+                let word = if a == b { "line" } else { "lines" };
+                format!(" ({word} {})", from_to(a.to_string(), b.to_string()))
+            });
             parts.push(format!("{} s{lines}", from_to(significant(*from, 5), significant(*to, 5))));
         }
         let more = self.times_s.len().saturating_sub(TIMES_SHOWN);

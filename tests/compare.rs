@@ -442,16 +442,23 @@ fn drawings_have_units_names_and_finite_numbers() {
     let out = folder.path().to_str().unwrap();
     ok(&["compare", "--runs", "5", "--generations", "12", "--noise-records", "10", "--out", out]);
     let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
-    let drawings: Vec<&str> = page.split("<svg ").skip(1).map(|rest| rest.split("</svg>").next().unwrap()).collect();
-    // Convergence, distributions, waterfall, errors and the correlation; three and two panels, which have drawings inside.
+    let drawings: Vec<&str> = page.split("<svg ").skip(1).collect();
+    // Convergence, three distributions and the waterfall, five errors; the voltage, two signals and two residuals of the best runs, with
+    // two enlarged; and the correlation.
     let drawings: Vec<&str> = drawings.into_iter().filter(|drawing| drawing.contains("role=\"img\"")).collect();
-    assert_eq!(drawings.len(), 5 + 5 + 2);
+    assert_eq!(drawings.len(), 1 + 4 + 5 + 5 + 2 + 1);
     for drawing in &drawings {
-        assert!(drawing.contains("role=\"img\"") && drawing.contains("<title>"), "an alternative text");
+        assert!(drawing.contains("<title>"), "an alternative text");
         assert!(!drawing.contains("NaN") && !drawing.contains("inf"));
-        let units = ["[1]", "[s]", "[%]", "[V]", "[A]", "[rad/s]", "Matrix of the correlations"];
-        assert!(units.iter().any(|unit| drawing.contains(unit)), "units");
         assert!(!drawing.contains("style="), "the policy forbids it");
+    }
+    // Each panel names its quantity with a unit, or stands for a parameter in percent.
+    for panel in page.split("class=\"quantity\">").skip(1) {
+        let (label, rest) = panel.split_once("</p>").unwrap();
+        // Of panels below each other, the last has the axis.
+        let axis = rest.split("class=\"axis\">").nth(1).map(|axis| axis.split("</p>").next().unwrap());
+        assert!(label.ends_with(']') || axis == Some("relative error [%]"), "{label}, {axis:?}");
+        assert!(axis.is_none_or(|axis| axis.ends_with(']')), "{axis:?}");
     }
     for id in page.split(" id=\"").skip(1).map(|rest| rest.split('"').next().unwrap()) {
         assert_eq!(page.matches(&format!(" id=\"{id}\"")).count(), 1, "{id} is there once");

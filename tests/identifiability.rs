@@ -20,7 +20,8 @@ use motorfit::named::Named as _;
 use motorfit::optimize::Coordinates;
 use motorfit::record::{Record, read_recording};
 use motorfit::{Error, ErrorKind};
-use rand::RngExt as _;
+use rand::{RngExt as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use varied::{KINDS, log_uniform, noisy, numbers};
 
@@ -338,4 +339,57 @@ fn the_fallback_is_a_multistart_in_logarithms() {
     // The search that wins the suite `motors`.
     assert_eq!(Method::Auto.search().map(|configured| configured.search.name), Some("multistart"));
     assert_eq!(Method::Auto.coordinates(), Coordinates::Log);
+}
+
+/// Logs of a PWM whose duty changes at any time between two samples, so that the logged voltage is up to a sample late. A ramp to
+/// the first sample after a change fits about as well as a mean delay, but the inductance and the inertia pay for it: before the hold was
+/// kept, one of six such logs had an inductance 80 standard errors off.
+#[test]
+fn a_duty_that_changes_between_samples_keeps_its_hold() {
+    use motorfit::motor::Extended;
+    use motorfit::record::Samples;
+    let motor = Parameters { r: 2.5, l: 2e-3, k: 0.02, b: 1.2e-5, j: 1.5e-5 };
+    let truth = Extended::from(&motor).with(Parameter::Coulomb, 0.002);
+    let log = |seed: u64| {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut at = 0.0;
+        let levels: Vec<(f64, f64)> = (0..8)
+            .map(|n| {
+                at += random.random_range(0.25..0.6);
+                (at, [-9.4, 3.8, 12.0, -5.6, 7.1, 0.0, 10.4, -2.8][(n + seed as usize) % 8])
+            })
+            .collect();
+        let volts = |t: f64| levels.iter().rev().find(|(from, _)| t >= *from).map_or(0.0, |(_, volts)| *volts);
+        let time_s: Vec<f64> = (0..40_000).map(|n| f64::from(n) * 1e-4).collect();
+        let voltage = time_s.iter().map(|t| volts(*t)).collect();
+        let fine = simulated(truth, &Excitation { time_s, voltage, torque: None }, Discretization::Zoh).unwrap();
+        let mut kept = vec![0];
+        while let Some(next) = kept.last().map(|n| n + random.random_range(17..24)).filter(|n| *n < fine.len()) {
+            kept.push(next);
+        }
+        let of = |values: &[f64]| kept.iter().map(|n| values[*n]).collect::<Vec<_>>();
+        let samples = fine.samples();
+        let logged = Samples {
+            time_s: of(&samples.time_s),
+            voltage: of(&samples.voltage),
+            torque: None,
+            current: samples.current.as_deref().map(of),
+            speed: samples.speed.as_deref().map(of),
+        };
+        with_noise(&Record::new(logged).unwrap(), [0.012, 1.57], seed).unwrap()
+    };
+    let found: Vec<(Discretization, f64)> = (1..=12_u64)
+        .into_par_iter()
+        .map(|seed| {
+            let found = identify(&[log(seed)], &IdentifySpec { with: With::Auto, ..IdentifySpec::default() }).unwrap();
+            let estimates = found.estimates();
+            let inductance = estimates.iter().find(|e| e.parameter == Parameter::L).unwrap();
+            let z = inductance.value.zip(inductance.std_error).map_or(0.0, |(value, error)| (value - motor.l) / error);
+            (found.model.discretization, z)
+        })
+        .collect();
+    println!("{found:?}");
+    assert!(found.iter().all(|(discretization, _)| *discretization == Discretization::Zoh), "{found:?}");
+    // The delays of the steps differ, and the model has their mean only; of these logs one is wrong in L still.
+    assert!(found.iter().filter(|(_, z)| z.abs() > 5.0).count() <= 1, "{found:?}");
 }

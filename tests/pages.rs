@@ -153,15 +153,21 @@ fn a_page_is_printed_on_few_sheets() {
 
 /// Runs a script on the page of the example at a width of 800 pixels and returns its value.
 fn acted(script: &str) -> Value {
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("identify");
-    ok(&["identify", &format!("{EXAMPLES}m2-step.csv"), "--out", out.to_str().unwrap()]);
-    asked(folder.path(), &out.join("report.html"), &[800], &format!("{ACTIONS}{script}"), &[]).remove(0)
+    acted_on(&["identify", &format!("{EXAMPLES}m2-step.csv")], "page.querySelector('figure.traces')", script)
 }
 
-/// Functions for scripts that act on a page: a pointer on the panels of the first figure, and what they show.
+/// Runs `script` on the page of a command, with the actions on the figure that `figure` finds.
+fn acted_on(command: &[&str], figure: &str, script: &str) -> Value {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    ok(&[command, &["--out", out.to_str().unwrap()]].concat());
+    let script = format!("const figure = {figure};{ACTIONS}{script}");
+    asked(folder.path(), &out.join("report.html"), &[800], &script, &[]).remove(0)
+}
+
+/// Functions for scripts that act on a page: a pointer on the panels of a figure, and what they show.
 const ACTIONS: &str = "
-    const figure = page.querySelector('figure.traces'), panels = [...figure.querySelectorAll('svg.trace')];
+    const panels = [...figure.querySelectorAll('svg.trace')];
     const point = (kind, part, panel = panels[0]) => {
         const box = panel.getBoundingClientRect();
         panel.dispatchEvent(new view.PointerEvent(kind, { clientX: box.left + part * box.width, clientY: box.top + 20,
@@ -186,7 +192,7 @@ fn the_script_shows_values_and_zooms_all_panels_together() {
         found.zoomed = boxes(); found.labels = labels();
         panels[0].dispatchEvent(new view.MouseEvent('dblclick', { bubbles: true }));
         found.again = boxes();
-        press('Zoom in'); found.closer = boxes(); press('Later'); found.later = boxes(); press('Zoom out'); press('Reset');
+        press('Zoom in'); found.closer = boxes(); press('Move right'); found.later = boxes(); press('Zoom out'); press('Reset');
         found.reset = boxes();
         return found;";
     let found = acted(script);
@@ -253,9 +259,61 @@ fn the_script_hides_curves_and_sorts_tables() {
     );
 }
 
+/// The charts of a comparison: curves over a logarithmic axis, panels with axes of their own, and boxes in rows.
+#[test]
+fn the_script_shows_values_of_logarithms_and_zooms_panels_apart() {
+    if browser().is_none() {
+        return;
+    }
+    let command = ["compare", "--runs", "4", "--generations", "20", "--noise-records", "5"];
+    let script = "
+        const found = { labels: [...panels[0].querySelectorAll('.ticks .y')].map(e => e.textContent) };
+        point('pointermove', 1);
+        found.value = figure.querySelector('output').textContent;
+        const cells = [...page.querySelectorAll('table')].find(e => e.caption.textContent.startsWith('Cost')).tBodies[0].rows;
+        found.medians = [...cells].slice(0, 3).map(row => [row.cells[0].textContent, Number(row.cells[2].textContent)]);
+        const beside = page.getElementById('block1-distributions'), own = [...beside.querySelectorAll('svg.trace')];
+        const views = () => own.map(e => e.querySelector('.curves').getAttribute('viewBox').split(' ').map(Number));
+        point('pointerdown', 0.25, own[1]); point('pointermove', 0.5, own[1]); point('pointerup', 0.5, own[1]);
+        found.apart = views().map(view => view[2]);
+        const boxes_of = page.getElementById('block1-errors').querySelector('svg.trace');
+        found.names = [...boxes_of.querySelectorAll('text.row')].map(e => e.textContent);
+        found.high = boxes_of.clientHeight;
+        return found;";
+    let found = acted_on(&command, "page.getElementById('block1-convergence')", script);
+    let labels: Vec<String> = serde_json::from_value(found["labels"].clone()).unwrap();
+    assert!(
+        labels.len() >= 2 && labels.iter().all(|label| label.starts_with("10") || label.starts_with('0')),
+        "{labels:?}"
+    );
+    // At the right end, the values under the pointer are the medians of the table; a hundredth of a pixel is 0.01 %.
+    let text = found["value"].as_str().unwrap();
+    assert!(text.starts_with("generation 20"), "{text}");
+    for row in found["medians"].as_array().unwrap() {
+        let (name, median) = (row[0].as_str().unwrap(), row[1].as_f64().unwrap());
+        let shown: f64 = text
+            .split(&format!(" {name} "))
+            .nth(1)
+            .unwrap()
+            .split(',')
+            .next()
+            .unwrap()
+            .replace('\u{2212}', "-")
+            .parse()
+            .unwrap();
+        assert!((shown / median - 1.0).abs() < 0.01, "{name}: {shown}, {median}");
+    }
+    // Panels with axes of their own are zoomed one by one.
+    let apart: Vec<f64> = serde_json::from_value(found["apart"].clone()).unwrap();
+    assert!((apart[1] - 250.0).abs() < 2.0, "{apart:?}");
+    assert!([apart[0], apart[2], apart[3]].iter().all(|width| (width - 1000.0).abs() < 1e-9), "{apart:?}");
+    assert_eq!(found["names"], serde_json::json!(["gwo", "jaya", "ga", "sm"]));
+    assert_eq!(found["high"], 4 * 46, "a row for each box");
+}
+
 #[test]
 fn masked_outliers_do_not_widen_the_bands_and_leave_no_residual() {
-    use motorfit::report::figures::{residual_correlations, response_traces};
+    use motorfit::report::figures::{residual_correlations, response_charts};
     use motorfit::setting::Setting;
     use motorfit::settings::{Given, Value, reading};
     let text = std::fs::read_to_string(format!("{EXAMPLES}m2-step.csv")).unwrap();
@@ -270,22 +328,23 @@ fn masked_outliers_do_not_widen_the_bands_and_leave_no_residual() {
     let records = [record];
     let found = motorfit::identify::identify(&records, &Default::default()).unwrap();
     let modelled = found.modelled(&records).unwrap();
-    let [complete, _] = response_traces("a", &records[0], &[("model", &modelled[0])], &[]);
+    let [complete, _] = response_charts("a", &records[0], &[("model", &modelled[0])], &[]);
     // The noise of the speed is 1.04 rad/s; with the outliers the band would be ±5000 rad/s.
     let speed = complete.panels.iter().find(|panel| panel.label == "speed [rad/s]").unwrap();
-    assert!((speed.traces[1].band / (1.96 * 1.04) - 1.0).abs() < 0.05, "{}", speed.traces[1].band);
-    let left = complete.panels.last().unwrap().traces[0].points.iter().filter(|(_, y)| y.is_nan()).count();
+    let motorfit::report::Band::Half(band) = speed.series[1].band else { panic!("{:?}", speed.series[1].band) };
+    assert!((band / (1.96 * 1.04) - 1.0).abs() < 0.05, "{band}");
+    let left = complete.panels.last().unwrap().series[0].points.iter().filter(|(_, y)| y.is_nan()).count();
     assert_eq!(left, 2);
     assert!(complete.caption.contains("Excluded samples have no residual"));
     // The correlations are those of the noise: 99 % of the lags are within the limits.
     let of = residual_correlations("b", &records[0], &modelled[0], &[]).unwrap();
     for panel in of.panels {
-        let outside = panel.traces[0].points.iter().filter(|(_, r)| r.abs() > panel.bound.unwrap()).count();
+        let outside = panel.series[0].points.iter().filter(|(_, r)| r.abs() > panel.limits[1][1]).count();
         assert!(outside <= 3, "{}: {outside}", panel.label);
     }
     // A segment that was excluded automatically has no residual either.
-    let [complete, _] = response_traces("a", &records[0], &[("model", &modelled[0])], &[[0.1, 0.2]]);
-    let left = complete.panels.last().unwrap().traces[0].points.iter().filter(|(_, y)| y.is_nan()).count();
+    let [complete, _] = response_charts("a", &records[0], &[("model", &modelled[0])], &[[0.1, 0.2]]);
+    let left = complete.panels.last().unwrap().series[0].points.iter().filter(|(_, y)| y.is_nan()).count();
     assert!((102..=104).contains(&left), "{left}");
 }
 

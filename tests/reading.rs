@@ -148,7 +148,7 @@ fn findings_are_reported_everywhere_with_place_and_remedy() {
     let page = std::fs::read_to_string(format!("{out}/report.html")).unwrap();
     assert!(page.contains("as if it were cut off there") && page.contains("--mask auto"));
     let shown = text(&run(&["identify", &path]).stderr);
-    assert!(shown.contains("warning:") && shown.contains("(line ") && shown.contains("[current_clipped]"), "{shown}");
+    assert!(shown.contains("warning:") && shown.contains("(line") && shown.contains("[current_clipped]"), "{shown}");
     assert!(text(&run(&["identify", &path, "-q"]).stderr).is_empty());
     // The advised flag removes the finding.
     let masked = json(&["identify", &path, "--json", "--mask", "auto"]);

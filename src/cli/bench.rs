@@ -5,9 +5,8 @@ use super::prelude::*;
 use motorfit::evaluate::Level;
 use motorfit::numeric::count;
 use motorfit::optimize::Progress;
-use motorfit::report::bench_document;
-use motorfit::report::plot::{Line, log_log, themed};
-use motorfit::study::{Crossover, Measurement, Throughput, ThroughputSpec, contenders, throughput};
+use motorfit::report::{AxisScale, Chart, Form, Panel, Series, bench_document};
+use motorfit::study::{Contender, Crossover, Measurement, Throughput, ThroughputSpec, contenders, throughput};
 
 pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
     motorfit::device::check_threads(args.threads)?;
@@ -69,14 +68,17 @@ fn plots(path: &Path, spec: &ThroughputSpec, result: &Throughput, style: &Style)
             let point = |m: &Measurement| m.rate().map(|rate| (count(m.population), rate));
             result.of(n).filter(|m| m.samples == samples).filter_map(point).collect()
         };
-        let names = result.contenders.iter().enumerate();
-        let lines = names
-            .map(|(n, contender)| Line { name: contender.name.clone(), points: points(n), ..Line::default() })
-            .collect();
-        let title = format!("{samples} samples, end to end");
-        let svg = log_log(&title, ["candidates in a batch", "candidate-steps per second [1/s]"], lines);
+        let of = |(n, contender): (usize, &Contender)| Series::new(&contender.name, n + 1, Form::Line, points(n));
+        let series = result.contenders.iter().enumerate().map(of).collect();
+        let label = format!("candidate-steps per second [1/s], {samples} samples, end to end");
+        let chart = Chart {
+            axis: "candidates in a batch [1]".to_owned(),
+            panels: vec![Panel { scales: [AxisScale::Log, AxisScale::Log], ..Panel::new(&label, series) }],
+            alternative: "by candidates in a batch".to_owned(),
+            ..Chart::default()
+        };
         let file = out::numbered(path, (spec.samples.len() > 1).then_some(samples));
-        out::write_file(&file, &themed(&svg))?;
+        out::write_file(&file, &chart.figure().file("", false))?;
         style.note(&format!("wrote {}", file.display()));
     }
     Ok(())

@@ -109,7 +109,7 @@ fn report(
 fn draw(path: &Path, records: &[Record], found: &Identification, style: &Style) -> Result<()> {
     for ((n, record), signals) in (1..).zip(records).zip(&found.modelled(records)?) {
         let file = out::numbered(path, (records.len() > 1).then_some(n));
-        out::write_file(&file, &figures::responses("response", record, "model", signals).scaled(""))?;
+        out::write_file(&file, &figures::responses("response", record, "model", signals).file("", false))?;
         if !inputs::is_stdio(&file) {
             style.note(&format!("wrote {}", file.display()));
         }

@@ -4,7 +4,7 @@ use super::args::EvaluateArgs;
 use super::prelude::*;
 use motorfit::criterion::Criterion;
 use motorfit::motor::Parameter;
-use motorfit::report::plot::{Map, heat_map};
+use motorfit::report::{Map, heat_map};
 use motorfit::study::{CostMap, cost_map};
 
 /// Default number of points per axis.
@@ -68,10 +68,10 @@ fn csv(map: &CostMap) -> String {
 }
 
 fn svg(map: &CostMap, criterion: &Criterion) -> String {
-    let [x, y] = map.parameters.map(|p| format!("{}, {} [{}]", p.symbol(), p.name(), p.unit()));
+    let [x, y] = map.parameters.map(|p| format!("{}, {} [{}]", p.symbol(), p.name(), p.unit().replace('*', " ")));
     let (criterion, scale) = (criterion.norm.name(), criterion.scale.name());
     let [at_x, at_y] = [0, 1].map(|n| format!("{} = {}", map.parameters[n].symbol(), significant(map.optimum()[n], 5)));
-    heat_map(Map {
+    heat_map(&Map {
         title: &format!("log10 of {criterion} ({scale}) around {at_x}, {at_y}; ellipse: 95 %"),
         labels: [&x, &y],
         ranges: map.ranges,
@@ -79,4 +79,5 @@ fn svg(map: &CostMap, criterion: &Criterion) -> String {
         mark: map.optimum(),
         curve: map.ellipse(),
     })
+    .file("", false)
 }

@@ -8,6 +8,7 @@ use super::prepare::Prepared;
 use super::spec::IdentifySpec;
 use super::start::{Start, requested_space, start};
 use crate::Result;
+use crate::analysis::is_lively;
 use crate::evaluate::Model;
 use crate::motor::{Discretization, Extension, With};
 use crate::numeric::rms;
@@ -63,7 +64,8 @@ fn on<'a>(records: &'a [Record], spec: &'a IdentifySpec) -> Result<Chosen<'a>> {
 
 /// Repeats the model selection with the other intersample behaviour if that may fit better, and returns the better result. On a
 /// tie the first one stays, since the two holds differ mostly by a delay of half a period, which an estimated dead time
-/// absorbs. `spec` is the requested spec, because the spec of a normalized model fixes parameters that the request leaves free.
+/// absorbs. Inputs that seldom change keep the hold: the duty of a PWM is constant between its changes, and a ramp to the first
+/// sample after a late one would be paid for by L and J. `spec` is the requested spec, because the spec of a normalized model fixes parameters that the request leaves free.
 fn with_intersample<'a>(first: Chosen<'a>, spec: &IdentifySpec) -> Result<Chosen<'a>> {
     let Some(best) = &first.selection.best else { return Ok(first) };
     let is_open = spec.auto_discretization && !is_driven_by_current(first.prepared.records);
@@ -72,7 +74,9 @@ fn with_intersample<'a>(first: Chosen<'a>, spec: &IdentifySpec) -> Result<Chosen
         Discretization::Foh => Discretization::Zoh,
         _ => return Ok(first),
     };
-    if !is_open || first.prepared.records.iter().any(|record| !record.slope().is_empty()) {
+    let records = first.prepared.records;
+    let is_sloped = |record: &Record| !record.slope().is_empty();
+    if !is_open || records.iter().any(is_sloped) || !records.iter().any(is_lively) {
         return Ok(first);
     }
     let spec = IdentifySpec { model: Model { discretization: other, ..spec.model }, ..spec.clone() };

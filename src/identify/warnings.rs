@@ -69,10 +69,16 @@ pub(super) fn with_findings(error: Error, of_recordings: &[Warning]) -> Error {
     }
     let mut first = Text::from("First check the findings in the recording: ");
     for warning in found {
-        first = first.and(&warning.message).and(". ").and(warning.remedy.clone().unwrap_or_default()).and(" ");
+        let remedy = warning.remedy.clone().unwrap_or_default();
+        // A remedy that ends in a command has no full stop, which would be copied with it.
+        let end = if remedy.to_string().ends_with(|c: char| c.is_alphanumeric()) { "; " } else { " " };
+        first = first.and(&warning.message).and(". ").and(remedy).and(end);
     }
     error.with_hint_prefix(&first.and("Otherwise:"))
 }
+
+/// Smallest factor of the standard errors for correlated residuals that is named: 1.1 after rounding.
+const WIDENED_MIN: f64 = 1.05;
 
 /// Returns the warnings about a result.
 pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> Vec<Warning> {
@@ -107,7 +113,7 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
     if !list.is_empty() {
         let list = list.join(", ");
         let widened_by = found.uncertainty.as_ref().map_or(1.0, |uncertainty| uncertainty.widened_by);
-        let errors = match widened_by > 1.0 {
+        let errors = match widened_by >= WIDENED_MIN {
             true => {
                 format!("allow for that and are up to {} times those of white residuals", significant(widened_by, 2))
             }

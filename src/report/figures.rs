@@ -1,8 +1,7 @@
 //! Figures of reports.
 
+use super::chart::{AxisScale, Band, Chart, Form, Panel, Series, boxes, correlation, figure};
 use super::page::Figure;
-use super::plot::{Chart, Line, boxes, chart, correlation, panels};
-use super::traces::{Form, Panel, Trace, Traces, svg};
 use crate::analysis::ResidualCorrelation;
 use crate::criterion::{Criterion, Scale};
 use crate::evaluate::{Initial, Model, Problem};
@@ -56,38 +55,42 @@ pub(super) fn input_form(record: &Record) -> Form {
 /// other the transient after the largest change of the input, enlarged. `left_out` are intervals that were excluded from the
 /// fit automatically \[s\].
 #[must_use]
-pub fn response_traces(id: &str, record: &Record, models: &[Modelled<'_>], left_out: &[[f64; 2]]) -> [Traces; 2] {
+pub fn response_charts(id: &str, record: &Record, models: &[Modelled<'_>], left_out: &[[f64; 2]]) -> [Chart; 2] {
     let time = &record.samples().time_s;
     let curve = |values: &[f64]| time.iter().copied().zip(values.iter().copied()).collect::<Vec<_>>();
     let by_current = record.driver() == Quantity::Current;
-    let input = Trace::new("", 0, input_form(record), curve(record.input()));
+    let input = Series::new("", 0, input_form(record), curve(record.input()));
     let mut complete = vec![Panel::new(if by_current { "current [A], the input" } else { "voltage [V]" }, vec![input])];
     complete.extend(
         record
             .samples()
             .torque
             .as_ref()
-            .map(|torque| Panel::new("load torque [N m]", vec![Trace::new("", 0, Form::Steps, curve(torque))])),
+            .map(|torque| Panel::new("load torque [N m]", vec![Series::new("", 0, Form::Steps, curve(torque))])),
     );
     let (mut signals, mut differences) = (Vec::new(), Vec::new());
     for (channel, labels) in CHANNELS.into_iter().enumerate().skip(usize::from(by_current)) {
         let measured = record.measured()[channel].unwrap_or_default();
-        let mut shown = vec![Trace::new("measured", 0, Form::Dots, curve(measured))];
-        let mut left = Vec::new();
+        let mut shown = vec![Series::new("measured", 0, Form::Dots, curve(measured))];
+        let (mut left, mut limits) = (Vec::new(), Vec::new());
         for (n, (name, values)) in (1..).zip(models.iter().map(|(name, values)| (*name, &values[channel]))) {
             let residual = residuals(record, channel, values, left_out);
             let counting: Vec<f64> = residual.iter().copied().filter(|r| r.is_finite()).collect();
-            shown.push(Trace::new(name, n, Form::Line, curve(values)).with_band(1.96 * rms(&counting)));
-            left.push(Trace::new(name, n, Form::Dots, curve(&residual)));
+            let band = 1.96 * rms(&counting);
+            shown.push(Series::new(name, n, Form::Line, curve(values)).with_band(Band::Half(band)));
+            left.push(Series::new(name, n, Form::Dots, curve(&residual)));
+            if models.len() == 1 {
+                limits.extend([-band, band]);
+            }
         }
         signals.push(Panel::new(labels[0], shown));
-        differences.push(Panel::new(labels[1], left));
+        differences.push(Panel { limits: [Vec::new(), limits], ..Panel::new(labels[1], left) });
     }
     let [from, to] = transient(record);
-    let enlarged = signals.iter().map(|panel| panel.within([from, to])).collect();
+    let enlarged = signals.iter().map(|panel| with_marks(panel.within([from, to]))).collect();
     complete.extend(signals.into_iter().chain(differences));
     let names = models.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
-    let of = |id: String, panels, is_grid, caption: &str| Traces {
+    let of = |id: String, panels, is_grid, caption: &str| Chart {
         id,
         axis: "time [s]".to_owned(),
         panels,
@@ -97,24 +100,30 @@ pub fn response_traces(id: &str, record: &Record, models: &[Modelled<'_>], left_
     };
     let is_complete = record.excluded().is_empty() && left_out.is_empty();
     let excluded = if is_complete { "" } else { " Excluded samples have no residual." };
-    let bands =
-        format!("Bands: \u{b1}1.96 times the standard deviation of the residuals, measured minus modelled.{excluded}");
+    let bands = format!(
+        "Bands and dashed lines: \u{b1}1.96 times the standard deviation of the residuals, measured minus modelled.{excluded}"
+    );
     let after = "The transient after the largest change of the input, enlarged.";
     [of(id.to_owned(), complete, false, &bands), of(format!("{id}-transient"), enlarged, true, after)]
 }
 
-/// Returns the figure of measured and modelled signals, their residuals, and the transient enlarged, as a drawing for a file.
+/// Largest number of samples whose dots are drawn strongly, so that they stand out below the curve of a model.
+const MARKED: usize = 250;
+
+/// Returns a panel whose few measured samples are strong dots.
+fn with_marks(mut panel: Panel) -> Panel {
+    for series in panel.series.iter_mut().filter(|series| series.form == Form::Dots && series.points.len() <= MARKED) {
+        series.form = Form::Marks;
+    }
+    panel
+}
+
+/// Returns the figure of measured and modelled signals, their residuals, and the transient enlarged, as a drawing of a fixed size.
 /// `name` is the name of the model in the legend.
 #[must_use]
 pub fn responses(id: &str, record: &Record, name: &str, signals: &[Vec<f64>; 2]) -> Figure {
-    let groups = response_traces(id, record, &[(name, signals)], &[]);
-    Figure {
-        id: id.to_owned(),
-        map: false,
-        svg: svg(&groups),
-        alternative: format!("Current and speed over time, measured and by {name}, with residuals"),
-        caption: groups.map(|group| group.caption).join(" "),
-    }
+    let alternative = format!("Current and speed over time, measured and by {name}, with residuals");
+    Figure { alternative, ..figure(&response_charts(id, record, &[(name, signals)], &[])) }
 }
 
 /// Returns the autocorrelation of the residuals of each channel and their cross-correlation with the input, with the limits
@@ -126,7 +135,7 @@ pub fn residual_correlations(
     record: &Record,
     signals: &[Vec<f64>; 2],
     left_out: &[[f64; 2]],
-) -> Option<Traces> {
+) -> Option<Chart> {
     let mut panels = Vec::new();
     let driver = record.driver().to_string();
     for (channel, name) in ["current", "speed"].into_iter().enumerate() {
@@ -135,9 +144,9 @@ pub fn residual_correlations(
         }
         let residual = residuals(record, channel, &signals[channel], left_out);
         let Some(of) = ResidualCorrelation::of(&residual, record.input()) else { continue };
-        let mut panel = |label: String, points, bound| {
-            let traces = vec![Trace::new("", 1, Form::Stems, points)];
-            panels.push(Panel { bound: Some(bound), ..Panel::new(&label, traces) });
+        let mut panel = |label: String, points, bound: f64| {
+            let series = vec![Series::new("", 1, Form::Stems, points)];
+            panels.push(Panel { limits: [Vec::new(), vec![-bound, bound]], ..Panel::new(&label, series) });
         };
         // The autocorrelation is even; lag 0, which is 1, is left out.
         let sides = of.autocorrelation.iter().enumerate().map(|(n, r)| (count(n + 1), *r));
@@ -147,7 +156,7 @@ pub fn residual_correlations(
         panel(format!("{name} residual: cross-correlation with {driver}"), both, of.cross_correlation_limit);
     }
     let is_defined = !panels.is_empty();
-    is_defined.then(|| Traces {
+    is_defined.then(|| Chart {
         id: id.to_owned(),
         axis: "lag [samples]".to_owned(),
         panels,
@@ -206,80 +215,84 @@ pub fn correlations(found: &Identification) -> Option<Figure> {
 /// Largest number of parameters whose correlations are drawn.
 const CORRELATED: usize = 16;
 
-/// Returns the figure of the lowest cost after each generation; `None` without a search.
+/// Returns the chart of the lowest cost after each generation; `None` without a search.
 #[must_use]
-pub fn history(found: &Identification, spec: &IdentifySpec) -> Option<Figure> {
+pub fn history(found: &Identification, spec: &IdentifySpec) -> Option<Chart> {
     if found.history.len() < 2 {
         return None;
     }
     let points = found.history.iter().enumerate().map(|(n, cost)| (count(n) + 1.0, *cost)).collect();
-    let lines = vec![Line { name: found.searched.method.to_owned(), points, ..Line::default() }];
-    let chart_of = Chart { lines, ..Chart::new("Search", ["generation [1]", "lowest cost [1]"]).log([false, true]) };
-    Some(Figure {
+    let series = vec![Series::new(found.searched.method, 1, Form::Line, points)];
+    Some(Chart {
         id: "history".to_owned(),
-        map: false,
-        svg: chart(&chart_of),
-        alternative: "Lowest cost of the search after each generation, on a logarithmic axis".to_owned(),
+        axis: "generation [1]".to_owned(),
+        panels: vec![Panel { scales: LOG_COST, ..Panel::new("lowest cost [1]", series) }],
+        alternative: "of the search after each generation, on a logarithmic axis".to_owned(),
         caption: format!("{} agents, seed {}.", spec.population, spec.seed),
+        ..Chart::default()
     })
 }
 
-/// Returns the figure of the lowest cost after each generation: median and quartiles over runs.
+/// A linear first axis and a logarithmic second one.
+const LOG_COST: [AxisScale; 2] = [AxisScale::Linear, AxisScale::Log];
+
+/// Function that returns the points of the curve of a method.
+type Points<'a> = dyn Fn(&MethodResult, &Reached) -> Vec<(f64, f64)> + 'a;
+
+/// Returns the chart of the lowest cost after each generation: median and quartiles over runs.
 #[must_use]
-pub fn convergence(id: &str, block: &Block) -> Figure {
-    let line = |result: &MethodResult| {
+pub fn convergence(id: &str, block: &Block) -> Chart {
+    let of = |(n, result): (usize, &MethodResult)| {
         let quartiles = quartiles(result);
         let points = quartiles.iter().enumerate().map(|(n, q)| (count(n) + 1.0, q[1])).collect();
-        let band = Some((quartiles.iter().map(|q| q[0]).collect(), quartiles.iter().map(|q| q[2]).collect()));
-        Line { name: result.method.name().to_owned(), points, band, steps: false }
+        let band = Band::Between(quartiles.iter().map(|q| [q[0], q[2]]).collect());
+        Series::new(result.method.name(), n + 1, Form::Line, points).with_band(band)
     };
-    let lines = block.results.iter().map(line).collect();
-    let of = Chart { lines, ..Chart::new("Lowest cost", ["generation [1]", "cost [1]"]).log([false, true]) };
-    Figure {
+    let series = block.results.iter().enumerate().map(of).collect();
+    Chart {
         id: format!("{id}-convergence"),
-        map: false,
-        svg: chart(&of),
-        alternative: "Lowest cost after each generation for each method: median and quartiles over runs".to_owned(),
+        axis: "generation [1]".to_owned(),
+        panels: vec![Panel { scales: LOG_COST, ..Panel::new("lowest cost [1]", series) }],
+        alternative: "after each generation for each method, median and quartiles over runs".to_owned(),
         caption: "Median and interquartile range over runs, as in the paper's Figs. 8\u{2013}10.".to_owned(),
+        ..Chart::default()
     }
 }
 
-/// Returns the figure of the relative errors of the parameters over runs; `None` without true or refined parameters.
+/// Returns the chart of the relative errors of the parameters over runs; `None` without true or refined parameters.
 #[must_use]
-pub fn errors(id: &str, comparison: &Comparison, block: &Block) -> Option<Figure> {
+pub fn errors(id: &str, comparison: &Comparison, block: &Block) -> Option<Chart> {
     let (expected, found) = (comparison.expected()?, comparison.estimates(block));
     let panel = |p: Parameter| {
         let error = |value: f64| 100.0 * (value / expected.get(p) - 1.0);
         let shown = found.iter().filter(|found| found.method != "sm" || !found.all.is_empty());
         let group =
             |found: &MethodEstimates| (found.method.to_owned(), found.values(p).into_iter().map(error).collect());
-        (p.symbol(), shown.map(group).collect())
+        let label = format!("{} {}", p.symbol(), p.name());
+        boxes(&label, "relative error [%]", &shown.map(group).collect(), AxisScale::Linear)
     };
-    Some(Figure {
+    Some(Chart {
         id: format!("{id}-errors"),
-        map: false,
-        svg: boxes(Parameter::ALL.map(panel).to_vec(), "relative error [%]"),
-        alternative: "Boxes of the relative errors of each parameter over runs, for each method".to_owned(),
+        panels: Parameter::ALL.map(panel).to_vec(),
+        is_grid: true,
+        alternative: "relative errors over runs, a box for each method".to_owned(),
         caption: "Median and quartiles over runs; whiskers extend to 1.5 interquartile ranges. Steiglitz\u{2013}McBride: over records with new \
                   noise."
             .to_owned(),
+        ..Chart::default()
     })
 }
 
-/// Function that returns the points of the curve of a method.
-type Points<'a> = dyn Fn(&MethodResult, &Reached) -> Vec<(f64, f64)> + 'a;
-
-/// Returns the figure of the empirical distributions of final costs, and of targets reached over evaluations and over
-/// time.
+/// Returns the chart of the empirical distributions of final costs, and of targets reached over evaluations and over time.
 #[must_use]
-pub fn distributions(id: &str, comparison: &Comparison, block: &Block) -> Figure {
+pub fn distributions(id: &str, comparison: &Comparison, block: &Block) -> Chart {
     let (_, reached) = reached(block, comparison.spec.target);
-    let chart = |title: &str, labels: [&str; 2], points: &Points<'_>| {
-        let line = |(result, reached): (&MethodResult, &Reached)| {
-            let name = result.method.name().to_owned();
-            Line { name, points: points(result, reached), steps: true, ..Line::default() }
+    let panel = |label: &str, axis: &str, points: &Points<'_>| {
+        let of = |(n, (result, reached)): (usize, (&MethodResult, &Reached))| {
+            Series::new(result.method.name(), n + 1, Form::Steps, points(result, reached))
         };
-        Chart { lines: block.results.iter().zip(&reached).map(line).collect(), ..Chart::new(title, labels) }
+        let series = block.results.iter().zip(&reached).enumerate().map(of).collect();
+        Panel { axis: Some(axis.to_owned()), ..Panel::new(label, series) }
     };
     let costs = |result: &MethodResult, _: &Reached| {
         let sorted = sorted(&result.costs());
@@ -288,40 +301,41 @@ pub fn distributions(id: &str, comparison: &Comparison, block: &Block) -> Figure
     let targets = |axis: &[f64], unit: f64, reached: &Reached| {
         axis.iter().map(|value| unit * value).zip(reached.share.iter().copied()).collect()
     };
-    let charts = [
-        chart("Final costs", ["cost [1]", "fraction of runs [1]"], &costs).log([true, false]),
-        chart("Targets over evaluations", ["evaluations of a run [1]", "fraction reached [1]"], &|_, reached| {
+    let ends = panel("runs that end at or below a cost, fraction [1]", "cost [1]", &costs);
+    let panels = vec![
+        Panel { scales: [AxisScale::Log, AxisScale::Linear], ..ends },
+        panel("targets reached, fraction [1]", "evaluations of a run [1]", &|_, reached| {
             targets(&reached.evaluations, 1.0, reached)
         }),
-        chart("Targets over time", ["time of a run [ms]", "fraction reached [1]"], &|_, reached| {
+        panel("targets reached, fraction [1]", "time of a run [ms]", &|_, reached| {
             targets(&reached.seconds, 1e3, reached)
         }),
     ];
-    Figure {
+    Chart {
         id: format!("{id}-distributions"),
-        map: false,
-        svg: panels(&charts, 3, [400.0, 340.0]),
-        alternative: "Empirical distributions of final costs and of targets reached over evaluations and time".to_owned(),
-        caption: "Left: fraction of runs that end at or below a cost. Middle and right: fraction of all pairs of a run and a target \
-                  that are reached, over evaluations and over time."
-            .to_owned(),
+        panels,
+        is_grid: true,
+        alternative: "for each method".to_owned(),
+        caption: "Targets reached: fraction of all pairs of a run and a target.".to_owned(),
+        ..Chart::default()
     }
 }
 
-/// Returns the figure of the final costs of all runs in increasing order.
+/// Returns the chart of the final costs of all runs in increasing order.
 #[must_use]
-pub fn waterfall(id: &str, block: &Block) -> Figure {
-    let line = |result: &MethodResult| {
+pub fn waterfall(id: &str, block: &Block) -> Chart {
+    let of = |(n, result): (usize, &MethodResult)| {
         let points = sorted(&result.costs()).into_iter().enumerate().map(|(n, cost)| (count(n) + 1.0, cost)).collect();
-        Line { name: result.method.name().to_owned(), points, ..Line::default() }
+        Series::new(result.method.name(), n + 1, Form::Line, points)
     };
-    let lines = block.results.iter().map(line).collect();
-    let of = Chart { lines, ..Chart::new("Final costs, sorted", ["run [1]", "cost [1]"]).log([false, true]) };
-    Figure {
+    let series = block.results.iter().enumerate().map(of).collect();
+    let axis = Some("run, in the order of cost [1]".to_owned());
+    Chart {
         id: format!("{id}-waterfall"),
-        map: false,
-        svg: chart(&of),
-        alternative: "Final costs of all runs in order, for each method, on a logarithmic axis".to_owned(),
-        caption: "Plateaus above the lowest cost suggest local optima in which runs are trapped.".to_owned(),
+        panels: vec![Panel { axis, scales: LOG_COST, ..Panel::new("final cost [1]", series) }],
+        alternative: "of all runs in order, for each method".to_owned(),
+        caption: "Final costs of all runs in increasing order: plateaus above the lowest cost suggest local optima in which runs are trapped."
+            .to_owned(),
+        ..Chart::default()
     }
 }

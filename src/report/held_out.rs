@@ -1,6 +1,6 @@
 //! Fit of the held-out recordings beside that of the fitted ones.
 
-use super::figures::response_traces;
+use super::figures::response_charts;
 use super::identified::{noise_floor_text, verdicts};
 use super::page::Part;
 use super::table::{Table, dash};
@@ -21,7 +21,7 @@ const HEADS: [&str; 7] = [
 /// Returns the table of fits and a figure for each held-out recording.
 pub(super) fn held_out(found: &Identification, validation: &Validation) -> Vec<Part> {
     let plots = |(n, held): (usize, &HeldOut)| {
-        response_traces(&format!("held-out-{n}"), &held.record, &[("model", &held.simulated)], &[]).map(Part::Traces)
+        response_charts(&format!("held-out-{n}"), &held.record, &[("model", &held.simulated)], &[]).map(Part::Chart)
     };
     let plots = (1..).zip(&validation.held_out).flat_map(plots);
     std::iter::once(Part::Table(table(found, validation))).chain(plots).collect()

@@ -59,14 +59,15 @@ pub(super) fn characteristics_table(found: &Identification) -> Table {
     let mut table = Table::new("characteristics", "Feedforward characteristics (\u{b1} standard error)", &heads);
     let cell = |c: Option<Characteristic>| c.map_or_else(dash, with_error);
     for (n, (name, unit, by_error)) in Characteristics::named_of(found).into_iter().enumerate() {
-        let by_regression = found.regressions.iter().map(|r| cell([r.ks, r.kv, r.ka].get(n).copied()));
+        let alone = |c: &Characteristic| Characteristic { std_error: None, ..*c };
+        let by_regression = found.regressions.iter().map(|r| cell([r.ks, r.kv, r.ka].get(n).map(alone)));
         table.named_row(&name.replace('_', " "), [unit.to_owned(), cell(by_error)].into_iter().chain(by_regression));
     }
     let beside = match found.regressions.is_empty() {
         true => "A regression on differences of the measured speed does not identify them here.",
         false => {
             "The regression uses differences of the measured speed, which attenuate fast dynamics; noise and inductance bias \
-             it."
+             it by many of its standard errors, which are not shown."
         }
     };
     let symbol = if found.input == Input::Current { "i" } else { "v" };

@@ -1,6 +1,6 @@
 //! Page of `identify`: trust and values first, then the plots, the tables, and the command that reproduces it.
 
-use super::figures::{correlations, history, residual_correlations, response_traces};
+use super::figures::{correlations, history, residual_correlations, response_charts};
 use super::held_out::held_out;
 use super::identified::{noise_floor_text, with_error};
 use super::identified_tables::{
@@ -26,20 +26,20 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
         sections.push(section("Warnings", reported));
     }
     let plots = (1..).zip(records.iter().zip(&modelled)).flat_map(|(n, (record, signals))| {
-        response_traces(&format!("response-{n}"), record, &[("model", signals)], &left_out(found, n))
+        response_charts(&format!("response-{n}"), record, &[("model", signals)], &left_out(found, n))
     });
-    sections.push(section("Measured and modelled", plots.map(Part::Traces).collect()));
+    sections.push(section("Measured and modelled", plots.map(Part::Chart).collect()));
     let residuals = (1..).zip(records.iter().zip(&modelled)).filter_map(|(n, (record, signals))| {
         residual_correlations(&format!("residuals-{n}"), record, signals, &left_out(found, n))
     });
-    let residuals: Vec<Part> = residuals.map(Part::Traces).collect();
+    let residuals: Vec<Part> = residuals.map(Part::Chart).collect();
     if !residuals.is_empty() {
         sections.push(section("Correlation of the residuals", residuals));
     }
     let mut estimates = vec![Part::Table(parameters_table(found)), Part::Text(verdict(found).to_owned())];
     estimates.push(Part::Table(fit_table(found, spec)));
     estimates.extend(correlations(found).map(Part::Figure));
-    estimates.extend(history(found, spec).map(Part::Figure));
+    estimates.extend(history(found, spec).map(Part::Chart));
     sections.push(section("Estimates in SI units", estimates));
     let dynamics = transfer_functions(found).map(Part::List).into_iter();
     sections.push(section("Dynamics", dynamics.chain([Part::Table(characteristics_table(found))]).collect()));
@@ -120,7 +120,7 @@ pub fn identify_parts(spec: &IdentifySpec, found: &Identification, spelling: Spe
 fn trust(found: &Identification, spelling: Spelling) -> Trust {
     let reasons: Vec<String> = found.trust.reasons.iter().map(|reason| reason.message.spelled(spelling)).collect();
     let next = found.trust.next.as_ref();
-    let next = next.map_or(String::new(), |next| format!(" Next: {}.", next.spelled(spelling)));
+    let next = next.map_or(String::new(), |next| format!(" Next: {}.", next.spelled(spelling).trim_end_matches('.')));
     let text = match reasons.is_empty() {
         true => "No test of the residuals, the search or the recordings contradicts the standard errors.".to_owned(),
         false => format!("{}.{next}", capital(&reasons.join("; "))),

@@ -2,6 +2,8 @@
 
 mod bench;
 #[cfg(feature = "report")]
+mod chart;
+#[cfg(feature = "report")]
 pub mod compare;
 mod document;
 #[cfg(feature = "report")]
@@ -21,8 +23,6 @@ mod page;
 #[cfg(feature = "report")]
 mod pages;
 #[cfg(feature = "report")]
-pub mod plot;
-#[cfg(feature = "report")]
 mod residual_panels;
 mod spelling;
 #[cfg(feature = "report")]
@@ -31,10 +31,10 @@ pub mod suite;
 pub mod sweep;
 #[cfg(feature = "report")]
 mod table;
-#[cfg(feature = "report")]
-mod traces;
 
 pub use bench::bench_document;
+#[cfg(feature = "report")]
+pub use chart::{AxisScale, Band, Chart, Form, Map, Mark, Panel, Series, heat_map};
 pub use document::{EvaluateDocument, devices_document, identify_document, json};
 pub use identified::{characteristics_lines, noise_floor_text, verdicts};
 #[cfg(feature = "report")]
@@ -55,5 +55,3 @@ pub use residual_panels::{ResidualRow, residual_panels};
 pub use spelling::command_line;
 #[cfg(feature = "report")]
 pub use table::{Table, folded};
-#[cfg(feature = "report")]
-pub use traces::{Form, Mark, Panel, Trace, Traces};

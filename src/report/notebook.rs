@@ -1,10 +1,16 @@
 //! Parts of reports outside of pages: as HTML that follows the colours of a notebook, and as text for a terminal.
 
+use super::chart::{LIGHT, scoped};
 use super::page::{Part, part};
 use super::table::folded;
 use maud::{PreEscaped, html};
 
 const STYLE: &str = include_str!("notebook.css");
+
+/// Returns a chart as a drawing of a fixed size; other parts stay as they are.
+fn drawing(one: &Part) -> Part {
+    if let Part::Chart(chart) = one { Part::Figure(chart.figure()) } else { one.clone() }
+}
 
 /// Renders parts as an HTML fragment that is well-formed XML. Its text, lines and figures take the colour of the text around it,
 /// so that they are legible in light and dark notebooks.
@@ -12,8 +18,8 @@ const STYLE: &str = include_str!("notebook.css");
 pub fn html_fragment(parts: &[Part]) -> String {
     let fragment = html! {
         div.motorfit {
-            style { (PreEscaped(STYLE)) }
-            @for one in parts { (part(one)) }
+            style { (PreEscaped(scoped(LIGHT, ".motorfit .plot"))) (PreEscaped(STYLE)) }
+            @for one in parts { (part(&drawing(one))) }
         }
     };
     fragment.into_string()
@@ -26,7 +32,7 @@ pub fn plain_text(parts: &[Part], width: usize) -> String {
         Part::Text(text) => Some(folded(text, width)),
         Part::Warning(text) => Some(folded(&format!("Warning: {text}"), width)),
         Part::Table(table) => Some(table.text(width)),
-        Part::Figure(_) | Part::Traces(_) | Part::List(_) | Part::Typed(_) | Part::Items(_) => None,
+        Part::Figure(_) | Part::Chart(_) | Part::List(_) | Part::Typed(_) | Part::Items(_) => None,
     };
     parts.iter().filter_map(one).collect::<Vec<_>>().join("\n")
 }
@@ -52,10 +58,11 @@ mod tests {
 
     #[test]
     fn the_style_is_scoped_and_sets_no_page_colours() {
-        let rules = STYLE.split('}').filter(|rule| !rule.trim().is_empty());
+        let style = scoped(LIGHT, ".motorfit .plot") + STYLE;
+        let rules = style.split('}').filter(|rule| !rule.trim().is_empty());
         for selector in rules.flat_map(|rule| rule.split('{').next().unwrap_or_default().split(',')) {
             assert!(selector.trim().starts_with(".motorfit"), "{selector}");
         }
-        assert!(!STYLE.contains("prefers-color-scheme") && STYLE.contains("currentColor"));
+        assert!(!style.contains("prefers-color-scheme") && style.contains("currentColor"));
     }
 }

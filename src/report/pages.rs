@@ -75,7 +75,7 @@ pub fn compare_parts(comparison: &Comparison, spelling: Spelling) -> Vec<Part> {
     for (n, block) in comparison.blocks.iter().enumerate() {
         parts.extend(tables(comparison, block).into_iter().take(1).map(Part::Table));
         if block.has_results() {
-            parts.push(Part::Figure(figures::convergence(&format!("block{}", n + 1), block)));
+            parts.push(Part::Chart(figures::convergence(&format!("block{}", n + 1), block)));
         }
     }
     parts
@@ -94,10 +94,13 @@ pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> P
         let id = format!("block{}", n + 1);
         let mut parts: Vec<Part> = Vec::new();
         if block.has_results() {
-            parts.push(Part::Figure(figures::convergence(&id, block)));
-            parts.push(Part::Figure(figures::distributions(&id, comparison, block)));
-            parts.push(Part::Figure(figures::waterfall(&id, block)));
-            parts.extend(figures::errors(&id, comparison, block).map(Part::Figure));
+            parts.push(Part::Chart(figures::convergence(&id, block)));
+            // The panels of the final costs stand beside those of the targets.
+            let (mut targets, ends) = (figures::distributions(&id, comparison, block), figures::waterfall(&id, block));
+            targets.panels.extend(ends.panels);
+            targets.caption = format!("{} {}", targets.caption, ends.caption);
+            parts.push(Part::Chart(targets));
+            parts.extend(figures::errors(&id, comparison, block).map(Part::Chart));
         }
         parts.extend(tables(comparison, block).into_iter().map(Part::Table));
         sections.push(section(&setting_name(&block.setting), parts));
@@ -153,7 +156,7 @@ fn responses(comparison: &Comparison) -> Vec<Part> {
     let best = best(comparison, block);
     let signals: Vec<_> = best.iter().map(|(_, motor)| figures::model(record, motor, initial, how)).collect();
     let models: Vec<figures::Modelled<'_>> = best.iter().map(|(name, _)| *name).zip(&signals).collect();
-    let mut traces = figures::response_traces("responses", record, &models, &[]);
-    traces[0].caption = format!("The best run of each method. {}", traces[0].caption);
-    traces.map(Part::Traces).to_vec()
+    let mut charts = figures::response_charts("responses", record, &models, &[]);
+    charts[0].caption = format!("The best run of each method. {}", charts[0].caption);
+    charts.map(Part::Chart).to_vec()
 }

@@ -1,7 +1,6 @@
 //! Residuals of several fits below each other, so that their patterns can be compared.
 
-use super::page::Figure;
-use super::plot::{Chart, Line, panels};
+use super::chart::{Chart, Form, Panel, Series};
 use crate::record::{Quantity, Record};
 
 /// The residuals of one fit: a row of a figure.
@@ -15,31 +14,27 @@ pub struct ResidualRow<'a> {
     pub signals: &'a [Vec<f64>; 2],
 }
 
-/// Size of a panel \[pixels\].
-const PANEL: [f64; 2] = [560.0, 230.0];
 const CHANNELS: [(Quantity, &str, &str); 2] =
-    [(Quantity::Current, "current", "residual [A]"), (Quantity::Speed, "speed", "residual [rad/s]")];
+    [(Quantity::Current, "current", "A"), (Quantity::Speed, "speed", "rad/s")];
 
-/// Draws the residuals (measured minus simulated) of current and speed over time, one row per fit. Channels that were not
-/// recorded are left out.
+/// Returns the chart of the residuals (measured minus simulated) of current and speed over time, one row per fit. Channels that were
+/// not recorded are left out.
 #[must_use]
-pub fn residual_panels(id: &str, rows: &[ResidualRow<'_>]) -> Figure {
+pub fn residual_panels(id: &str, rows: &[ResidualRow<'_>]) -> Chart {
     let panel = |n: usize, channel: usize| {
         let ResidualRow { name, record, signals } = &rows[n];
-        let (quantity, title, label) = CHANNELS[channel];
+        let (quantity, title, unit) = CHANNELS[channel];
         let measured = record.measured()[channel].filter(|_| record.driver() != quantity).unwrap_or_default();
         let residuals = measured.iter().zip(&signals[channel]).map(|(a, b)| a - b);
         let points = record.samples().time_s.iter().copied().zip(residuals).collect();
-        let line = Line { points, ..Line::default() };
-        let time = if n + 1 == rows.len() { "time [s]" } else { "" };
-        Chart { lines: vec![line], ..Chart::new(format!("{name}: {title}"), [time, label]) }
+        Panel::new(&format!("{name}: {title} [{unit}]"), vec![Series::new("", 1, Form::Line, points)])
     };
-    let charts: Vec<Chart> = (0..rows.len()).flat_map(|n| [panel(n, 0), panel(n, 1)]).collect();
-    Figure {
+    Chart {
         id: id.to_owned(),
-        map: false,
-        svg: panels(&charts, 2, PANEL),
-        alternative: "Residuals of current and speed over time, one row per fit".to_owned(),
+        axis: "time [s]".to_owned(),
+        panels: (0..rows.len()).flat_map(|n| [panel(n, 0), panel(n, 1)]).collect(),
+        is_grid: true,
+        alternative: "residuals over time".to_owned(),
         caption: "Measured minus simulated current and speed.".to_owned(),
     }
 }

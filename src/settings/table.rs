@@ -156,8 +156,8 @@ table! {
     Discretization: choice::<Discretization>(), "Model", "DISCRETIZATION" [] "zoh",
         text!(
             "Discretization: exact for a zero-order hold (zoh) or first-order hold (foh) of the input, Runge–Kutta, or Euler \
-             [default: zoh; " [With = "auto"] " may select foh; foh if no voltage was recorded and the measured current is the \
-             input]"
+             [default: zoh; " [With = "auto"] " may select foh for a voltage that changes at many samples; foh if no voltage \
+             was recorded and the measured current is the input]"
         );
     Initial: choice::<Initial>(), "Model", "INITIAL" ["auto"] "zero",
         "State at the first sample; auto: zero if the recording starts at rest, else free (estimated by the refinement; a \

@@ -316,7 +316,7 @@ fn limits_of_a_production_line() {
     assert_eq!(listed, [["m1", ""], ["m2", ""], ["m3", ""], ["m4", ""], ["m5", "R"]]);
     assert_eq!(std::fs::read_to_string(format!("{report}/motors.csv")).unwrap(), csv);
     let page = std::fs::read_to_string(format!("{report}/report.html")).unwrap();
-    assert!(page.contains("Run charts") && page.contains("Process capability"));
+    assert!(page.contains("id=\"run-chart\"") && page.contains("Process capability"));
     // Limits that are none.
     for (limits, part) in [("{R = [1, 0.5]}", "R=1:0.5 is empty"), ("3", "not a table"), ("{Q = [0, 1]}", "Q")] {
         let study = folder.file("wrong.toml", format!("{lines}limits = {limits}\n"));

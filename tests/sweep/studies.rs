@@ -96,6 +96,24 @@ fn wrong_recordings() {
     assert_eq!(motors, ["a.csv", "sub/a.csv"]);
 }
 
+/// `auto` alone is the pipeline of `identify`, which refines; searches are not refined unless the study says so.
+#[test]
+fn a_study_of_auto_alone_has_standard_errors() {
+    let cases = [
+        ("methods = [\"auto\"]\n", [true, true]),
+        ("methods = [\"auto\"]\npolish = [\"none\"]\n", [false, false]),
+        ("methods = [\"auto\", \"gwo\"]\npopulation = 10\ngenerations = 5\n", [false, false]),
+    ];
+    for (n, (text, expected)) in cases.into_iter().enumerate() {
+        let (folder, study) = with_study(&format!("recordings = [\"a.csv\"]\n{text}"));
+        let dir = folder.path(&format!("out-{n}"));
+        done(&[&study, "--out", &dir]);
+        let all = results(&dir);
+        let has = [&all[0], &all[all.len() - 1]].map(|line| !line["std_error"].is_null());
+        assert_eq!(has, expected, "{text}: {}", all[0]);
+    }
+}
+
 #[test]
 fn settings_reach_the_runs() {
     let (folder, study) = with_study(

@@ -93,6 +93,7 @@ pub fn keyword(reference: &Reference) -> String {
         }
         Reference::Command(command) => match command {
             Command::Identify => "motorfit.identify",
+            Command::Inspect => "Record.findings()",
             Command::Devices => "motorfit.devices()",
             Command::PlanSweep => "Sweep.plan(study, out)",
             Command::RunSweep => "Sweep.run()",

@@ -4,8 +4,7 @@ use crate::answers::{Reduced, reduced};
 use crate::errors::Raise as _;
 use motorfit::Error;
 use motorfit::file::replace;
-use motorfit::report::plot::themed;
-use motorfit::report::{Figure, Part, html_fragment};
+use motorfit::report::{Chart, Figure, Part, html_fragment};
 use pyo3::exceptions::PyImportError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -20,6 +19,8 @@ pub struct Svg(Figure);
 /// Fields of a figure, for pickle.
 type Fields = (String, String, String, String, bool);
 
+/// Attributes with which a figure fits a narrow page.
+const FITTING: &str = "style=\"max-width:100%;height:auto\"";
 /// Pixels per unit of length of a PNG.
 const ZOOM: f64 = 2.0;
 
@@ -32,7 +33,7 @@ impl Svg {
     }
 
     fn _repr_svg_(&self) -> String {
-        themed(&self.plain())
+        self.0.file(FITTING, false)
     }
 
     fn _repr_html_(&self) -> String {
@@ -100,11 +101,6 @@ impl Svg {
 }
 
 impl Svg {
-    /// Returns the SVG text in black on white.
-    fn plain(&self) -> String {
-        self.0.scaled("style=\"max-width:100%;height:auto\"")
-    }
-
     /// Returns the figure as HTML in the colours of the text around it.
     pub fn html(&self) -> String {
         html_fragment(&[Part::Figure(self.0.clone())])
@@ -118,7 +114,7 @@ impl Svg {
         };
         let draw = py.import("resvg_py").map_err(missing)?.getattr("svg_to_bytes")?;
         let options = PyDict::new(py);
-        options.set_item("svg_string", self.plain())?;
+        options.set_item("svg_string", self.0.file(FITTING, true))?;
         options.set_item("background", "#ffffff")?;
         options.set_item("zoom", ZOOM)?;
         draw.call((), Some(&options))?.extract()
@@ -128,5 +124,11 @@ impl Svg {
 impl From<Figure> for Svg {
     fn from(figure: Figure) -> Self {
         Self(figure)
+    }
+}
+
+impl From<Chart> for Svg {
+    fn from(chart: Chart) -> Self {
+        Self(chart.figure())
     }
 }

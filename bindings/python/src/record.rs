@@ -2,11 +2,13 @@
 
 use crate::answers::{Reduced, reduced};
 use crate::arrays::{array, signal};
-use crate::errors::Raise as _;
+use crate::errors::{Raise as _, warnings};
 use crate::figure::Svg;
 use crate::frame::framed;
+use crate::pool::on_all;
 use crate::reading::{of_columns, read, reading};
-use motorfit::record::{Samples, write_csv};
+use motorfit::identify::Inspection;
+use motorfit::record::{Samples, Severity, write_csv};
 use motorfit::report::record_figure;
 use numpy::PyArray1;
 use pyo3::exceptions::PyTypeError;
@@ -239,6 +241,18 @@ impl Record {
     /// Svg
     fn plot(&self) -> Svg {
         record_figure(&self.0).into()
+    }
+
+    /// Returns the findings about the signals, as `motorfit inspect` prints them.
+    ///
+    /// Returns
+    /// -------
+    /// list of MotorfitWarning
+    ///     Faults first, then remarks, each with its code; empty if nothing was found.
+    fn findings<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let found = on_all(py, || Inspection::of(&self.0).warnings)?;
+        let of = |severity| warnings(py, &found, severity);
+        Ok([of(Severity::Report)?, of(Severity::Mention)?].concat())
     }
 
     /// Returns the signals as CSV text.

@@ -9,7 +9,7 @@ use motorfit::motor::{Discretization, Input};
 use motorfit::named::Named;
 use motorfit::record::{Quantity, Record};
 use motorfit::setting::Setting;
-use motorfit::settings::{self, DEVICE, Given, Kind, PROBLEM, SEARCH, Value, row};
+use motorfit::settings::{self, DEVICE, Given, Kind, PROBLEM, READING, SEARCH, Value, row};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -31,6 +31,13 @@ impl<'a, 'py> Keywords<'a, 'py> {
             if !known.contains(&key.as_str()) {
                 let near =
                     motorfit::text::nearest(&key, known).map_or(String::new(), |n| format!("; did you mean {n}?"));
+                let of_reading = READING.iter().any(|setting| keyword(*setting) == key);
+                let near = match of_reading {
+                    true => format!(
+                        "; {key} is about reading: give a record, Record.from_file(path, {key}=…) or Record.from_columns(frame, {key}=…)"
+                    ),
+                    false => near,
+                };
                 return Err(PyTypeError::new_err(format!("there is no keyword argument {key}{near}")));
             }
         }

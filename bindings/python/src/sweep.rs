@@ -7,7 +7,7 @@ use crate::progress::{Watch, watched};
 use crate::spec;
 use crate::throughput_profile::throughput_profile;
 use motorfit::device::with_threads;
-use motorfit::report::sweep::{status_document, sweep_document, sweep_parts, tally_document};
+use motorfit::report::sweep::{motors_csv, status_document, sweep_document, sweep_parts, tally_document};
 use motorfit::report::{Part, html_fragment, json, plain_text};
 use motorfit::setting::Setting;
 use motorfit::settings::parse;
@@ -214,7 +214,7 @@ impl Sweep {
     /// -------
     /// SweepSummary
     ///     A dict as `motorfit sweep merge --json` prints it, with counts by level of trust as "trust", and the path of
-    ///     results.jsonl as "results".
+    ///     results.jsonl as "results"; `to_frame()` has a row for each motor.
     ///
     /// Raises
     /// ------
@@ -228,7 +228,8 @@ impl Sweep {
         document.set_item("results", merged.results)?;
         let parts = sweep_parts(&merged.summary, &limits);
         let class = py.import("motorfit._summary")?.getattr("SweepSummary")?;
-        class.call1((document, plain_text(&parts, TEXT_WIDTH), html_fragment(&parts)))
+        let motors = motors_csv(&merged.summary, &limits);
+        class.call1((document, plain_text(&parts, TEXT_WIDTH), html_fragment(&parts), motors))
     }
 
     /// Checks limits before the runs instead of after them.

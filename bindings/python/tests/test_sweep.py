@@ -10,6 +10,7 @@ import time
 import xml.etree.ElementTree as ET
 from concurrent.futures import ThreadPoolExecutor
 
+import numpy as np
 import pytest
 
 import motorfit
@@ -211,5 +212,9 @@ def test_the_summary_is_a_dict_that_notebooks_show(study, tmp_path):
     assert "<svg" in found._repr_html_()
     again = pickle.loads(pickle.dumps(found))
     assert again == found and again._repr_html_() == found._repr_html_()
+    columns = found.to_columns()
+    assert columns["motor"] == sorted(columns["motor"]) and len(columns["motor"]) == found["motors"]["identified"]
+    assert np.isfinite(columns["R"]).all() and columns["trust"] and set(columns["error"]) == {""}
+    assert list(found.to_frame().columns) == list(columns) and len(again.to_frame()) == len(columns["motor"])
     plan = motorfit.Sweep.open(tmp_path / "out")
     assert f"{plan.runs} runs finished" in " ".join(ET.fromstring(plan._repr_html_()).itertext())

@@ -167,9 +167,12 @@ pub fn diagnose(record: &Record) -> Vec<Finding> {
     findings
 }
 
-/// Returns the findings with all their ranges. Outliers are detected first and replaced before the other rules are applied.
+/// Returns the findings with all their ranges. Outliers are detected first and replaced before the other rules are applied; those
+/// that are masked already have no part in a magnitude.
 pub(super) fn findings(record: &Record) -> Vec<Finding> {
     let mut findings = Vec::new();
+    let limited = record.with_masked_limited();
+    let record = limited.as_ref().unwrap_or(record);
     let view = View::new(record);
     let outliers = outliers(&view);
     outliers::report(&view, &outliers, &mut findings);
@@ -207,6 +210,40 @@ impl Record {
             }
         });
         record
+    }
+
+    /// Returns a copy with masked samples of the outputs that are outside the range of the others interpolated between their
+    /// neighbours; `None` if no sample is masked.
+    fn with_masked_limited(&self) -> Option<Self> {
+        let counting = self.counting();
+        if counting.is_empty() {
+            return None;
+        }
+        let mut record = self.clone();
+        record.samples.change(|quantity, values| {
+            let channel = match quantity {
+                Quantity::Current => 0,
+                Quantity::Speed => 1,
+                _ => return,
+            };
+            let others = values.iter().zip(&counting).filter(|(_, counts)| counts[channel]).map(|(value, _)| *value);
+            let [low, high] = crate::numeric::extremes(&others.collect::<Vec<_>>());
+            let is_inside = |value: &f64| (low..=high).contains(value);
+            let kept: Vec<usize> = (0..values.len()).filter(|n| is_inside(&values[*n])).collect();
+            for n in (0..values.len()).filter(|n| kept.binary_search(n).is_err()).collect::<Vec<_>>() {
+                let next = kept.partition_point(|other| *other < n);
+                let [before, after] =
+                    [next.checked_sub(1), Some(next)].map(|at| at.and_then(|at| kept.get(at)).copied());
+                let (Some(before), Some(after)) = (before.or(after), after.or(before)) else { continue };
+                let part = if after > before {
+                    crate::numeric::count(n - before) / crate::numeric::count(after - before)
+                } else {
+                    0.0
+                };
+                values[n] = values[before] + part * (values[after] - values[before]);
+            }
+        });
+        Some(record)
     }
 
     /// Returns a copy with outliers of the voltage replaced by interpolation, and their number of samples; `None` without

@@ -3,12 +3,12 @@
 use super::SignalFacts;
 use crate::identify::{Identifiability, Inspection};
 use crate::record::{Quantity, Record, Severity};
+use crate::report::chart::{Chart, Form, Mark, Panel, Series};
 use crate::report::figures::input_form;
 use crate::report::page::{Figure, Item, Page, Part, Section, capital};
 use crate::report::pages::{Reproduced, reproduce, section};
 use crate::report::spelling::command_line;
 use crate::report::table::{Table, dash};
-use crate::report::traces::{Form, Mark, Panel, Trace, Traces, svg};
 use crate::text::{engineering, printable, significant};
 use crate::warning::Warning;
 
@@ -27,7 +27,7 @@ pub fn inspect_page(inspections: &[Inspection<'_>], band: f64, how: &Reproduced)
     for (n, inspection) in inspections.iter().enumerate() {
         let heading = if inspections.len() == 1 { "Findings".to_owned() } else { name(inspection.record) };
         sections.push(section(&heading, odd(inspection, inspections.len() > 1)));
-        sections.push(section("Signals", vec![Part::Traces(signals(inspection, n))]));
+        sections.push(section("Signals", vec![Part::Chart(signals(inspection, n))]));
         sections.push(section("Columns and statistics", understood(inspection.record, band)));
     }
     sections.push(reproduce(inspections.iter().map(|i| i.record), how, None));
@@ -127,19 +127,25 @@ fn odd(inspection: &Inspection<'_>, several: bool) -> Vec<Part> {
 pub fn record_figure(record: &Record) -> Figure {
     let caption = "The signals of the recording.".to_owned();
     let alternative = format!("The signals of {} over time", name(record));
-    let drawing = svg(&[signal_traces("signals".to_owned(), record, &[])]);
-    Figure { id: "signals".to_owned(), map: false, svg: drawing, alternative, caption }
+    Figure { alternative, caption, ..signal_chart("signals".to_owned(), record, &[]).figure() }
 }
 
 /// Returns all signals over time, with the findings marked.
-fn signals(inspection: &Inspection<'_>, n: usize) -> Traces {
-    let traces = signal_traces(format!("signals-{}", n + 1), inspection.record, &inspection.warnings);
-    let caption = "Orange: the location of a finding, by its number above. Findings without a location concern the complete signal.";
-    Traces { caption: caption.to_owned(), ..traces }
+fn signals(inspection: &Inspection<'_>, n: usize) -> Chart {
+    let chart = signal_chart(format!("signals-{}", n + 1), inspection.record, &inspection.warnings);
+    let has_marks = chart.panels.iter().any(|panel| !panel.marks.is_empty());
+    let caption = match (has_marks, inspection.warnings.is_empty()) {
+        (true, _) => {
+            "Orange: the location of a finding, by its number above. Findings without a location concern the complete signal."
+        }
+        (false, false) => "The findings concern complete signals.",
+        (false, true) => "",
+    };
+    Chart { caption: caption.to_owned(), ..chart }
 }
 
 /// Returns each signal of a recording over time, with the warnings marked by their numbers.
-fn signal_traces(id: String, record: &Record, warnings: &[Warning]) -> Traces {
+fn signal_chart(id: String, record: &Record, warnings: &[Warning]) -> Chart {
     let panel = |(quantity, signal): (Quantity, &[f64])| {
         let points = record.samples().time_s.iter().copied().zip(signal.iter().copied()).collect();
         let is_input = quantity == Quantity::Voltage;
@@ -150,9 +156,9 @@ fn signal_traces(id: String, record: &Record, warnings: &[Warning]) -> Traces {
         let findings = if numbers.is_empty() { String::new() } else { format!(", findings {}", numbers.join(", ")) };
         let label = format!("{} [{}]{findings}", quantity, quantity.unit());
         let marks = own.iter().flat_map(|(n, warning)| marks(*n, warning)).collect();
-        Panel { marks, ..Panel::new(&label, vec![Trace::new("", usize::from(!is_input), form, points)]) }
+        Panel { marks, ..Panel::new(&label, vec![Series::new("", usize::from(!is_input), form, points)]) }
     };
-    Traces {
+    Chart {
         id,
         axis: "time [s]".to_owned(),
         panels: super::signals(record).map(panel).collect(),

@@ -1,13 +1,13 @@
-//! Drawings of a page, scaled to its width.
+//! Drawings of a page, scaled to its width, and as files.
 
 use super::Figure;
-use crate::text::{hexadecimal, printable};
+use crate::report::chart::{DARK, LIGHT, scoped};
+use crate::text::printable;
 use maud::html;
-use sha2::{Digest as _, Sha256};
 
 impl Figure {
-    /// Returns the SVG scaled to the available width, up to its own, with its alternative text; `attributes` are added
-    /// to the `svg` element.
+    /// Returns the SVG without a style, scaled to the available width, up to its own, with its alternative text; `attributes` are
+    /// added to the `svg` element.
     #[must_use]
     pub fn scaled(&self, attributes: &str) -> String {
         let Some((head, rest)) = self.svg.split_once('>') else { return String::new() };
@@ -19,30 +19,21 @@ impl Figure {
         let name = html! { title { (printable(&self.alternative)) } }.into_string();
         let head =
             head.replacen("<svg ", &format!("<svg {attributes} role=\"img\" viewBox=\"0 0 {width} {height}\" "), 1);
-        named(&format!("{head}>{name}{rest}"))
+        format!("{head}>{name}{rest}")
     }
-}
 
-/// Prefix of kuva's identifiers of clip paths, which is followed by a number that increases from drawing to drawing.
-const CLIP: &str = "kuva-clip-";
-
-/// Replaces the identifiers in a drawing by ones that depend on its content. Equal drawings are then equal texts, and
-/// identifiers of different drawings on one page do not collide.
-fn named(svg: &str) -> String {
-    let mut known = Vec::new();
-    let mut parts = svg.split(CLIP);
-    let mut counted = parts.next().unwrap_or_default().to_owned();
-    for part in parts {
-        let end = part.find(|c: char| !c.is_ascii_digit()).unwrap_or(part.len());
-        let (number, rest) = part.split_at(end);
-        let at = known.iter().position(|one| *one == number).unwrap_or(known.len());
-        if at == known.len() {
-            known.push(number);
-        }
-        counted += &format!("{CLIP}{at}{rest}");
+    /// Returns the SVG with its style, as a file that is legible on its own: in the reader's light or dark colour scheme, or in
+    /// the light one if `is_light`.
+    #[must_use]
+    pub fn file(&self, attributes: &str, is_light: bool) -> String {
+        let svg = self.scaled(&format!("class=\"motorfit-figure\" {attributes}"));
+        let Some((head, rest)) = svg.split_once('>') else { return svg };
+        // Rules of drawings inside of a document apply to all of it.
+        let [light, dark] = [LIGHT, DARK].map(|rules| scoped(rules, ".motorfit-figure"));
+        let dark =
+            if is_light { String::new() } else { format!("@media screen and (prefers-color-scheme: dark) {{{dark}}}") };
+        format!("{head}><style>{light}{dark}</style>{rest}")
     }
-    let digest = hexadecimal(&Sha256::digest(&counted));
-    counted.replace(CLIP, &format!("clip-{}-", &digest[..12]))
 }
 
 #[cfg(test)]
@@ -50,19 +41,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn drawings_have_names_of_their_own() {
-        let drawn = |first: u32, width: u32| {
-            let (a, b) = (first, first + 1);
-            named(&format!(
-                "<svg><g id=\"kuva-clip-{a}\"/><g id=\"kuva-clip-{b}\" width=\"{width}\"/><p clip-path=\"url(#kuva-clip-{a})\"/></svg>"
-            ))
-        };
-        // Identifiers do not depend on the running number, even if one number is a prefix of another.
-        assert_eq!(drawn(0, 5), drawn(9, 5));
-        let (here, other) = (drawn(0, 5), drawn(0, 6));
-        let name = |svg: &str| svg.split('"').nth(1).unwrap().to_owned();
-        assert_ne!(name(&here), name(&other));
-        assert!(here.contains(&format!("url(#{})", name(&here))) && !here.contains("kuva"), "{here}");
-        assert_eq!(named("<svg/>"), "<svg/>");
+    fn a_file_has_its_style_and_a_page_does_not() {
+        let svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"10\" height=\"20\"><path/></svg>".to_owned();
+        let (id, alternative, caption) = (String::new(), "<b>".to_owned(), String::new());
+        let figure = Figure { id, svg, alternative, caption, map: false };
+        let on_page = figure.scaled("class=\"plot\"");
+        assert!(on_page.starts_with("<svg class=\"plot\" role=\"img\" viewBox=\"0 0 10 20\" "), "{on_page}");
+        assert!(on_page.contains("<title>&lt;b&gt;</title><path/>") && !on_page.contains("<style>"));
+        assert!(figure.file("", false).contains("prefers-color-scheme"));
+        assert!(figure.file("", true).contains("<style>") && !figure.file("", true).contains("prefers-color-scheme"));
     }
 }

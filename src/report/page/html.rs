@@ -1,14 +1,21 @@
 //! Rendering of a page.
 
 use super::{Card, Item, Page, Part, Section, Trust};
-use crate::report::{Table, traces};
+use crate::report::Table;
+use crate::report::chart;
 use crate::text::printable;
 use base64::Engine as _;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use sha2::{Digest as _, Sha256};
 
 /// Style of all pages; the curves have the style of the drawings in files.
-const STYLE: &str = concat!(include_str!("page.css"), include_str!("../traces/curves.css"));
+const STYLE: &str = concat!(
+    include_str!("page.css"),
+    include_str!("../chart/curves.css"),
+    "@media screen and (prefers-color-scheme: dark) {",
+    include_str!("../chart/curves-dark.css"),
+    "}"
+);
 /// Script of all pages.
 const SCRIPT: &str = include_str!("page.js");
 /// Number of sections from which a page has contents.
@@ -109,7 +116,7 @@ pub(in crate::report) fn part(part: &Part) -> Markup {
                 figcaption { (printable(&figure.caption)) }
             }
         },
-        Part::Traces(traces) => traces::figure(traces),
+        Part::Chart(chart) => chart::html(chart),
         Part::List(list) => named_values(list),
         Part::Items(items) => html! { @for item in items { (self::item(item)) } },
         Part::Typed(text) => html! { pre { code { (printable(text)) } } },
@@ -179,7 +186,7 @@ mod tests {
         let mut table = Table::new("t", evil, &[evil]);
         table.row(vec![evil.to_owned()]);
         table.note(evil);
-        let svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"10\" height=\"20\"><g id=\"kuva-clip-0\"/></svg>";
+        let svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"10\" height=\"20\"><g id=\"g\"/></svg>";
         let (id, alternative, caption) = ("f".to_owned(), evil.to_owned(), evil.to_owned());
         let figure = Figure { id, svg: svg.to_owned(), alternative, caption, map: false };
         let parts = vec![
@@ -195,7 +202,7 @@ mod tests {
         let page = page.html(false);
         assert!(!page.contains("<script") && !page.contains('\u{1b}') && !page.contains('\u{202e}'), "{page}");
         assert!(page.contains("&lt;script&gt;"));
-        assert!(page.contains("viewBox=\"0 0 10 20\"") && page.contains("<g id=\"clip-"));
+        assert!(page.contains("viewBox=\"0 0 10 20\"") && page.contains("<g id=\"g\"/>"));
         // The digest in the policy is that of the text between the tags.
         let (_, rest) = page.split_once("<style>").unwrap();
         let (style, _) = rest.split_once("</style>").unwrap();

@@ -7,14 +7,14 @@ mod html;
 pub(super) use html::part;
 
 use super::Table;
-use super::traces::Traces;
+use super::chart::Chart;
 
 /// A figure of a page.
 #[derive(Debug, Clone)]
 pub struct Figure {
     /// Identifier for files and links.
     pub id: String,
-    /// Drawing from the `plot` module.
+    /// Drawing as SVG, with classes instead of colours.
     pub svg: String,
     /// Alternative text for readers who cannot see the drawing.
     pub alternative: String,
@@ -35,8 +35,8 @@ pub enum Part {
     Table(Table),
     /// Figure.
     Figure(Figure),
-    /// Panels of signals over time.
-    Traces(Traces),
+    /// Panels with curves, bars or boxes.
+    Chart(Chart),
     /// List of names and values.
     List(Vec<(String, String)>),
     /// Preformatted text, such as a command.

@@ -1,6 +1,6 @@
 "use strict";
-// Adds to a complete page: values under the pointer, zoom and pan of panels with a common axis, curves that can be hidden, and tables
-// that can be sorted.
+// Adds to a complete page: values under the pointer, zoom and pan of panels, of all with a common axis together, curves that can be
+// hidden, and tables that can be sorted.
 (() => {
   const SVG = "http://www.w3.org/2000/svg", WIDTH = 1000, HEIGHT = 200;
   const make = (name, attributes, text) => {
@@ -18,7 +18,7 @@
   };
 
   // Ticks at multiples of 1, 2 or 5 times a power of ten, as in the static drawing.
-  const ticks = ([low, high], most) => {
+  const linear = ([low, high], most) => {
     const least = (high - low) / most, power = 10 ** Math.floor(Math.log10(least));
     const step = [1, 2, 5, 10].map(k => k * power).find(s => s >= least * (1 - 1e-12));
     const places = Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), found = [];
@@ -31,10 +31,34 @@
     return found;
   };
 
+  // Ticks of a logarithmic axis, whose range has decimal logarithms.
+  const raised = number => [...String(number)].map(c => c === "-" ? "\u207b" : "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"[c]).join("");
+  const logarithmic = ([low, high], most) => {
+    const plain = low >= -3.5 && high <= 5.5, inside = tick => tick[0] >= low - 1e-9 && tick[0] <= high + 1e-9;
+    const power = (exponent, factor) => plain ? (factor * 10 ** exponent).toFixed(Math.max(0, -exponent))
+      : `${factor === 1 ? "" : `${factor}\u00b7`}10${raised(exponent)}`;
+    const step = high - low >= 2 ? Math.max(1, Math.ceil((high - low) / most)) : 1, found = [];
+    for (let exponent = Math.floor(low); exponent <= high + 1; exponent++) {
+      for (const factor of high - low >= 2 ? [1] : [1, 2, 5]) {
+        if (exponent % step === 0) found.push([exponent + Math.log10(factor), power(exponent, factor)]);
+      }
+    }
+    const round = found.filter(inside);
+    if (round.length >= 2) return round;
+    return linear([10 ** low, 10 ** high], most).map(([value, text]) => [Math.log10(value), text]).filter(inside);
+  };
+
   // Points of a path, as x and y in the coordinates of the drawing; a vertical stroke is one point at its end or its middle.
   const points = (path) => {
     if (path.points) return path.points;
     const xs = [], ys = [], stems = path.classList.contains("stems");
+    if (path.classList.contains("bars")) {
+      const ends = [];
+      for (const [, x, y, end] of path.getAttribute("d").matchAll(/M(\S+) \S+V([^H]+)H([^V]+)V/g)) {
+        xs.push(Number(x)); ys.push(Number(y)); ends.push(Number(end));
+      }
+      return path.points = { xs, ys, ends };
+    }
     let x = 0;
     for (const [, command, rest] of path.getAttribute("d").matchAll(/([MLHV])([^MLHVZ]*)/g)) {
       const numbers = rest.trim().split(/\s+/).map(Number);
@@ -43,39 +67,42 @@
       else if (stems || path.classList.contains("line")) ys[ys.length - 1] = numbers[0];
       else ys[ys.length - 1] = (ys[ys.length - 1] + numbers[0]) / 2;
     }
-    return path.points = { xs, ys };
+    return path.points = { xs, ys, steps: path.classList.contains("line") && path.getAttribute("d").includes("H") };
+  };
+  // Index of the point of a series that is shown at a place; -1 for none. Bars and steps hold from their left end, and single marks
+  // are shown close to the pointer only.
+  const found = (path, x, width) => {
+    const { xs, ends, steps } = points(path);
+    if (ends) return xs.findLastIndex((left, k) => left <= x && x < ends[k]);
+    if (steps) return Math.max(0, xs.findLastIndex(left => left <= x));
+    const k = nearest(xs, x);
+    return path.classList.contains("marks") && Math.abs(xs[k] - x) > 0.01 * width ? -1 : k;
   };
   const nearest = (xs, x) => {
     let low = 0, high = xs.length - 1;
     while (low < high) { const middle = (low + high) >> 1; if (xs[middle] < x) low = middle + 1; else high = middle; }
     return low > 0 && x - xs[low - 1] < xs[low] - x ? low - 1 : low;
   };
+  const significant = value => (value !== 0 && (Math.abs(value) >= 1e5 || Math.abs(value) < 1e-3) ? value.toExponential(3) : value.toPrecision(4)).replaceAll("-", "\u2212");
   const digits = (value, range) => {
     const places = Math.max(0, Math.min(9, 3 - Math.floor(Math.log10(Math.abs(range) || 1))));
     return (Math.abs(value) >= 1e6 ? value.toExponential(3) : value.toFixed(places)).replaceAll("-", "\u2212");
   };
 
-  for (const figure of document.querySelectorAll("figure.traces")) {
-    const panels = [...figure.querySelectorAll("svg.trace")].map(svg => ({
-      svg, data: svg.querySelector("svg.curves"),
-      x: svg.dataset.x.split(" ").map(Number), y: svg.dataset.y.split(" ").map(Number),
-      label: svg.parentNode.querySelector(".quantity"),
-      cursor: svg.appendChild(make("line", { class: "cursor", y1: 0, y2: "100%" })),
-      chosen: svg.appendChild(make("rect", { class: "chosen", y: 0, height: "100%", width: 0 })),
-    }));
-    if (panels.length === 0) continue;
-    const whole = panels[0].x;
-    const axis = (figure.querySelector(".axis") || {}).textContent || "";
+  // Links panels with a common axis and returns the function that draws them again; `hidden` has the names of hidden curves.
+  const link = (figure, panels, hidden) => {
+    const whole = panels[0].x, log = panels[0].log.x;
+    const axis = (panels[panels.length - 1].svg.parentNode.querySelector(".axis") || {}).textContent || "";
+    const place = x => log ? 10 ** x : x;
     let view = whole;
-    const hidden = new Set();
-    const shown = (panel) => [...panel.data.querySelectorAll("path.curve")].filter(path => !hidden.has(path.dataset.name));
+    const shown = panel => [...panel.data.querySelectorAll("path.curve, path.bars")].filter(path => !hidden.has(path.dataset.name));
 
     const draw = () => {
       for (const panel of panels) {
         const [x0, x1] = panel.x, [y0, y1] = panel.y, scale = WIDTH / (x1 - x0);
         const [left, right] = view.map(x => (x - x0) * scale);
         let top = 0, bottom = HEIGHT;
-        if (view !== whole) {
+        if (view !== whole && !panel.fixed) {
           let [low, high] = [Infinity, -Infinity];
           for (const path of shown(panel)) {
             const { xs, ys } = points(path);
@@ -91,14 +118,15 @@
         panel.data.setAttribute("viewBox", `${left} ${top} ${right - left} ${bottom - top}`);
         const value = ordinate => y1 - ordinate / HEIGHT * (y1 - y0);
         panel.range = [value(bottom), value(top)];
+        const ticks = name => panel.log[name] ? logarithmic : linear;
         const lines = panel.svg.querySelector(".lines"), labels = panel.svg.querySelector(".ticks");
         lines.replaceChildren(); labels.replaceChildren();
-        for (const [tick, text] of ticks(panel.range, 6)) {
+        for (const [tick, text] of panel.rows ? [] : ticks("y")(panel.range, 6)) {
           const at = `${100 * (panel.range[1] - tick) / (panel.range[1] - panel.range[0])}%`;
           lines.append(make("line", { x1: 0, x2: "100%", y1: at, y2: at }));
           labels.append(make("text", { class: "y", x: -8, y: at, dy: ".35em" }, text));
         }
-        for (const [tick, text] of ticks(view, panel.svg.clientWidth < 420 ? 4 : 8)) {
+        for (const [tick, text] of ticks("x")(view, panel.svg.clientWidth < 420 ? 4 : panel.svg.clientWidth < 620 ? 5 : 8)) {
           const at = `${100 * (tick - view[0]) / (view[1] - view[0])}%`;
           lines.append(make("line", { x1: at, x2: at, y1: 0, y2: "100%" }));
           labels.append(make("text", { class: "x", x: at, y: "100%", dy: "1.35em" }, text));
@@ -127,10 +155,10 @@
     tools.setAttribute("role", "group");
     tools.append(
       button("+", "Zoom in", () => about(undefined, 0.5)), button("\u2212", "Zoom out", () => about(undefined, 2)),
-      button("\u2190", "Earlier", () => pan(-0.25)), button("\u2192", "Later", () => pan(0.25)),
+      button("\u2190", "Move left", () => pan(-0.25)), button("\u2192", "Move right", () => pan(0.25)),
       button("Reset", "Show everything", () => zoom(...whole)));
     // Panels beside each other are small; dragging zooms them too.
-    if (!figure.classList.contains("grid")) figure.querySelector(".panels").before(tools);
+    if (!figure.classList.contains("grid") && panels.length > 0) figure.querySelector(".panels").before(tools);
 
     for (const panel of panels) {
       const readout = document.createElement("output");
@@ -147,13 +175,15 @@
         for (const other of panels) {
           other.cursor.setAttribute("x1", `${100 * part}%`); other.cursor.setAttribute("x2", `${100 * part}%`);
           other.cursor.style.display = "inline";
-          const parts = shown(other).map(path => {
-            const { xs, ys } = points(path), k = nearest(xs, in_drawing), [y0, y1] = other.y;
+          const parts = other.rows ? [] : shown(other).map(path => {
+            const { ys } = points(path), [y0, y1] = other.y, k = found(path, in_drawing, (view[1] - view[0]) / (other.x[1] - other.x[0]) * WIDTH);
             if (k < 0) return "";
-            const value = digits(y1 - ys[k] / HEIGHT * (y1 - y0), other.range[1] - other.range[0]);
+            const at = y1 - ys[k] / HEIGHT * (y1 - y0);
+            const value = other.log.y ? significant(10 ** at) : digits(at, other.range[1] - other.range[0]);
             return `${path.dataset.name} ${value}`.trim();
-          });
-          other.readout.textContent = `${axis.replace(/ \[.*/, "")} ${digits(x, view[1] - view[0])}: ${parts.filter(Boolean).join(", ")}`;
+          }).filter(Boolean);
+          const where = log ? significant(place(x)) : digits(x, view[1] - view[0]);
+          other.readout.textContent = `${axis.replace(/( \(.*\)|,.*)? \[.*/, "")} ${where}${parts.length ? ": " : ""}${parts.join(", ")}`;
         }
       };
       const leave = () => {
@@ -189,6 +219,23 @@
       }, { passive: false });
     }
 
+    draw();
+    return draw;
+  };
+
+  for (const figure of document.querySelectorAll("figure.traces")) {
+    const panels = [...figure.querySelectorAll("svg.trace")].map(svg => ({
+      svg, data: svg.querySelector("svg.curves"), log: { x: "logX" in svg.dataset, y: "logY" in svg.dataset },
+      x: svg.dataset.x.split(" ").map(Number), y: svg.dataset.y.split(" ").map(Number),
+      rows: "rows" in svg.dataset, fixed: "rows" in svg.dataset || svg.querySelector("path.bars") !== null,
+      label: svg.parentNode.querySelector(".quantity"),
+      cursor: svg.appendChild(make("line", { class: "cursor", y1: 0, y2: "100%" })),
+      chosen: svg.appendChild(make("rect", { class: "chosen", y: 0, height: "100%", width: 0 })),
+    }));
+    const hidden = new Set(), linked = panels.filter(panel => !("own" in panel.svg.dataset));
+    const groups = [linked, ...panels.filter(panel => "own" in panel.svg.dataset).map(panel => [panel])].filter(group => group.length > 0);
+    const draws = groups.map(group => link(figure, group, hidden));
+    const draw = () => { for (const one of draws) one(); };
     for (const entry of figure.querySelectorAll(".legend li")) {
       const name = entry.dataset.name, toggle = button("", "", () => {
         const is_hidden = !hidden.has(name);
@@ -203,7 +250,6 @@
       toggle.append(...entry.childNodes);
       entry.append(toggle);
     }
-    draw();
     new ResizeObserver(draw).observe(figure);
   }
 

@@ -2,9 +2,9 @@
 
 use super::tables::{compact, suite_tables};
 use crate::numeric::count_u64;
-use crate::report::page::{Figure, Page, Part, Section};
+use crate::report::chart::{AxisScale, Chart, Form, Panel, Series};
+use crate::report::page::{Page, Part, Section};
 use crate::report::pages::{Reproduced, reproduce, section};
-use crate::report::plot::{Chart, Line, panels};
 use crate::report::spelling::command_line;
 use crate::study::suite::{GAP, SuiteResult};
 
@@ -51,37 +51,44 @@ fn answer(result: &SuiteResult) -> String {
 fn profiles(result: &SuiteResult) -> Section {
     let last = result.last_budget();
     let Some(last) = last else { return section("Profiles", Vec::new()) };
-    let lines = |profiles: Vec<Vec<(f64, f64)>>| {
+    let panel = |label: &str, axis: &str, profiles: Vec<Vec<(f64, f64)>>| {
         let end = profiles.iter().filter_map(|points| Some(points.last()?.0)).fold(0.0, f64::max);
-        let line = |(n, mut points): (usize, Vec<(f64, f64)>)| {
+        let of = |(n, mut points): (usize, Vec<(f64, f64)>)| {
             // A distribution keeps its last fraction.
             points.extend(points.last().map(|(_, fraction)| (end, *fraction)));
-            Line { name: result.name(n), points, steps: true, ..Line::default() }
+            Series::new(&result.name(n), n + 1, Form::Steps, points)
         };
-        profiles.into_iter().enumerate().map(line).collect::<Vec<_>>()
+        let series = profiles.into_iter().enumerate().map(of).collect();
+        let scales = [AxisScale::Log, AxisScale::Linear];
+        Panel { axis: Some(axis.to_owned()), scales, ..Panel::new(label, series) }
     };
-    let chart = |title: &str, label: &str, profiles| Chart {
-        lines: lines(profiles),
-        ..Chart::new(title, [label, "fraction [1]"]).log([true, false])
-    };
-    let charts = [
-        chart("Targets reached", "evaluations / parameters [1]", result.reached(last)),
-        chart("Data profile", "evaluations / (parameters + 1) [1]", result.data_profile(last, GAP)),
-        chart("Performance profile", "ratio to the shortest time [1]", result.performance_profile(last, GAP)),
+    let panels = vec![
+        panel("targets reached, fraction [1]", "evaluations / parameters [1]", result.reached(last)),
+        panel(
+            "data profile: problems solved, fraction [1]",
+            "evaluations / (parameters + 1) [1]",
+            result.data_profile(last, GAP),
+        ),
+        panel(
+            "performance profile: problems solved, fraction [1]",
+            "ratio to the shortest time [1]",
+            result.performance_profile(last, GAP),
+        ),
     ];
     let budget = compact(count_u64(result.spec.budgets[last]));
     section(
         "Profiles",
-        vec![Part::Figure(Figure {
+        vec![Part::Chart(Chart {
             id: "profiles".to_owned(),
-            map: false,
-            svg: panels(&charts, 1, [820.0, 340.0]),
-            alternative: "Fractions of targets and of problems reached over evaluations, for each method".to_owned(),
+            panels,
+            is_grid: true,
+            alternative: "for each method".to_owned(),
             caption: format!(
-                "Runs of {budget} evaluations. Top: fraction of 41 targets, gaps from 1 to 1e-8, of all problems and runs. Middle: fraction of \
-                 problems whose expected running time to a gap of {GAP:e} is within so many simplex gradients. Bottom: fraction of \
-                 problems on which it is within a factor of the shortest one."
+                "Runs of {budget} evaluations. Targets: 41 gaps from 1 to 1e-8, of all problems and runs. Data profile: problems whose expected \
+                 running time to a gap of {GAP:e} is within so many simplex gradients. Performance profile: problems on which it is \
+                 within a factor of the shortest one."
             ),
+            ..Chart::default()
         })],
     )
 }

@@ -137,14 +137,14 @@ fn limits(spreads: &[Spread], units: &[Unit]) -> Table {
     table.note(if has_intervals {
         "Uncertain: motors inside whose 95 % interval extends beyond a limit."
     } else {
-        "Without a polish there are no confidence intervals: the uncertainty is unknown."
+        "Without a refinement (polish) there are no confidence intervals: the uncertainty is unknown."
     });
     table
 }
 
 /// Returns the table of the capability indices; `None` for fewer than two motors.
 fn capability(spreads: &[Spread], units: &[Unit]) -> Option<Table> {
-    let heads = ["parameter", "motors", "mean", "std. dev.", "Cp", "95 % interval", "Cpk", "95 % interval"];
+    let heads = ["parameter", "motors", "mean", "std. dev.", "Cp", "Cp, 95 %", "Cpk", "Cpk, 95 %"];
     let mut table = Table::new("capability", "Process capability", &heads);
     for (spread, unit) in spreads.iter().zip(units) {
         let Some(ends) = spread.limits.filter(|_| spread.values.len() > 1) else { continue };

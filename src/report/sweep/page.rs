@@ -16,7 +16,7 @@ use crate::study::sweep::{Limits, SweepSummary};
 pub fn sweep_parts(summary: &SweepSummary, limits: &Limits) -> Vec<Part> {
     let mut parts = vec![Part::Text(sweep_answer(summary, limits))];
     parts.extend(warnings(summary));
-    parts.extend(figures::motors(summary, limits).map(Part::Figure));
+    parts.extend(figures::motors(summary, limits).map(Part::Chart));
     parts.extend(sweep_tables(summary, limits).iter().map(|table| Part::Table(shortened(table, ROWS_SHOWN))));
     parts
 }
@@ -32,14 +32,18 @@ pub fn sweep_page(summary: &SweepSummary, limits: &Limits, how: &Reproduced) -> 
     if !warnings.is_empty() {
         sections.push(section("Warnings", warnings));
     }
-    let mut motors: Vec<Part> = figures::motors(summary, limits).map(Part::Figure).into_iter().collect();
-    motors.extend(figures::run_chart(summary, limits).map(Part::Figure));
-    motors.extend(line_tables(summary, limits).into_iter().map(Part::Table));
+    // The motors outside the limits come first, and the other tables after the charts.
+    let tables = line_tables(summary, limits);
+    let (first, last): (Vec<_>, Vec<_>) = tables.into_iter().partition(|table| table.id == "outside");
+    let mut motors: Vec<Part> = first.into_iter().map(Part::Table).collect();
+    motors.extend(figures::run_chart(summary, limits).map(Part::Chart));
+    motors.extend(figures::motors(summary, limits).map(Part::Chart));
+    motors.extend(last.into_iter().map(Part::Table));
     if !motors.is_empty() {
         sections.push(section(if summary.motors > 1 { "The motors" } else { "The motor" }, motors));
     }
     for (n, block) in summary.blocks.iter().enumerate() {
-        let mut parts: Vec<Part> = figures::costs(summary, n).into_iter().map(Part::Figure).collect();
+        let mut parts: Vec<Part> = figures::costs(summary, n).into_iter().map(Part::Chart).collect();
         parts.extend(block_tables(summary, n).into_iter().map(Part::Table));
         sections.push(section(&format!("Runs under {}", block_name(block)), parts));
     }

@@ -94,7 +94,7 @@ fn results_are_counted_by_their_level_of_trust() {
     cells.iter_mut().for_each(|cell| cell.trust = counts(200, 0, 0, &[]));
     summary.trust = counts(2400, 0, 0, &[]);
     assert!(sweep_tables(&summary, &Limits::default()).iter().all(|table| table.id != "trust"), "all are good");
-    assert!(sweep_answer(&summary, &Limits::default()).contains(" Trust in the results: all good."));
+    assert!(sweep_answer(&summary, &Limits::default()).contains(" results: good."));
     let codes = [("at_bound", 2), ("few_samples", 1), ("residuals", 9), ("search_stuck", 5)];
     summary.blocks[0].cells[3].trust = counts(185, 10, 5, &codes);
     summary.trust = counts(2385, 10, 5, &codes);

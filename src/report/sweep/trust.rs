@@ -57,7 +57,8 @@ pub(super) fn trust_sentence(counts: &LevelCounts) -> String {
         return String::new();
     }
     if counts.not_good() == 0 {
-        return " Trust in the results: all good.".to_owned();
+        let what = if counts.good == 1 { "result" } else { "results" };
+        return format!(" Trust in the {} {what}: good.", grouped(counts.good));
     }
     let LevelCounts { good, check, poor, unknown } = *counts;
     let parts = [(good, "good"), (check, "to be checked"), (poor, "poor"), (unknown, "of unknown level")];

@@ -98,7 +98,7 @@ impl<'a> Keys<'a> {
 
     pub(super) fn methods(&self) -> Result<Vec<Method>> {
         let names = SEARCHES.map(|search| search.name);
-        let remedy = || format!("Add methods = [\"sm\"], or others of {}, auto.", names.join(", "));
+        let remedy = || format!("Add methods = [\"auto\"], or others of sm, {}.", names.join(", "));
         let mut methods = self.needed("methods", remedy)?.list(Item::choice::<Method>)?;
         for item in self.words("set", "[\"ga.mutation=0.1\"]")? {
             let wrong = |error: &Error| self.document.located(self.span("set"), error);

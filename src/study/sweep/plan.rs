@@ -56,7 +56,8 @@ impl Sweep {
             }
             let difference = known.manifest.difference(&manifest);
             let remedy = text!(
-                "Give a new folder with " [Out] ", or continue the planned sweep: " [Command::RunSweep] "."
+                "Give a new folder with " [Out] ", or continue the planned sweep as it was: " [Command::RunSweep]
+                ". Other limits need no new runs: give them when the results are merged."
             );
             let message = format!("holds another sweep: {difference}");
             return Err(Error::data(message, remedy).in_file(folder));

@@ -132,13 +132,20 @@ impl Study {
         document.check_keys(&table, &known, "A study")?;
         let keys = Keys { document, table: &table };
         let spec = keys.spec()?;
+        let methods = keys.methods()?;
+        // `auto` is the complete pipeline, which refines; a comparison of searches is about what they find themselves.
+        let is_complete = methods.iter().all(|method| *method == Method::Auto);
         let study = Self {
             name: keys.name(path)?,
             recordings: keys.recordings()?,
-            methods: keys.methods()?,
+            methods,
             with: keys.with(&spec)?,
             names_with: keys.names_with(),
-            polish: keys.list("polish", Item::choice, Polish::None)?,
+            polish: keys.list(
+                "polish",
+                Item::choice,
+                if is_complete { Polish::LevenbergMarquardt } else { Polish::None },
+            )?,
             population: keys.list("population", Item::positive, 100)?,
             generations: keys.list("generations", Item::positive, 100)?,
             criterion: keys.list("criterion", Item::choice, Norm::Nrmse)?,

@@ -10,14 +10,13 @@ use motorfit::Error;
 use motorfit::analysis::NoiseFloor;
 use motorfit::identify::{BatchCosts, Identifiability, IdentifySpec, Inspection, SelectionStep};
 use motorfit::motor::{Discretization, Extension, Parameter, Parameters};
-use motorfit::report::plot::{Line, Map, heat_map, log_log, themed};
 use motorfit::report::sweep as of_sweep;
 use motorfit::report::{
-    Card, EvaluateDocument, Figure, Form, Item, Mark, Page, Panel, Part, Reproduced, ResidualRow, Section, SignalFacts,
-    Table, Trace, Traces, Trust, bench_document, characteristics_lines, command_line, compare, compare_page,
-    compare_parts, devices_document, figures, folded, html_fragment, identify_document, identify_page, identify_parts,
-    inspect_document, inspect_page, json, noise_floor_text, plain_text, record_figure, residual_panels,
-    selection_table, selection_text, verdicts,
+    AxisScale, Band, Card, Chart, EvaluateDocument, Figure, Form, Item, Map, Mark, Page, Panel, Part, Reproduced,
+    ResidualRow, Section, Series, SignalFacts, Table, Trust, bench_document, characteristics_lines, command_line,
+    compare, compare_page, compare_parts, devices_document, figures, folded, heat_map, html_fragment,
+    identify_document, identify_page, identify_parts, inspect_document, inspect_page, json, noise_floor_text,
+    plain_text, record_figure, residual_panels, selection_table, selection_text, verdicts,
 };
 use motorfit::setting::{Command, Reference, Setting};
 use motorfit::study::ThroughputSpec;
@@ -122,38 +121,40 @@ fn fragments(calls: &mut Calls, word: &str, parts: &[Part]) {
 pub fn plots(calls: &mut Calls) {
     for values in signals().into_iter().chain([vec![f64::MIN, f64::MAX], vec![1.0, f64::NAN, 2.0]]) {
         let points: Vec<(f64, f64)> = values.iter().copied().zip(values.iter().rev().copied()).collect();
-        for band in [None, Some((values.clone(), values.clone())), Some((vec![1.0], Vec::new()))] {
-            let line = Line { name: "\0".to_owned(), points: points.clone(), band, steps: values.len() % 2 == 0 };
-            drive!(calls, values; "report::plot::log_log" => log_log("\u{202e}", ["", "<"], vec![line.clone(), Line::default(), line]));
-        }
-        for form in [Form::Line, Form::Steps, Form::Dots, Form::Stems] {
+        let forms = [Form::Line, Form::Steps, Form::Dots, Form::Marks, Form::Stems, Form::Bars, Form::Box];
+        let scales = [AxisScale::Linear, AxisScale::Log, AxisScale::Rows(vec!["\u{1b}".to_owned(), String::new()])];
+        for (n, form) in forms.into_iter().enumerate() {
             for band in FEW {
-                let trace =
-                    calls.call("report::Trace::new", &values, || Trace::new("<", 9, form, points.clone())).unwrap();
-                let trace = calls.call("report::Trace::with_band", &band, || trace.with_band(band)).unwrap();
-                let panel =
-                    calls.call("report::Panel::new", &values, || Panel::new("\0", vec![trace.clone(), trace])).unwrap();
+                let series =
+                    calls.call("report::Series::new", &values, || Series::new("<", 9, form, points.clone())).unwrap();
+                let bands = [Band::None, Band::Half(band), Band::Between(vec![[band, -band]; 2])];
+                let with = bands[n % 3].clone();
+                let series = calls.call("report::Series::with_band", &band, || series.with_band(with)).unwrap();
+                let panel = calls
+                    .call("report::Panel::new", &values, || Panel::new("\0", vec![series.clone(), series]))
+                    .unwrap();
                 let panel = Panel {
-                    bound: Some(band),
+                    axis: (band > 0.0).then(|| "\u{202e}".to_owned()),
+                    scales: [scales[n % 2].clone(), scales[(n + usize::from(band < 0.0)) % 3].clone()],
+                    limits: [vec![-band], vec![band, f64::NAN]],
                     marks: vec![Mark { range: [band, -band], label: "\u{202e}".to_owned() }],
                     ..panel
                 };
                 drive!(calls, (&values, band); "report::Panel::within" => panel.within([band, f64::NAN]));
-                let traces = Traces {
-                    id: String::new(),
+                let chart = Chart {
                     axis: "\0".to_owned(),
                     panels: vec![panel.clone(), panel],
                     is_grid: band > 0.0,
-                    alternative: String::new(),
-                    caption: String::new(),
+                    ..Chart::default()
                 };
+                let figure = calls.call("report::Chart::figure", &band, || chart.figure()).unwrap();
+                drive!(calls, (&values, band);
+                    "report::Figure::file" => [figure.file("", true), figure.file("class=\"a\"", false)]);
                 let sections =
-                    vec![Section { heading: String::new(), parts: vec![Part::Traces(traces)], is_folded: false }];
+                    vec![Section { heading: String::new(), parts: vec![Part::Chart(chart)], is_folded: false }];
                 drive!(calls, (&values, band); "report::Page::html" => Page { sections, ..Page::default() }.html(true));
             }
         }
-        let drawing = format!("{values:?}>");
-        drive!(calls, values; "report::plot::themed" => [themed(""), themed(&drawing), themed(">")]);
         let square = values.chunks(5).take(5).map(<[f64]>::to_vec).collect::<Vec<_>>();
         let (low, high) = (values.first().copied().unwrap_or(0.0), values.last().copied().unwrap_or(1.0));
         for rows in [vec![], vec![vec![]], square, vec![vec![1.0, 2.0], vec![3.0]]] {
@@ -166,7 +167,7 @@ pub fn plots(calls: &mut Calls) {
                     mark: [low, high],
                     curve: points.iter().copied().take(50).collect(),
                 };
-                drive!(calls, (&rows, ranges, low, high); "report::plot::heat_map" => heat_map(map));
+                drive!(calls, (&rows, ranges, low, high); "report::heat_map" => heat_map(&map));
             }
         }
     }
@@ -205,7 +206,7 @@ pub fn identified(calls: &mut Calls) {
             drive!(calls, record;
                 "report::residual_panels" => [residual_panels("", &[]), residual_panels("", &[row; 2])],
                 "report::figures::responses" => figures::responses("", &record, "\0", &signals),
-                "report::figures::response_traces" => figures::response_traces("", &record, &[("\0", &signals); 2], &[[f64::NAN, 1.0]]),
+                "report::figures::response_charts" => figures::response_charts("", &record, &[("\0", &signals); 2], &[[f64::NAN, 1.0]]),
                 "report::figures::residual_correlations" => figures::residual_correlations("", &record, &signals, &[[f64::INFINITY; 2]]),
             );
         }

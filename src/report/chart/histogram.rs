@@ -1,26 +1,20 @@
-//! Histograms in panels, with limits as dashed lines.
+//! Histograms: numbers of values in bins, with limits.
 
-use super::{COLORS, grid, nothing, small};
+use super::{Form, Panel, Series};
 use crate::numeric::{self, quantile, sorted, whole};
-use crate::report::traces::round_step;
-use kuva::backend::svg::SvgBackend;
-use kuva::plot::Histogram as Bars;
-use kuva::plot::annotations::ReferenceLine;
-use kuva::render::layout::{Layout, TickFormat};
-use kuva::render::plots::Plot;
 
 /// Smallest and largest number of bins.
 const BINS: [f64; 2] = [5.0, 60.0];
 /// Distance beyond the quartiles up to which values are drawn \[interquartile ranges\].
 const FENCE: f64 = 15.0;
 
-/// A panel with one histogram.
+/// A histogram.
 #[derive(Debug, Clone, Default)]
 pub(in crate::report) struct Histogram {
-    /// Title.
-    pub title: String,
-    /// Labels of the axes, with units.
-    pub labels: [String; 2],
+    /// Heading of the panel: what is counted.
+    pub label: String,
+    /// Label of the axis of the values, with its unit.
+    pub axis: String,
     /// Values.
     pub values: Vec<f64>,
     /// Lower and upper limit, drawn dashed; values outside have another colour.
@@ -76,60 +70,25 @@ impl Histogram {
         Some(Bins { edges, all, within })
     }
 
-    /// Returns the bars, those of values within limits in front.
-    fn plots(&self, bins: Bins) -> Vec<Plot> {
+    /// Returns the panel, in which the bars of values outside the limits are behind those of the values inside; `None` without
+    /// finite values.
+    pub(in crate::report) fn panel(&self) -> Option<Panel> {
+        let bins = self.bins()?;
         // A bin without values outside has no bar behind, whose colour would show through.
-        let behind = bins.all.iter().zip(&bins.within).map(|(all, within)| if all > within { *all } else { 0.0 });
-        let behind = behind.collect();
-        let bars = |counts, color| Plot::Histogram(Bars::from_bins(bins.edges.clone(), counts).with_color(color));
-        vec![bars(behind, COLORS[2]), bars(bins.within, COLORS[5])]
-    }
-
-    fn layout(&self, plots: &[Plot]) -> Layout {
-        let mut layout = Layout::auto_from_plots(plots)
-            .with_x_label(self.labels[0].clone())
-            .with_y_label(self.labels[1].clone())
-            .with_y_axis_min(0.0)
-            .with_ticks(4);
-        let [mut from, mut to] = self.range();
-        for limit in self.limits.into_iter().flatten().filter(|limit| limit.is_finite()) {
-            let line = ReferenceLine::vertical(limit).with_color(COLORS[2]).with_stroke_width(2.0);
-            layout = layout.with_reference_line(line);
-            [from, to] = [from.min(limit), to.max(limit)];
+        let behind: Vec<f64> =
+            bins.all.iter().zip(&bins.within).map(|(all, within)| if all > within { *all } else { 0.0 }).collect();
+        let bars = |name, color, counts: &[f64]| {
+            let points = bins.edges.iter().copied().zip(counts.iter().copied().chain([0.0])).collect();
+            Series::new(name, color, Form::Bars, points)
+        };
+        let mut series = Vec::new();
+        if behind.iter().any(|count| *count > 0.0) {
+            series.push(bars("with those outside the limits", 2, &behind));
         }
-        let step = round_step((to - from) / 4.0);
-        let [first, last] = [(from / step - 0.1).floor() * step, (to / step + 0.1).ceil() * step];
-        let layout = layout.with_x_axis_min(first).with_x_axis_max(last).with_x_tick_step(step);
-        let layout = layout.with_x_tick_format(decimals(step));
-        small(if self.title.is_empty() { layout } else { layout.with_title(self.title.clone()) })
+        series.push(bars(if self.limits.is_some() { "inside the limits" } else { "" }, 1, &bins.within));
+        let limits = self.limits.into_iter().flatten().filter(|limit| limit.is_finite()).collect();
+        Some(Panel { axis: Some(self.axis.clone()), limits: [limits, Vec::new()], ..Panel::new(&self.label, series) })
     }
-}
-
-/// Returns the tick format with the decimals of a step, or with an exponent for very small steps.
-pub(super) fn decimals(step: f64) -> TickFormat {
-    match step.log10().floor() {
-        power if power >= 0.0 => TickFormat::Fixed(0),
-        power if power >= -5.0 => TickFormat::Fixed(whole(-power)),
-        _ => TickFormat::Auto,
-    }
-}
-
-/// Draws histograms in a grid with the given number of columns. Panels without values are omitted.
-pub(in crate::report) fn histograms(panels: &[Histogram], columns: usize) -> String {
-    let (mut plots, mut layouts) = (Vec::new(), Vec::new());
-    for panel in panels {
-        if let Some(bins) = panel.bins() {
-            let bars = panel.plots(bins);
-            layouts.push(panel.layout(&bars));
-            plots.push(bars);
-        }
-    }
-    if plots.is_empty() {
-        return nothing("");
-    }
-    let columns = columns.min(plots.len());
-    let width = 1150.0 / f64::from(u8::try_from(columns).unwrap_or(1));
-    SvgBackend::default().render_scene(&grid(plots, layouts, columns, [width, 290.0]).render())
 }
 
 #[cfg(test)]
@@ -156,7 +115,7 @@ mod tests {
         for value in [0.5, 0.0, -3e-7] {
             let bins = panel(vec![value; 9]).bins().unwrap();
             assert_eq!(bins.all.iter().filter(|count| **count > 8.5).count(), 1, "{value}: {:?}", bins.all);
-            assert!(histograms(&[panel(vec![value; 9])], 3).contains("<rect"));
+            assert_eq!(panel(vec![value; 9]).panel().unwrap().series.len(), 1);
         }
         // The interquartile range is zero, and bins still exist.
         let values = [vec![0.0; 90], vec![1.0, 2.0]].concat();
