@@ -178,7 +178,7 @@ def test_comparisons_are_shown_as_text_html_and_frames():
     text = " ".join(ET.fromstring(found._repr_html_()).itertext())
     for shown in (text, found.summary()):
         assert all(block.setting in shown for block in found.blocks) and "lowest median cost" in " ".join(shown.split())
-    assert found._repr_html_().count("<svg") == 2
+    assert found._repr_html_().count("<figure") == 2
     document = found.to_dict()
     assert [found.truth, found.runs, found.stop, found.invariance] == [document[key] for key in ("truth", "runs", "stop", "invariance")]
     assert {key for key in document if not hasattr(found, {"motorfit": "version"}.get(key, key))} == set()
