@@ -171,12 +171,11 @@ pub fn diagnose(record: &Record) -> Vec<Finding> {
 /// that are masked already have no part in a magnitude.
 pub(super) fn findings(record: &Record) -> Vec<Finding> {
     let mut findings = Vec::new();
-    let limited = record.with_masked_limited();
-    let record = limited.as_ref().unwrap_or(record);
     let view = View::new(record);
     let outliers = outliers(&view);
     outliers::report(&view, &outliers, &mut findings);
     let repaired = (!outliers.is_empty()).then(|| record.with_repaired(&outliers));
+    let repaired = repaired.as_ref().unwrap_or(record).with_masked_limited().or(repaired);
     let view = repaired.as_ref().map_or(view, View::new);
     for (rule, _) in RULES.iter().filter(|(_, by_current)| *by_current || !view.by_current()) {
         rule(&view, &mut findings);
