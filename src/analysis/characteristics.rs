@@ -31,6 +31,14 @@ pub struct Characteristic {
     pub std_error: Option<f64>,
 }
 
+impl Characteristic {
+    /// Returns the characteristic without its standard error.
+    #[must_use]
+    pub(crate) fn without_error(self) -> Self {
+        Self { std_error: None, ..self }
+    }
+}
+
 /// The feedforward characteristics of a motor. If the current is the input, A replaces V in all units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Characteristics {

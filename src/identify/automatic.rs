@@ -64,8 +64,9 @@ fn on<'a>(records: &'a [Record], spec: &'a IdentifySpec) -> Result<Chosen<'a>> {
 
 /// Repeats the model selection with the other intersample behaviour if that may fit better, and returns the better result. On a
 /// tie the first one stays, since the two holds differ mostly by a delay of half a period, which an estimated dead time
-/// absorbs. Inputs that seldom change keep the hold: the duty of a PWM is constant between its changes, and a ramp to the first
-/// sample after a late one would be paid for by L and J. `spec` is the requested spec, because the spec of a normalized model fixes parameters that the request leaves free.
+/// absorbs. An input that seldom changes, such as the duty of a PWM, keeps its hold: a ramp to the first sample after a change fits a
+/// change between samples about as well as a dead time does, and biases L and J. `spec` is the requested spec, because the spec of a
+/// normalized model fixes parameters that the request leaves free.
 fn with_intersample<'a>(first: Chosen<'a>, spec: &IdentifySpec) -> Result<Chosen<'a>> {
     let Some(best) = &first.selection.best else { return Ok(first) };
     let is_open = spec.auto_discretization && !is_driven_by_current(first.prepared.records);

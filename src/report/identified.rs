@@ -19,9 +19,9 @@ pub fn characteristics_lines(found: &Identification) -> Vec<(&'static str, Strin
         None => Vec::new(),
     };
     if let Some(r) = found.regressions.last() {
-        // Noise and inductance bias a regression by many of its standard errors, so that these are not shown.
+        // Noise and inductance bias a regression by many of its standard errors, which are therefore not shown.
         let values = [("kS", named[0].1, r.ks), ("kV", named[1].1, r.kv), ("kA", named[2].1, r.ka)];
-        let values = values.map(|(name, unit, c)| (name, unit, Some(Characteristic { std_error: None, ..c })));
+        let values = values.map(|(name, unit, c)| (name, unit, Some(c.without_error())));
         let how = format!("by regression on differences over {}, biased by noise and inductance", window(r));
         lines.push(("", format!("{} {how}", of(&values))));
     }

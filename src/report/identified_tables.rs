@@ -59,8 +59,8 @@ pub(super) fn characteristics_table(found: &Identification) -> Table {
     let mut table = Table::new("characteristics", "Feedforward characteristics (\u{b1} standard error)", &heads);
     let cell = |c: Option<Characteristic>| c.map_or_else(dash, with_error);
     for (n, (name, unit, by_error)) in Characteristics::named_of(found).into_iter().enumerate() {
-        let alone = |c: &Characteristic| Characteristic { std_error: None, ..*c };
-        let by_regression = found.regressions.iter().map(|r| cell([r.ks, r.kv, r.ka].get(n).map(alone)));
+        let by_regression =
+            found.regressions.iter().map(|r| cell([r.ks, r.kv, r.ka].get(n).map(|c| c.without_error())));
         table.named_row(&name.replace('_', " "), [unit.to_owned(), cell(by_error)].into_iter().chain(by_regression));
     }
     let beside = match found.regressions.is_empty() {

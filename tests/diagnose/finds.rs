@@ -44,6 +44,19 @@ fn masks_take_outliers_of_their_channel_alone() {
     assert_eq!(find(&record, "outliers").map(|finding| finding.quantity), Some(Quantity::Speed));
 }
 
+/// A segment of a wrong speed is not single outliers; masked by hand, it must not make the unit of the speed doubtful.
+#[test]
+fn masked_samples_have_no_part_in_magnitudes() {
+    let spoiled =
+        changed(&steps(), |s| each(&mut s.speed, |n, w| if (700..740).contains(&n) { 9e4 + n as f64 } else { w }));
+    assert!(find(&spoiled, "units").is_some(), "{:?}", diagnose(&spoiled));
+    let time = &spoiled.samples().time_s;
+    let mask = Mask::Time { channels: [false, true], from: time[700], to: time[739] };
+    let masked = Preparation { mask: vec![mask], ..Preparation::default() }.apply(&spoiled).unwrap().remove(0);
+    assert_eq!(masked.counting().iter().filter(|counts| !counts[1]).count(), 40);
+    assert_eq!(find(&masked, "units"), None);
+}
+
 #[test]
 fn a_sensor_of_one_sign_is_found_without_a_speed_too() {
     for floor in [0.0, f64::NEG_INFINITY] {

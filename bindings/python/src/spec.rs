@@ -34,7 +34,7 @@ impl<'a, 'py> Keywords<'a, 'py> {
                 let of_reading = READING.iter().any(|setting| keyword(*setting) == key);
                 let near = match of_reading {
                     true => format!(
-                        "; {key} is about reading: give a record, Record.from_file(path, {key}=…) or Record.from_columns(frame, {key}=…)"
+                        "; {key} is a setting of reading: pass Record.from_file(path, {key}=…) or Record.from_columns(frame, {key}=…)"
                     ),
                     false => near,
                 };

@@ -34,6 +34,7 @@ mod view;
 mod winding;
 
 use super::{Quantity, Record};
+use crate::numeric::{count, extremes};
 use crate::setting::{Text, text};
 use outliers::Outliers;
 use std::ops::Range;
@@ -167,15 +168,15 @@ pub fn diagnose(record: &Record) -> Vec<Finding> {
     findings
 }
 
-/// Returns the findings with all their ranges. Outliers are detected first and replaced before the other rules are applied; those
-/// that are masked already have no part in a magnitude.
+/// Returns the findings with all their ranges. Outliers are detected first and replaced before the other rules are applied;
+/// masked samples beyond the range of the others are replaced too.
 pub(super) fn findings(record: &Record) -> Vec<Finding> {
     let mut findings = Vec::new();
     let view = View::new(record);
     let outliers = outliers(&view);
     outliers::report(&view, &outliers, &mut findings);
     let repaired = (!outliers.is_empty()).then(|| record.with_repaired(&outliers));
-    let repaired = repaired.as_ref().unwrap_or(record).with_masked_limited().or(repaired);
+    let repaired = repaired.as_ref().unwrap_or(record).with_masked_interpolated().or(repaired);
     let view = repaired.as_ref().map_or(view, View::new);
     for (rule, _) in RULES.iter().filter(|(_, by_current)| *by_current || !view.by_current()) {
         rule(&view, &mut findings);
@@ -213,7 +214,7 @@ impl Record {
 
     /// Returns a copy with masked samples of the outputs that are outside the range of the others interpolated between their
     /// neighbours; `None` if no sample is masked.
-    fn with_masked_limited(&self) -> Option<Self> {
+    fn with_masked_interpolated(&self) -> Option<Self> {
         let counting = self.counting();
         if counting.is_empty() {
             return None;
@@ -226,19 +227,16 @@ impl Record {
                 _ => return,
             };
             let others = values.iter().zip(&counting).filter(|(_, counts)| counts[channel]).map(|(value, _)| *value);
-            let [low, high] = crate::numeric::extremes(&others.collect::<Vec<_>>());
+            let [low, high] = extremes(&others.collect::<Vec<_>>());
             let is_inside = |value: &f64| (low..=high).contains(value);
             let kept: Vec<usize> = (0..values.len()).filter(|n| is_inside(&values[*n])).collect();
-            for n in (0..values.len()).filter(|n| kept.binary_search(n).is_err()).collect::<Vec<_>>() {
+            let replaced: Vec<usize> = (0..values.len()).filter(|n| !is_inside(&values[*n])).collect();
+            for n in replaced {
                 let next = kept.partition_point(|other| *other < n);
                 let [before, after] =
                     [next.checked_sub(1), Some(next)].map(|at| at.and_then(|at| kept.get(at)).copied());
                 let (Some(before), Some(after)) = (before.or(after), after.or(before)) else { continue };
-                let part = if after > before {
-                    crate::numeric::count(n - before) / crate::numeric::count(after - before)
-                } else {
-                    0.0
-                };
+                let part = if after > before { count(n - before) / count(after - before) } else { 0.0 };
                 values[n] = values[before] + part * (values[after] - values[before]);
             }
         });

@@ -55,7 +55,7 @@ pub(super) fn document([width, height]: [f64; 2], body: &str) -> String {
 fn group(chart: &Chart, top: f64, body: &mut String) -> f64 {
     let drawn: Vec<&Panel> = chart.drawn().collect();
     let columns = if chart.is_grid { drawn.len().clamp(1, 2) } else { 1 };
-    let slot = WIDTH / count(columns);
+    let (slot, common) = (WIDTH / count(columns), chart.range());
     let mut height = top;
     for (row, panels) in drawn.chunks(columns).enumerate() {
         let is_last = (row + 1) * columns >= drawn.len();
@@ -63,7 +63,8 @@ fn group(chart: &Chart, top: f64, body: &mut String) -> f64 {
         for (column, panel) in panels.iter().enumerate() {
             let axis = panel.axis.as_ref().or_else(|| (chart.is_grid || is_last).then_some(&chart.axis));
             let [left, width] = [slot * count(column) + SIDES[0], slot - SIDES[0] - SIDES[1]];
-            let ranges = [if panel.axis.is_some() { panel.ranges()[0] } else { chart.range() }, panel.ranges()[1]];
+            let [own, second] = panel.ranges();
+            let ranges = [if panel.axis.is_some() { own } else { common }, second];
             let at = height + HEADING;
             let tall = panel.rows().map_or(HEIGHT, |rows| ROW * count(rows));
             one(panel, ranges, [left, at, width, tall], axis, body);

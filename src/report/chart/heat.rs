@@ -74,37 +74,13 @@ pub fn heat_map(map: &Map<'_>) -> Figure {
 fn drawn(map: &Map<'_>) -> String {
     let values = map.values.iter().flatten().copied().filter(|value| AxisScale::Linear.place(*value).is_finite());
     let range = scale::range(&AxisScale::Linear, values);
-    let shade = |value: f64| {
-        let shade = ((value - range[0]) / (range[1] - range[0]) * SHADES).floor().min(SHADES - 1.0);
-        // A value that cannot be drawn is equal to no other.
-        if AxisScale::Linear.place(value).is_finite() { shade } else { -1.0 }
-    };
     let frame = Frame { scales: &[AxisScale::Linear, AxisScale::Linear], ranges: map.ranges, size: MAP };
     // The cells cover the grid lines.
     let mut body = String::new();
     let panel = Panel::new(map.title, Vec::new());
     one(&panel, map.ranges, [AT[0], AT[1], MAP[0], MAP[1]], Some(&map.labels[0].to_owned()), &mut body);
     write(&mut body, format_args!("<svg x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\">", AT[0], AT[1], MAP[0], MAP[1]));
-    let rows = count(map.values.len());
-    for (n, row) in map.values.iter().enumerate() {
-        let (top, height) = (MAP[1] * (1.0 - count(n + 1) / rows), MAP[1] / rows);
-        let column = MAP[0] / count(row.len());
-        // Equal neighbours are one rectangle.
-        let mut at = 0;
-        for run in row.chunk_by(|a, b| shade(*a).total_cmp(&shade(*b)).is_eq()) {
-            // Neighbours overlap, so that no line shows between them.
-            let (x, width) = (number(column * count(at)), number(column * count(run.len()) + OVERLAP));
-            at += run.len();
-            if shade(run[0]) >= 0.0 {
-                let fill = color((shade(run[0]) + 0.5) / SHADES);
-                let (y, height) = (number(top - OVERLAP), number(height + OVERLAP));
-                write(
-                    &mut body,
-                    format_args!("<rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" fill=\"{fill}\"/>"),
-                );
-            }
-        }
-    }
+    cells(map, range, &mut body);
     let path = frame.path(&Series::new("", 0, Form::Line, map.curve.clone()));
     let (x, y) = (frame.x(map.mark[0]), frame.y(map.mark[1]));
     write(&mut body, format_args!("<path d=\"{path}\" fill=\"none\" stroke=\"#ffffff\" stroke-width=\"2\"/>"));
@@ -121,6 +97,36 @@ fn drawn(map: &Map<'_>) -> String {
     );
     legend(range, &mut body);
     document([AT[0] + MAP[0] + 110.0, AT[1] + MAP[1] + 54.0], &body)
+}
+
+/// Draws the cells of a map; `range` is that of its values.
+fn cells(map: &Map<'_>, range: [f64; 2], body: &mut String) {
+    // Values that cannot be drawn have no shade, and so no neighbour with the same one that can.
+    let shade = |value: f64| {
+        let is_drawn = AxisScale::Linear.place(value).is_finite();
+        let part = (value - range[0]) / (range[1] - range[0]);
+        if is_drawn { (part * SHADES).floor().min(SHADES - 1.0) } else { -1.0 }
+    };
+    let rows = count(map.values.len());
+    for (n, row) in map.values.iter().enumerate() {
+        let (top, height) = (MAP[1] * (1.0 - count(n + 1) / rows), MAP[1] / rows);
+        let column = MAP[0] / count(row.len());
+        // Equal neighbours are one rectangle.
+        let mut at = 0;
+        for run in row.chunk_by(|a, b| shade(*a).total_cmp(&shade(*b)).is_eq()) {
+            // Neighbours overlap, so that no line shows between them.
+            let (x, width) = (number(column * count(at)), number(column * count(run.len()) + OVERLAP));
+            at += run.len();
+            if shade(run[0]) >= 0.0 {
+                let fill = color((shade(run[0]) + 0.5) / SHADES);
+                let (y, height) = (number(top - OVERLAP), number(height + OVERLAP));
+                write(
+                    body,
+                    format_args!("<rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" fill=\"{fill}\"/>"),
+                );
+            }
+        }
+    }
 }
 
 /// Draws the scale of the colours to the right of the map.
@@ -155,11 +161,11 @@ pub(in crate::report) fn correlation(names: &[String], values: &[Vec<f64>]) -> S
     let at = |n: usize| NAMES + CELL * n;
     for (row, values) in values.iter().enumerate() {
         for (column, value) in values.iter().enumerate() {
-            let color = if *value > 0.0 { "#0072b2" } else { "#d55e00" };
+            let color = if *value > 0.0 { "c1" } else { "c2" };
             let opacity = if value.is_finite() { 0.55 * value.abs().min(1.0) } else { 0.0 };
             let (x, y, size) = (at(column) + 1, at(row) + 1, CELL - 2);
             svg += &format!(
-                "<rect x=\"{x}\" y=\"{y}\" width=\"{size}\" height=\"{size}\" rx=\"3\" fill=\"{color}\" fill-opacity=\"{opacity:.2}\"/>"
+                "<rect x=\"{x}\" y=\"{y}\" width=\"{size}\" height=\"{size}\" rx=\"3\" class=\"{color}\" fill=\"currentColor\" fill-opacity=\"{opacity:.2}\"/>"
             );
         }
     }

@@ -158,7 +158,7 @@
       button("\u2190", "Move left", () => pan(-0.25)), button("\u2192", "Move right", () => pan(0.25)),
       button("Reset", "Show everything", () => zoom(...whole)));
     // Panels beside each other are small; dragging zooms them too.
-    if (!figure.classList.contains("grid") && panels.length > 0) figure.querySelector(".panels").before(tools);
+    if (!figure.classList.contains("grid")) figure.querySelector(".panels").before(tools);
 
     for (const panel of panels) {
       const readout = document.createElement("output");

@@ -46,7 +46,7 @@ pub(super) fn motors(summary: &SweepSummary, limits: &Limits) -> Option<Chart> {
 }
 
 /// Returns the run charts of the parameters: their values over the motors in the order of the study, which sorts files by name and so
-/// by serial number or time, with the limits and the means; `None` for fewer than three motors.
+/// by serial number or time, with the limits; `None` for fewer than three motors.
 pub(super) fn run_chart(summary: &SweepSummary, limits: &Limits) -> Option<Chart> {
     if summary.results.len() < 3 {
         return None;
@@ -57,9 +57,8 @@ pub(super) fn run_chart(summary: &SweepSummary, limits: &Limits) -> Option<Chart
         let values: Vec<(f64, f64)> = summary.results.iter().filter_map(value).collect();
         let unit = Unit::for_all(*named, &values.iter().map(|(_, value)| *value).collect::<Vec<_>>());
         let bounds = limits.of(named.0);
-        let is_within = |value: f64| bounds.is_none_or(|[low, high]| (low..=high).contains(&value));
         let points = |within: bool| {
-            let of = values.iter().filter(|(_, value)| is_within(*value) == within);
+            let of = values.iter().filter(|(_, value)| limits.permit(named.0, *value) == within);
             of.map(|(motor, value)| (*motor, unit.scale(*value))).collect::<Vec<_>>()
         };
         let inside = if limits.is_empty() { "" } else { "inside the limits" };
@@ -86,14 +85,14 @@ pub(super) fn run_chart(summary: &SweepSummary, limits: &Limits) -> Option<Chart
     })
 }
 
-/// Returns the charts of the costs of a block: boxes by cell, or a histogram for a single cell.
-pub(super) fn costs(summary: &SweepSummary, n: usize) -> Vec<Chart> {
+/// Returns the chart of the costs of a block: boxes by cell, or a histogram for a single cell with at least two costs.
+pub(super) fn costs(summary: &SweepSummary, n: usize) -> Option<Chart> {
     let block = &summary.blocks[n];
     let all = || block.cells.iter().flat_map(|cell| &cell.costs).copied();
     let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(0.0, f64::max));
     let scale = if low > 0.0 && high > 10.0 * low { AxisScale::Log } else { AxisScale::Linear };
     if let [cell] = &block.cells[..] {
-        return single(summary, n, &cell.costs, scale == AxisScale::Log).into_iter().collect();
+        return single(summary, n, &cell.costs, scale == AxisScale::Log);
     }
     let logarithms = if scale == AxisScale::Log { " of the logarithms" } else { "" };
     let shown = &block.cells[..block.cells.len().min(BOXES)];
@@ -105,13 +104,13 @@ pub(super) fn costs(summary: &SweepSummary, n: usize) -> Vec<Chart> {
         let (first, all) = (many(shown.len()), many(block.cells.len()));
         caption.push_str(&format!(" Only the first {first} of {all} are drawn; the table has all."));
     }
-    vec![Chart {
+    Some(Chart {
         id: id(summary, "costs", n),
         panels: vec![boxes("Costs of all runs, by combination of levels", &axis, &groups, scale)],
         alternative: "a box for each combination of levels".to_owned(),
         caption,
         ..Chart::default()
-    }]
+    })
 }
 
 /// Returns the histogram of costs; `None` for fewer than two.

@@ -28,7 +28,7 @@ pub(super) fn spreads(summary: &SweepSummary, limits: &Limits) -> Vec<Spread> {
         let estimates = || summary.results.iter().filter_map(|run| run.estimate(*named));
         let errors: Vec<f64> = estimates().filter_map(|e| e.std_error).collect();
         let bounds = limits.of(named.0);
-        let within = |value: f64| bounds.is_none_or(|[low, high]| (low..=high).contains(&value));
+        let within = |value: f64| limits.permit(named.0, value);
         let inside = || estimates().filter(|e| e.value.is_some_and(within));
         let intervals = || inside().filter_map(|e| e.ci95);
         let values: Vec<f64> = estimates().filter_map(|e| e.value).collect();
@@ -65,7 +65,7 @@ pub(super) fn excesses<'a>(summary: &'a SweepSummary, limits: &Limits) -> Vec<Ex
         let is_above = value > high;
         let limit = if is_above { high } else { low };
         let share = (value - limit).abs() / (high - low);
-        (!(low..=high).contains(&value)).then_some(Excess { run, estimate, value, limit, is_above, share })
+        (!limits.permit(estimate.parameter, value)).then_some(Excess { run, estimate, value, limit, is_above, share })
     };
     let estimates = |run: &'a NamedRun| run.outcome.estimates.iter().flat_map(|estimates| &estimates.list);
     let all = summary.results.iter().flat_map(|run| estimates(run).map(move |estimate| (run, estimate)));

@@ -43,7 +43,7 @@ pub fn sweep_page(summary: &SweepSummary, limits: &Limits, how: &Reproduced) -> 
         sections.push(section(if summary.motors > 1 { "The motors" } else { "The motor" }, motors));
     }
     for (n, block) in summary.blocks.iter().enumerate() {
-        let mut parts: Vec<Part> = figures::costs(summary, n).into_iter().map(Part::Chart).collect();
+        let mut parts: Vec<Part> = figures::costs(summary, n).map(Part::Chart).into_iter().collect();
         parts.extend(block_tables(summary, n).into_iter().map(Part::Table));
         sections.push(section(&format!("Runs under {}", block_name(block)), parts));
     }

@@ -302,6 +302,12 @@ impl Limits {
         self.0.iter().find(|(of, _, _)| *of == parameter).map(|(_, low, high)| [*low, *high])
     }
 
+    /// Returns true if a value of a parameter is within its limits, or the parameter has none.
+    #[must_use]
+    pub(crate) fn permit(&self, parameter: Parameter, value: f64) -> bool {
+        self.of(parameter).is_none_or(|[low, high]| (low..=high).contains(&value))
+    }
+
     /// Returns true if no parameter has limits.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -36,8 +36,8 @@ class SweepSummary(dict[str, Any]):
         "motor", parameters in SI units with "_std_error", "_ci95_low" and "_ci95_high", the parameters "outside" the limits, fit, cost,
         "trust" and "error" of a motor without a result. Numbers are arrays, nan where there is none, and words are lists.
         """
-        rows = list(csv.DictReader(io.StringIO(self._motors)))
-        heads = next(csv.reader(io.StringIO(self._motors)))
+        reader = csv.DictReader(io.StringIO(self._motors))
+        heads, rows = list(reader.fieldnames or ()), list(reader)
         numbers = {head: np.array([float(row[head] or "nan") for row in rows]) for head in heads if head not in WORDS}
         return {head: numbers.get(head, [row[head] for row in rows]) for head in heads}
 
