@@ -1,0 +1,161 @@
+//! A program on the samples of a recording.
+
+use super::execute::execute;
+use super::{Register, WIDTH};
+use crate::evaluate::{Level, at_level};
+use crate::model::graph::{Leaf, evaluate};
+use crate::model::program::{Operation, Program, Uniforms};
+
+/// Treatment of the outputs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Loss {
+    /// Squares of the errors are summed.
+    Squares,
+    /// Squares are summed with the weights of the rows.
+    WeightedSquares,
+    /// Magnitudes are summed with the weights of the rows.
+    WeightedMagnitudes,
+    /// The outputs are kept.
+    Keep,
+}
+
+/// Scalars of a recording, sample by sample.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Rows {
+    /// Number of samples.
+    pub samples: usize,
+    /// Uniforms of the program, shape `[samples, uniforms]`.
+    pub uniforms: Vec<f64>,
+    /// Measured outputs, shape `[samples, outputs]`; 0 where the weight is 0.
+    pub measured: Vec<f64>,
+    /// Weights of the losses, shape `[samples, outputs]`; empty if all are 1.
+    pub weights: Vec<f64>,
+}
+
+impl Rows {
+    /// Computes the uniforms of a program. `input(n, leaf)` is the value of a leaf at sample `n`.
+    pub fn uniforms(of: &Uniforms, samples: usize, input: &impl Fn(usize, Leaf) -> f64) -> Vec<f64> {
+        let mut values = Vec::new();
+        let mut all = Vec::with_capacity(samples * of.roots.len());
+        for n in 0..samples {
+            all.extend(evaluate(&of.graph, &of.roots, &mut values, &|leaf| input(n, leaf)));
+        }
+        all
+    }
+}
+
+/// Working memory of a run: registers, parameters by their numbers, sums or kept outputs.
+#[derive(Debug, Default)]
+pub(crate) struct Work<const C: usize> {
+    registers: Vec<Register<C>>,
+    scalars: Vec<f64>,
+    /// Values of the parameters.
+    pub parameters: Vec<Register<C>>,
+    /// Sums of the losses of each output; with [`Loss::Keep`] the outputs, shape `[samples, outputs]`.
+    pub outputs: Vec<Register<C>>,
+    /// Results of the setup.
+    pub results: Vec<Register<C>>,
+}
+
+/// A program and the rows that it runs on.
+pub(crate) struct Job<'a> {
+    pub program: &'a Program,
+    pub rows: &'a Rows,
+    pub loss: Loss,
+}
+
+#[inline(always)]
+fn run<const C: usize, const FMA: bool>(job: &Job<'_>, work: &mut Work<C>) {
+    let Job { program, rows, loss } = *job;
+    let Work { registers, scalars, parameters, outputs, results } = work;
+    registers.clear();
+    registers.resize(program.registers, Register::ZERO);
+    for (register, number) in &program.parameters {
+        registers[usize::from(*register)] = parameters[usize::from(*number)];
+    }
+    let (constants, uniforms) = (program.constants.len(), program.uniforms.roots.len());
+    scalars.clear();
+    scalars.extend_from_slice(&program.constants);
+    scalars.resize(constants + uniforms, 0.0);
+    let registers = &mut registers[..];
+    for instruction in &program.setup {
+        execute::<C, FMA>(instruction, registers, scalars);
+    }
+    results.clear();
+    results.extend(program.results.iter().map(|register| registers[usize::from(*register)]));
+    for (state, initial) in &program.states {
+        registers[usize::from(*state)] = registers[usize::from(*initial)];
+    }
+    let width = program.outputs;
+    outputs.clear();
+    outputs.resize(if loss == Loss::Keep { width * rows.samples } else { width }, Register::ZERO);
+    for n in 0..rows.samples {
+        scalars[constants..].copy_from_slice(&rows.uniforms[n * uniforms..(n + 1) * uniforms]);
+        for instruction in &program.body {
+            if instruction.operation != Operation::Output {
+                execute::<C, FMA>(instruction, registers, scalars);
+                continue;
+            }
+            let (output, from) = (usize::from(instruction.target), usize::from(instruction.registers[0]));
+            let value = &registers[from];
+            if loss == Loss::Keep {
+                outputs[n * width + output] = *value;
+                continue;
+            }
+            let at = n * width + output;
+            let sum = &mut outputs[output];
+            let measured = rows.measured[at];
+            let weight = if loss == Loss::Squares { 1.0 } else { rows.weights[at] };
+            for part in 0..C {
+                for lane in 0..WIDTH {
+                    let error = measured - value[part][lane];
+                    let sum = &mut sum[part][lane];
+                    match loss {
+                        Loss::Squares => *sum = if FMA { error.mul_add(error, *sum) } else { error * error + *sum },
+                        Loss::WeightedMagnitudes => *sum += weight * error.abs(),
+                        _ => *sum += weight * error * error,
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Defines the runs of registers with `C` parts, one for each level.
+macro_rules! runs {
+    ($($module:ident $c:literal)*) => { $(
+        mod $module {
+            use super::{Job, Work, at_level, run};
+
+            at_level! {
+                pub(super) fn avx512(job: &Job<'_>, work: &mut Work<$c>) = avx512 { run::<$c, true>(job, work) } else avx2
+            }
+
+            at_level! {
+                pub(super) fn avx2(job: &Job<'_>, work: &mut Work<$c>) = avx2 { run::<$c, true>(job, work) } else portable
+            }
+
+            pub(super) fn portable(job: &Job<'_>, work: &mut Work<$c>) {
+                run::<$c, false>(job, work);
+            }
+        }
+
+        impl Work<$c> {
+            /// Runs a program with the instructions of a level.
+            pub fn run_at(&mut self, job: &Job<'_>, level: Level) {
+                match level {
+                    Level::Avx512 => $module::avx512(job, self),
+                    Level::Avx2 => $module::avx2(job, self),
+                    Level::Portable => $module::portable(job, self),
+                }
+            }
+
+            /// Runs a program with the fastest instructions of this machine.
+            pub fn run(&mut self, job: &Job<'_>) {
+                self.run_at(job, Level::best());
+            }
+        }
+    )* };
+}
+
+runs! { narrow 1 double 2 wide 8 }

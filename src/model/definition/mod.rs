@@ -1,0 +1,190 @@
+//! The definition of a model: what its text declares, checked, with its equations as a graph.
+
+mod check;
+mod document;
+mod lower;
+mod names;
+mod read;
+mod sections;
+
+pub(crate) use document::{EXPRESSION_MAX, TEXT_MAX};
+pub(crate) use lower::NODES_MAX;
+pub(crate) use read::DECLARED_MAX;
+
+use super::graph::{Graph, Id};
+use crate::units::Unit;
+
+/// A unit as it is written, and what it means.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WrittenUnit {
+    /// The unit as written in the model.
+    pub text: String,
+    /// Its dimension and factor.
+    pub unit: Unit,
+}
+
+/// A parameter of a model. Its values are in its unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelParameter {
+    /// Name in the equations.
+    pub name: String,
+    /// Unit of the values.
+    pub unit: WrittenUnit,
+    /// Lower bound of the search.
+    pub min: f64,
+    /// Upper bound of the search.
+    pub max: f64,
+    /// True if the search and the refinement move its logarithm.
+    pub is_logarithmic: bool,
+    /// Value where none is given, as in a simulation.
+    pub value: Option<f64>,
+    /// True if every recording has its own value.
+    pub is_per_recording: bool,
+    /// Description; empty if there is none.
+    pub description: String,
+}
+
+/// An input of a model: a recorded signal, in its unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelInput {
+    /// Name in the equations.
+    pub name: String,
+    /// Unit of the values.
+    pub unit: WrittenUnit,
+    /// Heading of its column; the name if `None`.
+    pub column: Option<String>,
+    /// Value where the recording has no such column; `None` if it must have one.
+    pub default: Option<f64>,
+}
+
+/// Initial value of a state.
+#[derive(Debug, Clone, PartialEq)]
+pub enum InitialState {
+    /// A function of the parameters: a node of the graph, in SI units.
+    Given(NodeId),
+    /// The first sample of the output with this number, whose value is the state.
+    Measured(usize),
+    /// Unknown, estimated for each recording.
+    Free,
+}
+
+/// A node of the graph of a model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NodeId(pub(crate) Id);
+
+/// A state of a model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelState {
+    /// Name in the equations.
+    pub name: String,
+    /// Unit of the initial value.
+    pub unit: WrittenUnit,
+    /// Derivative with respect to time, in SI units.
+    pub(crate) derivative: Id,
+    /// Value at the first sample.
+    pub initial: InitialState,
+}
+
+/// A set-valued reaction (`stick`): constant over a step, it brings its state to zero within its limit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Reaction {
+    pub state: usize,
+    /// Largest magnitude, in SI units.
+    pub limit: Id,
+}
+
+/// A signal with a delay: a function of inputs and parameters that acts on the equations later.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct DelayedSignal {
+    pub name: String,
+    /// The signal without its delay, in SI units.
+    pub value: Id,
+    /// Delay \[s\] and latency \[s\]; each is zero if it is not given.
+    pub delay: Id,
+    pub latency: Id,
+}
+
+/// An output of a model: a measured signal, in its unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelOutput {
+    /// Name of the output.
+    pub name: String,
+    /// Unit of the values.
+    pub unit: WrittenUnit,
+    /// Heading of its column; the name if `None`.
+    pub column: Option<String>,
+    /// Value in its unit.
+    pub(crate) value: Id,
+    /// Number of samples of a moving average of the sensor; `None` if it has none.
+    pub(crate) average: Option<Id>,
+}
+
+/// An equation as it is written: the name on its left, its section and the text.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Equation {
+    /// Section of the model.
+    pub section: &'static str,
+    /// Name that the equation defines.
+    pub name: String,
+    /// The expression.
+    pub text: String,
+}
+
+/// A model of a machine: inputs, parameters, equations and outputs.
+#[derive(Debug, Clone)]
+pub struct Model {
+    pub(crate) text: String,
+    pub(crate) name: String,
+    pub(crate) graph: Graph,
+    pub(crate) parameters: Vec<ModelParameter>,
+    pub(crate) inputs: Vec<ModelInput>,
+    pub(crate) delayed: Vec<DelayedSignal>,
+    pub(crate) states: Vec<ModelState>,
+    pub(crate) reactions: Vec<Reaction>,
+    pub(crate) outputs: Vec<ModelOutput>,
+    pub(crate) equations: Vec<Equation>,
+}
+
+impl Model {
+    /// Returns the text of the model.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Returns the name of the model.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Returns the parameters in the order of the text.
+    #[must_use]
+    pub fn parameters(&self) -> &[ModelParameter] {
+        &self.parameters
+    }
+
+    /// Returns the inputs in the order of the text.
+    #[must_use]
+    pub fn inputs(&self) -> &[ModelInput] {
+        &self.inputs
+    }
+
+    /// Returns the states in the order of the text.
+    #[must_use]
+    pub fn states(&self) -> &[ModelState] {
+        &self.states
+    }
+
+    /// Returns the outputs in the order of the text.
+    #[must_use]
+    pub fn outputs(&self) -> &[ModelOutput] {
+        &self.outputs
+    }
+
+    /// Returns the equations as they are written, in the order of the text.
+    #[must_use]
+    pub fn equations(&self) -> &[Equation] {
+        &self.equations
+    }
+}

@@ -1,0 +1,17 @@
+//! Models of users: the differential equations of a machine as text.
+
+mod definition;
+mod expression;
+pub(crate) mod graph;
+mod library;
+pub(crate) mod program;
+#[cfg(test)]
+pub(crate) mod reference;
+pub(crate) mod step;
+
+pub use definition::{
+    Equation, InitialState, Model, ModelInput, ModelOutput, ModelParameter, ModelState, NodeId, WrittenUnit,
+};
+pub use expression::Function;
+pub use library::BuiltIn;
+pub use step::IntegrationMethod;

@@ -1,0 +1,68 @@
+//! A plain simulation of the equations of a model with fine steps, one candidate at a time: the oracle of the tests.
+//!
+//! It evaluates the right-hand sides as they are written, without the separation of affine parts, and needs many steps where the
+//! evaluators need one.
+
+use super::Model;
+use super::definition::InitialState;
+use super::graph::{Id, Leaf, evaluate};
+use crate::numeric::count;
+
+/// Returns the outputs at each sample, shape `[outputs][samples]`, in their units. `inputs` have the shape `[inputs][samples]` and are
+/// held over each step of `step_s` seconds, which is divided by `substeps`. `open` are the initial values of states that
+/// are measured or free, in their units.
+pub(crate) fn simulate(model: &Model, values: &[f64], open: &[f64], inputs: &[Vec<f64>], step_s: f64, substeps: usize) -> Vec<Vec<f64>> {
+    let samples = inputs.first().map_or(0, Vec::len);
+    let mut memory = Vec::new();
+    let mut of = |ids: &[Id], x: &[f64], u: &[f64], reactions: &[f64]| {
+        evaluate(&model.graph, ids, &mut memory, &|leaf| match leaf {
+            Leaf::Parameter(n) => values[usize::from(n)],
+            Leaf::Input(n) | Leaf::NextInput(n) => u.get(usize::from(n)).copied().unwrap_or(0.0),
+            Leaf::State(n) => x[usize::from(n)],
+            Leaf::Reaction(n) => reactions[usize::from(n)],
+        })
+    };
+    let zeros = vec![0.0; model.reactions.len()];
+    let mut open = open.iter();
+    let mut x: Vec<f64> = Vec::new();
+    for state in &model.states {
+        x.push(match &state.initial {
+            InitialState::Given(id) => of(&[id.0], &[], &[], &[])[0],
+            _ => open.next().copied().unwrap_or(0.0) * state.unit.unit.factor + state.unit.unit.offset,
+        });
+    }
+    let right: Vec<Id> = model.states.iter().map(|state| state.derivative).collect();
+    let outputs: Vec<Id> = model.outputs.iter().map(|output| output.value).collect();
+    let h = step_s / count(substeps);
+    let mut seen = vec![Vec::new(); outputs.len()];
+    for n in 0..samples {
+        let u: Vec<f64> = inputs.iter().map(|input| input[n]).collect();
+        for (seen, value) in seen.iter_mut().zip(of(&outputs, &x, &u, &zeros)) {
+            seen.push(value);
+        }
+        for _ in 0..substeps {
+            let moved = |k: &[f64], by: f64| -> Vec<f64> { x.iter().zip(k).map(|(x, k)| x + by * k).collect() };
+            let k1 = of(&right, &x, &u, &zeros);
+            let k2 = of(&right, &moved(&k1, h / 2.0), &u, &zeros);
+            let k3 = of(&right, &moved(&k2, h / 2.0), &u, &zeros);
+            let k4 = of(&right, &moved(&k3, h), &u, &zeros);
+            let mut next: Vec<f64> =
+                (0..x.len()).map(|s| x[s] + h / 6.0 * (k1[s] + 2.0 * (k2[s] + k3[s]) + k4[s])).collect();
+            let mut order: Vec<usize> = (0..zeros.len()).collect();
+            order.sort_by_key(|r| model.reactions[*r].state);
+            for r in order {
+                let axis = model.reactions[r].state;
+                let limit = of(&[model.reactions[r].limit], &x, &u, &zeros)[0];
+                // Reactions act linearly: their gain is the difference that a unit makes.
+                let mut unit = zeros.clone();
+                unit[r] = 1.0;
+                let (with, without) = (of(&right, &x, &u, &unit), of(&right, &x, &u, &zeros));
+                let gain: Vec<f64> = with.iter().zip(&without).map(|(a, b)| h * (a - b)).collect();
+                let value = (-next[axis] / gain[axis]).clamp(-limit, limit);
+                next.iter_mut().zip(&gain).for_each(|(x, gain)| *x += gain * value);
+            }
+            x = next;
+        }
+    }
+    seen
+}

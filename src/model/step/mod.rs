@@ -1,0 +1,137 @@
+//! One-step maps of a model as graphs.
+//!
+//! A step takes the states from one sample to the next. Where the equations are affine in states and inputs with coefficients of
+//! parameters alone, exponentials of matrices give the exact map; other equations take the classical Runge–Kutta method or the
+//! exponential one of S. M. Cox and P. C. Matthews (2002), which treats the affine part exactly.
+
+mod affine;
+mod exponential;
+mod phi;
+mod reaction;
+mod runge_kutta;
+
+pub(crate) use affine::Affine;
+pub(crate) use exponential::Extras;
+pub(crate) use phi::{Lane, Matrices, phi_functions};
+
+use super::Model;
+use super::definition::InitialState;
+use super::graph::{Direction, Graph, Id, Leaf};
+use crate::named::named;
+
+named! {
+    /// Integration method of a model.
+    #[non_exhaustive]
+    pub enum IntegrationMethod (default Exponential) {
+        /// Matrix exponentials: exact for affine models, of order 4 with nonlinear terms (ETDRK4).
+        Exponential = "exponential",
+        /// Classical Runge–Kutta method of order 4 with equal substeps.
+        RungeKutta = "rk4",
+    }
+}
+
+/// Settings of the steps of a model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct StepSettings {
+    pub method: IntegrationMethod,
+    /// Number of substeps of the Runge–Kutta method.
+    pub substeps: usize,
+    /// Length of the step \[s\]; `None` if it differs between samples and is an input, after all others.
+    pub step_s: Option<f64>,
+    /// True if inputs are straight lines between samples, false if they are constant.
+    pub is_first_order_hold: bool,
+    /// Numbers of the measured or free initial states, which are parameters after those of the model.
+    pub free_initial: usize,
+}
+
+/// A step as a graph, with what the evaluation needs beside it.
+#[derive(Debug, Clone)]
+pub(crate) struct Step {
+    pub graph: Graph,
+    /// States at the end of the step.
+    pub next: Vec<Id>,
+    /// Intermediate states in the order in which they are computed.
+    pub milestones: Vec<Id>,
+    /// Outputs at the start of the step.
+    pub outputs: Vec<Id>,
+    /// Initial values of the states.
+    pub initial: Vec<Id>,
+    /// Matrices whose exponentials are further parameters; `None` if the method has none.
+    pub extras: Option<Extras>,
+    /// Number of parameters of the model with its free initial states; those of `extras` follow.
+    pub parameters: usize,
+}
+
+/// Returns a leaf for the parameter with a number.
+pub(super) fn parameter(graph: &mut Graph, number: usize) -> Id {
+    graph.leaf(Leaf::Parameter(u16::try_from(number).unwrap_or(u16::MAX)))
+}
+
+/// Returns the numbers of the states whose initial values are not functions of the parameters.
+pub(crate) fn open_states(model: &Model) -> Vec<usize> {
+    let is_open = |n: &usize| !matches!(model.states[*n].initial, InitialState::Given(_));
+    (0..model.states.len()).filter(is_open).collect()
+}
+
+impl Step {
+    /// Makes the step of a model.
+    pub fn new(model: &Model, settings: &StepSettings) -> Self {
+        let mut graph = model.graph.clone();
+        let own = model.parameters.len();
+        let open = open_states(model);
+        let initial = model.states.iter().enumerate().map(|(n, state)| match &state.initial {
+            InitialState::Given(id) => id.0,
+            _ => {
+                let place = open.iter().position(|state| *state == n).unwrap_or(0);
+                let value = parameter(&mut graph, own + place);
+                let (factor, offset) = (graph.constant(state.unit.unit.factor), graph.constant(state.unit.unit.offset));
+                let scaled = graph.multiply(factor, value);
+                graph.add(scaled, offset)
+            }
+        });
+        let initial: Vec<Id> = initial.collect();
+        let outputs: Vec<Id> = model.outputs.iter().map(|output| output.value).collect();
+        let parameters = own + open.len();
+        let affine = Affine::of(model, &mut graph);
+        let mut step =
+            Self { graph, next: Vec::new(), milestones: Vec::new(), outputs, initial, extras: None, parameters };
+        match (settings.method, settings.step_s) {
+            (IntegrationMethod::Exponential, Some(step_s)) => step.exponential(model, &affine, step_s, settings),
+            _ => step.runge_kutta(model, &affine, settings),
+        }
+        step
+    }
+
+    /// Returns the number of all parameters: those of the model, free initial states, those computed from exponentials.
+    pub fn all_parameters(&self) -> usize {
+        self.parameters + self.extras.as_ref().map_or(0, Extras::count)
+    }
+
+    /// Returns the step with the derivatives of states and outputs, each after the values, in a direction whose rates are parameters
+    /// and states after the others: parameter `n` changes at the rate of parameter `parameters + n` (extras included), state `n` has
+    /// the derivative `states + n`.
+    pub fn with_tangents(&self) -> Self {
+        let mut step = self.clone();
+        let (states, all) = (self.next.len(), self.all_parameters());
+        let graph = &mut step.graph;
+        let rates: Vec<Id> = (0..all).map(|n| parameter(graph, all + n)).collect();
+        let slopes: Vec<Id> = (states..2 * states)
+            .map(|n| graph.leaf(Leaf::State(u16::try_from(n).unwrap_or(u16::MAX))))
+            .collect();
+        let mut direction = Direction::new(|leaf| match leaf {
+            Leaf::Parameter(n) => rates.get(usize::from(n)).copied(),
+            Leaf::State(n) => slopes.get(usize::from(n)).copied(),
+            _ => None,
+        });
+        for list in [&mut step.next, &mut step.outputs, &mut step.initial] {
+            let derivatives: Vec<Id> = list.iter().map(|id| direction.derivative(graph, *id)).collect();
+            list.extend(derivatives);
+        }
+        let mut milestones = Vec::new();
+        for id in &self.milestones {
+            milestones.extend([*id, direction.derivative(graph, *id)]);
+        }
+        step.milestones = milestones;
+        step
+    }
+}
