@@ -63,6 +63,7 @@ pub mod experiment;
 pub mod file;
 pub mod identify;
 pub mod limit;
+pub mod model;
 pub mod motor;
 pub mod named;
 pub mod numeric;
@@ -73,6 +74,7 @@ pub mod setting;
 pub mod settings;
 pub mod study;
 pub mod text;
+pub mod units;
 pub mod warning;
 
 pub use error::{Error, ErrorKind, Result};

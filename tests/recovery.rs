@@ -583,7 +583,7 @@ fn unidentifiable_parameters_are_a_clear_error() {
     let time_s = (0..500).map(|n| f64::from(n) * 1e-3).collect();
     let voltage = vec![10.5; 500];
     let steady =
-        Record::new(Samples { time_s, voltage, torque: None, current: Some(current), speed: Some(speed) }).unwrap();
+        Record::new(Samples { time_s, voltage, torque: None, current: Some(current), speed: Some(speed), ..Samples::default() }).unwrap();
     let steady = with_noise(&steady, [0.01, 0.5], 1).unwrap();
     let error = identify(&[steady], &IdentifySpec::default()).unwrap_err();
     assert_eq!(error.kind(), motorfit::ErrorKind::NotIdentified);

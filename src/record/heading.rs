@@ -22,9 +22,11 @@ pub enum Quantity {
     Speed,
     /// Angle of the shaft, from which the speed is derived.
     Position,
+    /// A signal of a user's model, by its number in the requests of the import.
+    Signal(u8),
 }
 
-use Quantity::{Current, Position, Speed, Time, Torque, Voltage};
+use Quantity::{Current, Position, Signal, Speed, Time, Torque, Voltage};
 
 /// Names, units and headings of a quantity.
 struct Facts {
@@ -103,6 +105,9 @@ const POSITION: Facts = Facts {
     words: &["position", "angle", "theta", "θ", "winkel", "posição", "posicao", "posición", "posicion", "ângulo"],
 };
 
+/// Signals of models have the units and names of their requests.
+const SIGNAL: Facts = Facts { key: "signal", canonical: "", unit: "", units: &[], words: &[] };
+
 impl Quantity {
     /// Quantities of a recording, in the order of the canonical file.
     pub const ALL: [Self; 5] = [Time, Voltage, Current, Speed, Torque];
@@ -117,6 +122,7 @@ impl Quantity {
             Current => CURRENT,
             Speed => SPEED,
             Position => POSITION,
+            Signal(_) => SIGNAL,
         }
     }
 
@@ -190,6 +196,14 @@ pub struct ColumnRequest {
 /// Largest length of a request for columns \[bytes\].
 pub(super) const REQUEST_MAX: usize = 4096;
 
+/// Parses a request for columns like [`parse_columns`], with the names of the signals of a model as further quantities.
+///
+/// # Errors
+/// Returns `Usage` in the cases of [`parse_columns`].
+pub fn parse_signal_columns(text: &str, signals: &[&str]) -> Result<Vec<ColumnRequest>> {
+    parse_requests(text, signals)
+}
+
 /// Parses a request for columns, as in `time=Tempo:s,current=Corrente:mA,…`.
 ///
 /// Operations and units after a heading are parsed later, against the headings of the file.
@@ -198,6 +212,16 @@ pub(super) const REQUEST_MAX: usize = 4096;
 /// Returns `Usage` if an item has no `=`, an empty heading or an unknown quantity, if a quantity is repeated, or if the request
 /// exceeds 4096 bytes.
 pub fn parse_columns(text: &str) -> Result<Vec<ColumnRequest>> {
+    parse_requests(text, &[])
+}
+
+/// Returns the quantity with a key: a signal of a model by its name, or a known quantity.
+fn keyed(key: &str, signals: &[&str]) -> Option<Quantity> {
+    let signal = signals.iter().position(|name| *name == key).and_then(|n| u8::try_from(n).ok());
+    signal.map(Signal).or_else(|| Quantity::COLUMNS.into_iter().find(|quantity| quantity.key() == key))
+}
+
+fn parse_requests(text: &str, signals: &[&str]) -> Result<Vec<ColumnRequest>> {
     let example = || {
         text!(
             "Write " [Columns = "time=Tempo:s,voltage=Tensao:V,current=Corrente:mA,speed=Velocidade:rad/s"]
@@ -210,12 +234,17 @@ pub fn parse_columns(text: &str) -> Result<Vec<ColumnRequest>> {
         return Err(Error::usage(message, example()));
     }
     let mut requests: Vec<ColumnRequest> = Vec::new();
-    for item in items(text).into_iter().filter(|item| !item.trim().is_empty()) {
+    for item in items(text, signals).into_iter().filter(|item| !item.trim().is_empty()) {
         let Some((key, name)) = item.split_once('=').filter(|(_, name)| !name.trim().is_empty()) else {
             return Err(Error::usage(format!("{} names no column", quoted(item)), example()));
         };
-        let Some(quantity) = Quantity::COLUMNS.into_iter().find(|q| q.key() == key.trim()) else {
-            return Err(Error::usage(format!("{} is not a quantity of a recording", quoted(key.trim())), example()));
+        let Some(quantity) = keyed(key.trim(), signals) else {
+            let message = format!("{} is not a quantity of a recording", quoted(key.trim()));
+            let hint = match signals {
+                [] => example(),
+                _ => format!("The signals of the model are {}; beside them there is time.", signals.join(", ")).into(),
+            };
+            return Err(Error::usage(message, hint));
         };
         if requests.iter().any(|r| r.quantity == quantity) {
             return Err(Error::usage(text!([Columns] " names {quantity} twice"), "Name each quantity once."));
@@ -226,7 +255,7 @@ pub fn parse_columns(text: &str) -> Result<Vec<ColumnRequest>> {
 }
 
 /// Splits a list at its commas, except those in quotation marks and those in brackets that no `KEY=` follows.
-fn items(text: &str) -> Vec<&str> {
+fn items<'a>(text: &'a str, signals: &[&str]) -> Vec<&'a str> {
     let mut items: Vec<&str> = Vec::new();
     let (mut start, mut from) = (0, 0);
     while let Some(at) = comma(text, start, from) {
@@ -234,7 +263,7 @@ fn items(text: &str) -> Vec<&str> {
         let is_open = ['(', '['].iter().any(|open| item.contains(*open))
             && item.matches(['(', '[']).count() > item.matches([')', ']']).count();
         let key = text[at + 1..].split(['=', ',']).next().unwrap_or_default().trim();
-        if is_open && !Quantity::COLUMNS.iter().any(|quantity| quantity.key() == key) {
+        if is_open && keyed(key, signals).is_none() {
             from = at + 1;
             continue;
         }
@@ -344,7 +373,7 @@ mod tests {
             ("speed=\"open,time=t", &["speed=\"open", "time=t"]),
             ("", &[""]),
         ] {
-            assert_eq!(items(text), expected, "{text}");
+            assert_eq!(items(text, &[]), expected, "{text}");
         }
     }
 

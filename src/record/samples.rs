@@ -17,10 +17,35 @@ pub struct Samples {
     pub current: Option<Vec<f64>>,
     /// Speed \[rad/s\], if it was recorded.
     pub speed: Option<Vec<f64>>,
+    /// Signals of a user's model, in the units of the model; empty for a recording of a DC motor.
+    pub named: Vec<NamedSignal>,
+}
+
+/// A signal of a user's model.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct NamedSignal {
+    /// Number of the signal in the requests of the import: inputs, then outputs, in the order of the model.
+    pub number: usize,
+    /// True for an input, which acts on the model over each step; false for a measured output.
+    pub is_input: bool,
+    /// Values at the samples.
+    pub values: Vec<f64>,
+}
+
+impl NamedSignal {
+    /// Returns the signal with other values.
+    pub(super) fn with(&self, values: Vec<f64>) -> Self {
+        Self { values, ..*self }
+    }
 }
 
 /// Signals of a recording without the time, in their fixed order.
 const SIGNALS: [Quantity; 4] = [Quantity::Voltage, Quantity::Torque, Quantity::Current, Quantity::Speed];
+
+/// Returns the quantity of a signal of a model.
+fn quantity(signal: &NamedSignal) -> Quantity {
+    Quantity::Signal(u8::try_from(signal.number).unwrap_or(u8::MAX))
+}
 
 impl Samples {
     /// Returns the input quantity: the voltage, or the current if no voltage was recorded.
@@ -39,6 +64,8 @@ impl Samples {
     /// Returns the signals with another input.
     pub(super) fn with_input(self, input: Vec<f64>) -> Self {
         match self.driver() {
+            // A recording of a model has its inputs among the named signals.
+            _ if !self.named.is_empty() => self,
             Quantity::Current => Self { current: Some(input), ..self },
             _ => Self { voltage: input, ..self },
         }
@@ -57,6 +84,7 @@ impl Samples {
             torque: some(&self.torque),
             current: some(&self.current),
             speed: some(&self.speed),
+            named: self.named.iter().map(|signal| signal.with(signal.values[range.clone()].to_vec())).collect(),
         }
     }
 
@@ -69,12 +97,17 @@ impl Samples {
             Quantity::Current => self.current.as_deref(),
             Quantity::Speed => self.speed.as_deref(),
             Quantity::Position => None,
+            Quantity::Signal(number) => {
+                let own = self.named.iter().find(|signal| signal.number == usize::from(number));
+                own.map(|signal| signal.values.as_slice())
+            }
         }
     }
 
-    /// Returns the recorded signals without the time, in the order voltage, load torque, current, speed.
+    /// Returns the recorded signals without the time, in the order voltage, load torque, current, speed, signals of a model.
     pub fn signals(&self) -> impl Iterator<Item = (Quantity, &[f64])> {
-        SIGNALS.into_iter().filter_map(|quantity| Some((quantity, self.signal(quantity)?)))
+        let named = self.named.iter().map(|signal| (quantity(signal), signal.values.as_slice()));
+        SIGNALS.into_iter().filter_map(|quantity| Some((quantity, self.signal(quantity)?))).chain(named)
     }
 
     /// Applies a function to each recorded signal except the time.
@@ -85,6 +118,9 @@ impl Samples {
             if let Some(signal) = signal {
                 change(quantity, signal);
             }
+        }
+        for signal in &mut self.named {
+            change(quantity(signal), &mut signal.values);
         }
     }
 
@@ -99,6 +135,9 @@ impl Samples {
         if let Some((quantity, signal)) = self.signals().find(|(_, signal)| signal.len() != count) {
             let message = format!("{count} samples of time but {} of {quantity}", signal.len());
             return Err(Error::data(message, "Give every signal one value per sample."));
+        }
+        if !self.named.is_empty() {
+            return Ok(());
         }
         let (message, remedy) = match (!self.voltage.is_empty(), &self.current, &self.speed) {
             (true, None, None) => (

@@ -41,6 +41,7 @@ pub fn reading(given: &Given) -> Read<Reading> {
             bad_rows: given.choice(Setting::BadRows)?.unwrap_or_default(),
             gaps: given.choice(Setting::Gaps)?.unwrap_or_default(),
             drop_repeats: given.switch(Setting::DropRepeats),
+            signals: Vec::new(),
         },
         preparation: Preparation {
             crop: given.read(Setting::Crop, parse_crop)?.unwrap_or_default(),

@@ -138,7 +138,7 @@ pub fn drawn(numbers: &mut Numbers, kind: &'static str, count: usize, longest: f
     let time_s: Vec<f64> = (0..count).map(|n| number(n) * period).collect();
     let none = Some(vec![0.0; count]);
     let samples =
-        Samples { time_s: time_s.clone(), voltage: voltage.clone(), torque: None, current: none.clone(), speed: none };
+        Samples { time_s: time_s.clone(), voltage: voltage.clone(), torque: None, current: none.clone(), speed: none, ..Samples::default() };
     let record = Record::new(samples).unwrap();
     let varied = Varied { kind, record, motor, stall: motor.k * volts / motor.r, hold, memory };
     (varied, Excitation { time_s, voltage, torque: None })

@@ -12,7 +12,7 @@ mod runge_kutta;
 
 pub(crate) use affine::Affine;
 pub(crate) use exponential::Extras;
-pub(crate) use phi::{Lane, Matrices, phi_functions};
+pub(crate) use phi::WithRate;
 
 use super::Model;
 use super::definition::InitialState;
@@ -40,8 +40,6 @@ pub(crate) struct StepSettings {
     pub step_s: Option<f64>,
     /// True if inputs are straight lines between samples, false if they are constant.
     pub is_first_order_hold: bool,
-    /// Numbers of the measured or free initial states, which are parameters after those of the model.
-    pub free_initial: usize,
 }
 
 /// A step as a graph, with what the evaluation needs beside it.
@@ -100,6 +98,17 @@ impl Step {
             _ => step.runge_kutta(model, &affine, settings),
         }
         step
+    }
+
+    /// Returns the derivatives of nodes of parameters alone in the direction of [`Self::with_tangents`].
+    pub fn rates_of(&mut self, roots: &[Id]) -> Vec<Id> {
+        let all = self.all_parameters();
+        let rates: Vec<Id> = (0..all).map(|n| parameter(&mut self.graph, all + n)).collect();
+        let mut direction = Direction::new(|leaf| match leaf {
+            Leaf::Parameter(n) => rates.get(usize::from(n)).copied(),
+            _ => None,
+        });
+        roots.iter().map(|root| direction.derivative(&mut self.graph, *root)).collect()
     }
 
     /// Returns the number of all parameters: those of the model, free initial states, those computed from exponentials.

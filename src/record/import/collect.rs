@@ -73,7 +73,8 @@ pub(super) fn collect(lines: &mut impl Text, spec: &TableSpec<'_>) -> Result<Sig
         // If a speed is given, a position is used in formulas only.
         list.retain(|(quantity, _)| *quantity != Quantity::Position);
     }
-    Ok(Signals { source, list, left_out })
+    let inputs = spec.signals.iter().map(|signal| signal.is_input).collect();
+    Ok(Signals { source, list, left_out, inputs })
 }
 
 /// Reads the rows below a heading.

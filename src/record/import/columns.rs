@@ -3,6 +3,7 @@
 use super::bad_rows::BadRows;
 use super::formula::{Formula, Operand};
 use super::lacking::{is_drive, lacking, missing};
+use super::named::{self, SignalRequest};
 use super::parse::Separator;
 use super::request::{is_satisfiable, locate, name_of, requested};
 use crate::record::Column;
@@ -20,6 +21,8 @@ pub(super) enum Need {
     Inputs,
     /// At least one quantity beside time; other files have the remaining ones.
     Part,
+    /// The signals of a model.
+    Signals,
 }
 
 /// Specification of the table to read: requests, requirements and known properties.
@@ -35,6 +38,8 @@ pub(super) struct TableSpec<'a> {
     pub bad_rows: BadRows,
     /// Names and values of constants beside the rows, for use in formulas.
     pub constants: &'a [(String, f64)],
+    /// Signals of a model that are read in place of the known quantities.
+    pub signals: &'a [SignalRequest],
 }
 
 impl TableSpec<'_> {
@@ -116,6 +121,13 @@ pub(super) fn understood(headings: &[Heading], spec: &TableSpec<'_>) -> usize {
 /// # Errors
 /// Returns an error if a request fits no column, headings are ambiguous or contradictory, or a quantity is missing.
 pub(super) fn choose(headings: &[Heading], spec: &TableSpec<'_>) -> Result<Vec<Used>> {
+    if spec.need == Need::Signals {
+        let time = one(headings, spec, Quantity::Time)?;
+        return match named::chosen(headings, spec, time)? {
+            (_, missing) if !missing.is_empty() => Err(named::lacking(headings, &missing)),
+            (used, _) => Ok(used),
+        };
+    }
     match chosen(headings, spec)? {
         (_, missing) if !missing.is_empty() => Err(lacking(headings, &missing, None)),
         (used, _) => Ok(used),
@@ -124,6 +136,9 @@ pub(super) fn choose(headings: &[Heading], spec: &TableSpec<'_>) -> Result<Vec<U
 
 /// Returns the error for a table whose only fault is that quantities are missing; `named` is a suggested request for its hint.
 pub(super) fn advised(headings: &[Heading], spec: &TableSpec<'_>, named: Option<Text>) -> Option<Error> {
+    if spec.need == Need::Signals {
+        return None;
+    }
     let (_, missing) = chosen(headings, spec).ok().filter(|(_, missing)| !missing.is_empty())?;
     Some(lacking(headings, &missing, named))
 }
@@ -133,7 +148,7 @@ fn chosen(headings: &[Heading], spec: &TableSpec<'_>) -> Result<(Vec<Used>, Vec<
     let TableSpec { need, timed, .. } = *spec;
     let wanted: &[Quantity] = match need {
         Need::Inputs => &[Quantity::Time, Quantity::Voltage, Quantity::Torque],
-        Need::Recording | Need::Part => &Quantity::ALL,
+        Need::Recording | Need::Part | Need::Signals => &Quantity::ALL,
     };
     let mut used = Vec::new();
     for &quantity in wanted {

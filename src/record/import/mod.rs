@@ -16,6 +16,7 @@ mod formula;
 mod lacking;
 mod layout;
 mod limits;
+mod named;
 mod parse;
 mod quick;
 mod request;
@@ -27,6 +28,7 @@ mod write;
 
 pub use bad_rows::BadRows;
 pub(super) use limits::limits;
+pub use named::SignalRequest;
 pub use parse::parse_number;
 pub use write::write_csv;
 
@@ -63,6 +65,8 @@ pub struct ReadOptions {
     pub gaps: Gaps,
     /// True if rows that repeat the time of the row before are skipped.
     pub drop_repeats: bool,
+    /// Signals of a model, inputs first, that are read in place of the known quantities.
+    pub signals: Vec<SignalRequest>,
 }
 
 /// Reads the recordings of a file: one, or one for each test of the file and each segment between gaps in time.
@@ -87,7 +91,8 @@ pub fn read_bytes(bytes: &[u8], path: Option<&Path>, options: &ReadOptions) -> R
 /// Reads the recordings from a reader; `path` is their origin.
 fn records_from_bytes(reader: impl Read, path: Option<&Path>, options: &ReadOptions) -> Result<Vec<Record>> {
     let mut records = Vec::new();
-    for mut table in tables(reader, options, Need::Recording)? {
+    let need = if options.signals.is_empty() { Need::Recording } else { Need::Signals };
+    for mut table in tables(reader, options, need)? {
         table.source.path = path.map(Path::to_path_buf);
         let part = table.source.part.clone();
         records.extend(split(table, options).map_err(|error| in_part(error, part.as_deref()))?);
@@ -105,7 +110,8 @@ pub fn read_joined(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<Recor
     let mut joined: Option<Signals> = None;
     let mut digests = String::new();
     for path in paths {
-        let Ok([part]) = <[Signals; 1]>::try_from(tables_in(path, options, Need::Part)?) else {
+        let need = if options.signals.is_empty() { Need::Part } else { Need::Signals };
+        let Ok([part]) = <[Signals; 1]>::try_from(tables_in(path, options, need)?) else {
             let message = "holds several recordings, so it cannot be joined with other files";
             return Err(Error::data(message, "Read this file separately.").in_file(path));
         };
@@ -251,7 +257,8 @@ fn tables(mut reader: impl Read, options: &ReadOptions, need: Need) -> Result<Ve
     let mut head = Vec::new();
     (&mut reader).take(HEAD as u64).read_to_end(&mut head).map_err(|e| unreadable(&e))?;
     let bad_rows = options.bad_rows;
-    let spec = TableSpec { requests: &options.columns, need, timed, bad_rows, separator: None, constants: &[] };
+    let (requests, signals) = (&options.columns, &options.signals);
+    let spec = TableSpec { requests, need, timed, bad_rows, separator: None, constants: &[], signals };
     let format = Format::of(&head);
     let monitor = Monitor::of(&head);
     let mut reader = std::io::Cursor::new(head).chain(reader);

@@ -84,7 +84,7 @@ fn uses(headings: &[Heading], spec: &TableSpec<'_>, request: &ColumnRequest, at:
 }
 
 /// Parses the expression of a request; also returns the unit as it was written.
-fn expression<'a>(
+pub(super) fn expression<'a>(
     headings: &[Heading],
     spec: &TableSpec<'_>,
     request: &'a ColumnRequest,
@@ -172,7 +172,7 @@ pub(super) fn name_of(heading: &str) -> String {
 }
 
 /// Returns the error for a request that is neither a column nor an expression.
-fn wrong(headings: &[Heading], spec: &TableSpec<'_>, request: &ColumnRequest, fault: &Fault) -> Error {
+pub(super) fn wrong(headings: &[Heading], spec: &TableSpec<'_>, request: &ColumnRequest, fault: &Fault) -> Error {
     let (quantity, name) = (request.quantity, quoted(&request.name));
     let is_bare = !request.name.contains(['*', '/', '+', '^', '(', ')']);
     let what = match fault {

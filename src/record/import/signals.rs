@@ -2,7 +2,7 @@
 //! differences, removal of rows that are not samples, joining of files.
 
 use crate::numeric::{count, extremes, upper_median};
-use crate::record::{Lines, Quantity, Samples, Source};
+use crate::record::{Lines, NamedSignal, Quantity, Samples, Source};
 use crate::setting::text;
 use crate::text::{counted, engineering};
 use crate::{Error, Result};
@@ -15,6 +15,14 @@ pub(super) struct Signals {
     pub list: Vec<(Quantity, Vec<f64>)>,
     /// Lines of rows that could not be read and were skipped, in increasing order.
     pub left_out: Vec<u64>,
+    /// True for each signal of a model that is an input.
+    pub inputs: Vec<bool>,
+}
+
+/// Returns the signal of a model.
+fn named((quantity, values): (Quantity, Vec<f64>), inputs: &[bool]) -> NamedSignal {
+    let number = if let Quantity::Signal(number) = quantity { usize::from(number) } else { usize::MAX };
+    NamedSignal { number, is_input: inputs.get(number).copied().unwrap_or(false), values }
 }
 
 impl Signals {
@@ -48,7 +56,7 @@ impl Signals {
     pub(super) fn part(&self, range: Range<usize>) -> Self {
         let cut = |(quantity, signal): &(Quantity, Vec<f64>)| (*quantity, signal[range.clone()].to_vec());
         let source = Source { lines: self.source.lines.of(range.clone()), ..self.source.clone() };
-        Self { source, list: self.list.iter().map(cut).collect(), left_out: Vec::new() }
+        Self { source, list: self.list.iter().map(cut).collect(), left_out: Vec::new(), inputs: self.inputs.clone() }
     }
 
     /// Returns the number of rows between a sample and the next one that could not be read.
@@ -200,7 +208,11 @@ impl Signals {
             speed = Some(differences(&time_s, unwrapped(position))?);
             self.source.notes.push("speed is the central difference of the position".to_owned());
         }
+        let signals = std::mem::take(&mut self.list).into_iter();
+        let (signals, list): (Vec<_>, Vec<_>) = signals.partition(|(quantity, _)| matches!(quantity, Quantity::Signal(_)));
+        self.list = list;
         let samples = Samples {
+            named: signals.into_iter().map(|signal| named(signal, &self.inputs)).collect(),
             time_s,
             voltage: self.take(Quantity::Voltage).unwrap_or_default(),
             torque: self.take(Quantity::Torque),

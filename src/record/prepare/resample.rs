@@ -7,7 +7,7 @@
 use super::filter::{FilterKind, LowPass, Response};
 use crate::Result;
 use crate::numeric;
-use crate::record::{Record, Samples};
+use crate::record::{NamedSignal, Record, Samples};
 
 /// Cut-off of the anti-alias filter relative to half the new rate.
 const EDGE: f64 = 0.8;
@@ -30,7 +30,7 @@ pub(super) struct Resampled {
 
 /// Returns mean and rise of an input over each step, for a zero-order hold or else a first-order hold.
 pub(super) fn lines(voltage: &[f64], held: bool) -> [Vec<f64>; 2] {
-    let next = |n: usize| if held { voltage[n] } else { voltage[(n + 1).min(voltage.len() - 1)] };
+    let next = |n: usize| if held { voltage[n] } else { voltage[(n + 1).min(voltage.len().saturating_sub(1))] };
     let all = || (0..voltage.len()).map(|n| (voltage[n], next(n)));
     [all().map(|(a, b)| f64::midpoint(a, b)).collect(), all().map(|(a, b)| b - a).collect()]
 }
@@ -59,10 +59,24 @@ pub(super) fn decimated(record: &Record, every: usize, at_rest: bool) -> Result<
         torque: samples.torque.as_deref().map(torque),
         current: samples.current.as_deref().map(picked),
         speed: samples.speed.as_deref().map(picked),
+        named: named(samples, &torque, &picked),
     };
     let Response { noise_power, memory } = filter.response();
     let independent = (noise_power * factor).min(1.0);
     Ok((Resampled { samples: made.with_input(input), slope, from, independent }, memory.div_ceil(every)))
+}
+
+/// Returns the signals of a model: inputs by their means over each new period, outputs at the new times.
+fn named(
+    samples: &Samples,
+    mean: &impl Fn(&[f64]) -> Vec<f64>,
+    at_times: &impl Fn(&[f64]) -> Vec<f64>,
+) -> Vec<NamedSignal> {
+    let one = |signal: &NamedSignal| {
+        let values = if signal.is_input { mean(&signal.values) } else { at_times(&signal.values) };
+        signal.with(values)
+    };
+    samples.named.iter().map(one).collect()
 }
 
 /// Joins the lines over `every` periods each into one: its mean, and the rise that gives the same first moment.
@@ -108,6 +122,7 @@ pub(super) fn regular(samples: &Samples, slope: &[f64], period_s: f64) -> Resamp
         torque: samples.torque.as_deref().map(torque),
         current: samples.current.as_deref().map(smooth),
         speed: samples.speed.as_deref().map(smooth),
+        named: named(samples, &torque, &smooth),
         time_s: grid.clone(),
     };
     Resampled { samples: made.with_input(input), slope, from, independent }

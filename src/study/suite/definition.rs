@@ -174,11 +174,11 @@ impl Definition {
             None => clean,
             Some(decibels) => with_noise(&clean, noise_of(&clean, Noise::Decibels(decibels)), self.seed)?,
         };
-        let Samples { time_s, voltage, torque, current, speed } = noisy.samples().clone();
+        let Samples { time_s, voltage, torque, current, speed, .. } = noisy.samples().clone();
         let measured =
             |name: &str, signal: Option<Vec<f64>>| signal.filter(|_| self.channels.iter().any(|c| c == name));
         let (current, speed) = (measured("current", current), measured("speed", speed));
-        Record::new(Samples { time_s, voltage, torque, current, speed })
+        Record::new(Samples { time_s, voltage, torque, current, speed, ..Samples::default() })
     }
 }
 

@@ -1,0 +1,13 @@
+//! Evaluation of users' models: candidates on recordings, and trajectories with their derivatives.
+
+mod method;
+mod problem;
+mod recording;
+mod space;
+mod trajectory;
+
+pub use method::{ModelMethod, Stiffness};
+pub use problem::{ModelProblem, ModelSettings};
+pub use recording::{ModelRecording, signal_requests};
+pub use space::{ModelAxis, ModelSpace};
+pub use trajectory::Trajectory;

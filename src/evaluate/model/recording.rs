@@ -1,0 +1,146 @@
+//! Recordings as a model needs them: its inputs and measured outputs, in its units.
+
+use crate::model::Model;
+use crate::numeric::count;
+use crate::record::{Record, SignalRequest};
+use crate::setting::text;
+use crate::text::quoted;
+use crate::{Error, Result};
+
+/// Returns the signals that the import reads for a model: its inputs, then its outputs.
+#[must_use]
+pub fn signal_requests(model: &Model) -> Vec<SignalRequest> {
+    let inputs = model.inputs().iter().map(|input| SignalRequest {
+        name: input.name.clone(),
+        column: input.column.clone(),
+        unit_text: input.unit.text.clone(),
+        unit: input.unit.unit,
+        is_input: true,
+        is_optional: input.default.is_some(),
+    });
+    let outputs = model.outputs().iter().map(|output| SignalRequest {
+        name: output.name.clone(),
+        column: output.column.clone(),
+        unit_text: output.unit.text.clone(),
+        unit: output.unit.unit,
+        is_input: false,
+        is_optional: true,
+    });
+    inputs.chain(outputs).collect()
+}
+
+/// A recording of a model: inputs and measured outputs of equal length, in the units of the model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelRecording {
+    /// Time of the samples \[s\].
+    pub time_s: Vec<f64>,
+    /// Step after each sample \[s\]; one value if the clock is regular.
+    pub step_s: Vec<f64>,
+    /// Values of the inputs, shape `[inputs][samples]`.
+    pub inputs: Vec<Vec<f64>>,
+    /// Measured outputs, shape `[outputs][samples]`; `None` for an output that was not measured.
+    pub measured: Vec<Option<Vec<f64>>>,
+    /// True for each sample whose residuals count; empty if all count.
+    pub counting: Vec<bool>,
+    /// Effective sample size over the number of samples.
+    pub effective_sample_ratio: f64,
+}
+
+impl ModelRecording {
+    /// Takes the signals of a model from a recording that was read with [`signal_requests`].
+    ///
+    /// # Errors
+    /// Returns `Data` if the recording lacks an input without a default, or all outputs.
+    pub fn new(model: &Model, record: &Record) -> Result<Self> {
+        let located = |error: Error| record.source().path.iter().fold(error, |error, path| error.in_file(path));
+        let samples = record.samples();
+        let signal = |number: usize| samples.named.iter().find(|signal| signal.number == number).map(|s| &s.values);
+        let mut inputs = Vec::new();
+        for (number, input) in model.inputs().iter().enumerate() {
+            inputs.push(match (signal(number), input.default) {
+                (Some(values), _) => values.clone(),
+                (None, Some(value)) => vec![value; record.len()],
+                (None, None) => {
+                    let hint = text!("Name its column: " [Columns = "{}=HEADING:{}", input.name, input.unit.text] ".");
+                    let message = format!("the input {} was not recorded", quoted(&input.name));
+                    return Err(located(Error::data(message, hint)));
+                }
+            });
+        }
+        let first = model.inputs().len();
+        let measured: Vec<Option<Vec<f64>>> =
+            (0..model.outputs().len()).map(|number| signal(first + number).cloned()).collect();
+        if measured.iter().all(Option::is_none) {
+            let hint = "Record at least one of its outputs.";
+            return Err(located(Error::data("no output of the model was recorded", hint)));
+        }
+        let mut counting = if record.excluded().is_empty() { Vec::new() } else { vec![true; record.len()] };
+        for excluded in record.excluded() {
+            counting[excluded.start..excluded.end].fill(false);
+        }
+        let steps = record.steps();
+        let step_s = if steps.step_index.is_empty() {
+            vec![steps.period_s]
+        } else {
+            (0..record.len()).map(|n| steps.step(n)).collect()
+        };
+        let effective_sample_ratio = record.effective_sample_ratio();
+        Ok(Self { time_s: samples.time_s.clone(), step_s, inputs, measured, counting, effective_sample_ratio })
+    }
+
+    /// Returns the number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.time_s.len()
+    }
+
+    /// Returns true if there are no samples.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.time_s.is_empty()
+    }
+
+    /// Returns the step \[s\] of a regular clock; `None` if the clock is irregular.
+    #[must_use]
+    pub fn regular_step_s(&self) -> Option<f64> {
+        if self.step_s.len() == 1 { self.step_s.first().copied() } else { None }
+    }
+
+    /// Returns the longest step \[s\].
+    #[must_use]
+    pub fn longest_step_s(&self) -> f64 {
+        self.step_s.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// Returns the step after a sample \[s\].
+    pub(super) fn step(&self, n: usize) -> f64 {
+        self.step_s.get(n).or(self.step_s.last()).copied().unwrap_or(0.0)
+    }
+
+    /// Returns true if the residuals of a sample count.
+    #[must_use]
+    pub fn counts(&self, n: usize) -> bool {
+        self.counting.get(n).copied().unwrap_or(true)
+    }
+
+    /// Returns the number of samples that count.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        if self.counting.is_empty() { self.len() } else { self.counting.iter().filter(|counts| **counts).count() }
+    }
+
+    /// Returns the measured values of an output at the samples that count.
+    #[must_use]
+    pub fn counted(&self, output: usize) -> Option<Vec<f64>> {
+        let measured = self.measured.get(output)?.as_ref()?;
+        Some(measured.iter().enumerate().filter(|(n, _)| self.counts(*n)).map(|(_, value)| *value).collect())
+    }
+
+    /// Returns the time since the first sample \[s\].
+    pub(super) fn elapsed(&self, n: usize) -> f64 {
+        match self.regular_step_s() {
+            Some(step) => count(n) * step,
+            None => self.time_s[n] - self.time_s[0],
+        }
+    }
+}
