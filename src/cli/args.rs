@@ -1,6 +1,7 @@
 //! Commands and the flags that belong to one command. Shared flags are in `flags`.
 
 pub(crate) use super::flags::*;
+pub(crate) use super::model::args::*;
 pub(crate) use super::sweep::args::*;
 use clap::builder::ArgPredicate;
 use clap::{ArgGroup, ArgMatches, Args, FromArgMatches};
@@ -113,6 +114,7 @@ commands! {
     "Compare methods under equal budgets, with statistics, tables and plots", "compare" => Compare(CompareArgs);
     "Run a study of methods, seeds and recordings as one batch; an interrupted sweep can be resumed", "sweep" => Sweep(SweepArgs);
     "Simulate a motor that starts at rest, and write a recording", "simulate" => Simulate(SimulateArgs);
+    "Check, list and show models: the equations of a machine as text", "model" => Model(ModelArgs);
     "Show the contents of recordings, how columns were interpreted, and suspect data", "inspect" => Inspect(InspectArgs);
     "Measure the throughput of CPU and GPU evaluation over population sizes", "bench" => Bench(BenchArgs);
     "List the devices of this machine that can evaluate candidates", "devices" => Devices(DevicesArgs);
@@ -146,6 +148,9 @@ pub(crate) struct Recordings {
 pub(crate) struct IdentifyArgs {
     #[command(flatten)]
     pub recordings: Recordings,
+    /// Equations of another machine in place of the DC motor: a file (TOML), or a built-in model (see motorfit model list)
+    #[arg(long, value_name = "MODEL", conflicts_with = "with", help_heading = "Problem")]
+    pub model: Option<PathBuf>,
     /// Held-out recordings, which are simulated but not fitted; repeatable
     #[arg(long, value_name = "RECORD", help_heading = "Validation")]
     pub validate: Vec<PathBuf>,
@@ -295,9 +300,14 @@ pub(crate) struct EvaluateArgs {
 
 #[derive(Args)]
 pub(crate) struct SimulateArgs {
+    /// Equations of another machine in place of the DC motor: a file (TOML), or a built-in model (see motorfit model list);
+    /// parameters are those of the model, inputs steps NAME=step:VALUE@SECONDS,… or a CSV file with the columns of the model
+    #[arg(long, value_name = "MODEL")]
+    pub model: Option<PathBuf>,
     /// Parameters of the motor: R=…,L=…,K=…,B=…,J=… in SI units, or m2 for the paper's motor M2; parameters of
     /// extensions may follow (see identify --with): m2,Tc=0.01,td=0.004
     #[arg(long, value_name = "VALUES")]
+    #[arg(default_value_if("model", ArgPredicate::IsPresent, ""), required_unless_present = "model")]
     pub parameters: String,
     /// Input: step:VOLTS@SECONDS, or a CSV file with columns time and voltage (optionally load torque)
     #[arg(long, value_name = "INPUT")]

@@ -9,7 +9,7 @@ use std::ffi::OsString;
 const TEMPLATE: &str = "{about-with-newline}\n{before-help}{usage-heading} {usage}\n\n{all-args}{after-help}";
 
 /// Examples of each command, by its path of subcommands.
-const EXAMPLES: [(&str, &[&str]); 15] = [
+const EXAMPLES: [(&str, &[&str]); 19] = [
     ("", &["identify log.csv", "identify log.csv --with auto --split 0.7", "inspect log.csv"]),
     (
         "identify",
@@ -48,6 +48,10 @@ const EXAMPLES: [(&str, &[&str]); 15] = [
             "simulate --parameters m2,Tc=0.01 --input voltage.csv --out recording.csv",
         ],
     ),
+    ("model", &["model list", "model show pmsm > pmsm.toml", "model check pmsm.toml"]),
+    ("model check", &["model check machine.toml", "model check pmsm --out report"]),
+    ("model list", &["model list"]),
+    ("model show", &["model show pmsm > pmsm.toml"]),
     ("inspect", &["inspect log.csv", "inspect log.csv --out report"]),
     ("bench", &["bench", "bench --seconds 10 --populations 100,10000 --svg rates.svg"]),
     ("devices", &["devices", "devices --json"]),

@@ -17,6 +17,9 @@ use motorfit::report::{
 };
 
 pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
+    if let Some(model) = &args.model {
+        return super::model::identify::run(args, model, style);
+    }
     let given = args.search.0.and(&args.problem.0).and(&args.device.0);
     let mut spec = inputs::checked(settings::identify(&given)?, &given, style)?;
     let reading = args.recordings.reading.0.and(&args.problem.0);

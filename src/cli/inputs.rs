@@ -6,7 +6,7 @@ use super::output::Style;
 use motorfit::criterion::Scale;
 use motorfit::device::DeviceSpec;
 use motorfit::identify::IdentifySpec;
-use motorfit::record::{Record, Source};
+use motorfit::record::{Reading, Record, Source};
 use motorfit::setting::Setting;
 use motorfit::settings::{self, Given};
 use motorfit::text::{engineering, printable};
@@ -15,7 +15,11 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 pub(super) fn records(paths: &[PathBuf], given: &Given) -> Result<Vec<Record>> {
-    let reading = settings::reading(given)?;
+    records_with(paths, &settings::reading(given)?)
+}
+
+/// Reads recordings; `-` is stdin.
+pub(super) fn records_with(paths: &[PathBuf], reading: &Reading) -> Result<Vec<Record>> {
     let mut records = Vec::new();
     if paths.iter().filter(|path| is_stdio(path)).count() > 1 {
         return Err(Error::usage("- is given twice, but stdin can be read once", "Give one recording as -."));

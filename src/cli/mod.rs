@@ -15,6 +15,7 @@ mod help;
 mod identify;
 mod inputs;
 mod inspect;
+mod model;
 mod next;
 mod out;
 mod output;
@@ -91,6 +92,7 @@ fn run(cli: &Cli, style: &Style) -> motorfit::Result<Outcome> {
         Command::Sweep(args) => sweep::run(args, style),
         Command::Simulate(args) => simulate::run(args, style),
         Command::Inspect(args) => inspect::run(args, style),
+        Command::Model(args) => model::run(args, style),
         Command::Bench(args) => bench::run(args, style),
         Command::Devices(args) => devices::run(args),
         Command::Completions(args) => shell::completions(args.shell),

@@ -13,6 +13,9 @@ use motorfit::report::SignalFacts;
 use std::ops::ControlFlow;
 
 pub(super) fn run(args: &SimulateArgs, style: &Style) -> Result<Outcome> {
+    if let Some(model) = &args.model {
+        return super::model::simulate::run(args, model, style);
+    }
     let motor = parse::motor(&args.parameters)?;
     let band = inspect::band(args.band.settling_band)?;
     let noise = args.noise.as_deref().map(parse::noise).transpose()?;

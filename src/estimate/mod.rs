@@ -12,6 +12,7 @@ mod gram;
 mod initial;
 mod linear_steps;
 mod local_search;
+pub mod model;
 mod multistart;
 mod normal;
 mod output_error;

@@ -115,15 +115,24 @@ fn diverges(error: &Error) -> Error {
 pub fn with_noise(record: &Record, sigma: [f64; 2], seed: u64) -> Result<Record> {
     let add = |samples: &mut Samples| {
         for (stream, (signal, sigma)) in (0..).zip([&mut samples.current, &mut samples.speed].into_iter().zip(sigma)) {
-            let mut generator = ChaCha8Rng::seed_from_u64(seed);
-            generator.set_stream(stream);
-            for value in signal.iter_mut().flatten() {
-                let normal: f64 = StandardNormal.sample(&mut generator);
-                *value += sigma * normal;
-            }
+            let Some(signal) = signal else { continue };
+            let noise = white_noise(signal.len(), sigma, seed, stream);
+            signal.iter_mut().zip(noise).for_each(|(value, noise)| *value += noise);
         }
     };
     record.clone().changed(add, "white noise added".to_owned())
+}
+
+/// Returns white Gaussian noise with the standard deviation `sigma`; each stream of a seed is independent of the others.
+#[must_use]
+pub fn white_noise(length: usize, sigma: f64, seed: u64, stream: u64) -> Vec<f64> {
+    let mut generator = ChaCha8Rng::seed_from_u64(seed);
+    generator.set_stream(stream);
+    let mut next = || {
+        let normal: f64 = StandardNormal.sample(&mut generator);
+        sigma * normal
+    };
+    (0..length).map(|_| next()).collect()
 }
 
 /// Returns the standard deviation of the noise to be added to current \[A\] and speed \[rad/s\] of a recording; 0 for a missing

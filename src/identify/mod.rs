@@ -23,6 +23,7 @@ mod late_voltage;
 mod method;
 mod missing_channel;
 mod model_selection;
+pub mod model;
 mod models;
 mod normalized;
 mod null_space;

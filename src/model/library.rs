@@ -26,7 +26,7 @@ named! {
 impl BuiltIn {
     /// Returns the text of the model.
     #[must_use]
-    pub const fn text(self) -> &'static str {
+    pub const fn source(self) -> &'static str {
         self.row()
     }
 
@@ -35,6 +35,6 @@ impl BuiltIn {
     /// # Errors
     /// Propagates the errors of [`Model::parse`], of which a built-in model has none.
     pub fn model(self) -> Result<Model> {
-        Model::parse(self.text())
+        Model::parse(self.source())
     }
 }

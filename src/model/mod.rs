@@ -2,6 +2,8 @@
 
 mod definition;
 mod expression;
+mod file;
+mod formula;
 pub(crate) mod graph;
 mod library;
 pub(crate) mod program;
@@ -13,5 +15,6 @@ pub use definition::{
     Equation, InitialState, Model, ModelInput, ModelOutput, ModelParameter, ModelState, NodeId, WrittenUnit,
 };
 pub use expression::Function;
+pub use formula::{Formula, FormulaKind};
 pub use library::BuiltIn;
 pub use step::IntegrationMethod;

@@ -18,6 +18,7 @@ pub use diagnose::{FINDINGS, Finding, Severity, can_cause_poor_fit, diagnose};
 pub use heading::{ColumnRequest, Quantity, parse_columns, parse_signal_columns};
 pub use import::{
     BadRows, FORMATS, Format, ReadOptions, SignalRequest, parse_number, read, read_bytes, read_inputs, read_joined, read_recording,
+    read_signal_inputs,
     write_csv,
 };
 pub use limits::limits;
@@ -26,7 +27,7 @@ pub use prepare::{FilterKind, LowPass, Mask, Offset, Preparation, parse_masks};
 pub use reading::{Reading, parse_crop, parse_offset};
 pub use samples::{NamedSignal, Samples};
 pub(crate) use time::rounded;
-pub use time::{Gaps, Steps, TIME_JITTER_UNIFORM};
+pub use time::{Gaps, Steps, TIME_JITTER_UNIFORM, step_lengths};
 
 use crate::numeric::{count, whole};
 use crate::setting::text;

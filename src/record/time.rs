@@ -52,6 +52,21 @@ impl Steps {
     }
 }
 
+/// Returns the step after each of some times \[s\]: one value if the clock is regular. Gaps are long steps.
+///
+/// # Errors
+/// Returns `Data` if there are fewer than two times, or they repeat, decrease or are out of range.
+pub fn step_lengths(time_s: &[f64]) -> Result<Vec<f64>> {
+    if time_s.len() < 2 {
+        return Err(Error::data("there are fewer than two times", "Give at least two samples."));
+    }
+    let steps = steps(time_s, &Lines::default(), &|_, _| true)?;
+    Ok(match steps.step_index.is_empty() {
+        true => vec![steps.period_s],
+        false => (0..time_s.len()).map(|n| steps.step(n)).collect(),
+    })
+}
+
 /// Returns the remedy for methods that need evenly spaced samples.
 pub(super) fn regular_clock() -> Text {
     text!("Bring the recording to a regular clock with " [Rate = "HZ"] ".")

@@ -16,6 +16,7 @@ mod identified_tables;
 #[cfg(feature = "report")]
 mod identify_page;
 mod inspect;
+mod model;
 #[cfg(feature = "report")]
 mod notebook;
 #[cfg(feature = "report")]
@@ -42,6 +43,9 @@ pub use identified_tables::{selection_table, selection_text};
 #[cfg(feature = "report")]
 pub use identify_page::{identify_page, identify_parts};
 pub use inspect::{SignalFacts, inspect_document};
+pub use model::{model_check_document, model_document};
+#[cfg(feature = "report")]
+pub use model::{model_check_page, model_page};
 #[cfg(feature = "report")]
 pub use inspect::{inspect_page, record_figure};
 #[cfg(feature = "report")]

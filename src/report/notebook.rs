@@ -32,7 +32,7 @@ pub fn plain_text(parts: &[Part], width: usize) -> String {
         Part::Text(text) => Some(folded(text, width)),
         Part::Warning(text) => Some(folded(&format!("Warning: {text}"), width)),
         Part::Table(table) => Some(table.text(width)),
-        Part::Figure(_) | Part::Chart(_) | Part::List(_) | Part::Typed(_) | Part::Items(_) => None,
+        Part::Figure(_) | Part::Chart(_) | Part::List(_) | Part::Typed(_) | Part::Items(_) | Part::Math { .. } => None,
     };
     parts.iter().filter_map(one).collect::<Vec<_>>().join("\n")
 }

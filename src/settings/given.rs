@@ -50,6 +50,12 @@ impl Given {
         Self([&self.0[..], &other.0].concat())
     }
 
+    /// Returns the settings without one.
+    #[must_use]
+    pub fn without(&self, setting: Setting) -> Self {
+        Self(self.0.iter().filter(|(of, _)| *of != setting).cloned().collect())
+    }
+
     fn get(&self, setting: Setting) -> Option<&Value> {
         self.0.iter().find(|(of, _)| *of == setting).map(|(_, value)| value)
     }

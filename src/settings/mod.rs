@@ -4,10 +4,12 @@
 //! A front end parses each argument into a [`Value`] by the [`Kind`] of its row and collects the values in [`Given`].
 
 mod given;
+mod model;
 pub mod parse;
 mod read;
 mod table;
 
 pub use given::{Fault, Given, Value};
+pub use model::{model_reading, model_spec};
 pub use read::{device, identify, method, problem, reading};
 pub use table::{DEVICE, Kind, PROBLEM, READING, Row, SEARCH, row};

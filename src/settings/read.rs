@@ -13,7 +13,7 @@ use crate::record::{Offset, Preparation, ReadOptions, Reading, parse_columns, pa
 use crate::setting::{Setting, text};
 use crate::{Error, Result};
 
-type Read<T> = std::result::Result<T, Fault>;
+pub(super) type Read<T> = std::result::Result<T, Fault>;
 
 /// Returns the options for reading and preparing files. If a discretization is given, it decides the intersample behaviour of
 /// the input in resampling.

@@ -11,3 +11,4 @@ pub use problem::{ModelProblem, ModelSettings};
 pub use recording::{ModelRecording, signal_requests};
 pub use space::{ModelAxis, ModelSpace};
 pub use trajectory::Trajectory;
+pub(crate) use trajectory::Unknown;

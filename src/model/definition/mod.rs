@@ -12,6 +12,7 @@ pub(crate) use lower::NODES_MAX;
 pub(crate) use read::DECLARED_MAX;
 
 use super::graph::{Graph, Id};
+use super::step::Affine;
 use crate::units::Unit;
 
 /// A unit as it is written, and what it means.
@@ -146,6 +147,35 @@ pub struct Model {
 }
 
 impl Model {
+    /// Returns the SHA-256 digest of the text, in hexadecimal.
+    #[must_use]
+    pub fn digest(&self) -> String {
+        use sha2::Digest as _;
+        crate::text::hexadecimal(&sha2::Sha256::digest(self.text.as_bytes()))
+    }
+
+    /// Returns true if the equations are affine in states and inputs, with coefficients of parameters alone.
+    #[must_use]
+    pub fn is_affine(&self) -> bool {
+        let mut graph = self.graph.clone();
+        Affine::of(self, &mut graph).nonlinear_rows(&graph).is_empty()
+    }
+
+    /// Returns the number of set-valued reactions (`stick`).
+    #[must_use]
+    pub fn reactions(&self) -> usize {
+        self.reactions.len()
+    }
+
+    /// Returns the number of operations of the right-hand sides and outputs, shared ones once.
+    #[must_use]
+    pub fn operations(&self) -> usize {
+        let roots: Vec<Id> =
+            self.states.iter().map(|state| state.derivative).chain(self.outputs.iter().map(|output| output.value)).collect();
+        let is_operation = |id: &Id| self.graph.operands(*id).next().is_some();
+        self.graph.needed(&roots).iter().filter(|id| is_operation(id)).count()
+    }
+
     /// Returns the text of the model.
     #[must_use]
     pub fn text(&self) -> &str {

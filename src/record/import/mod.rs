@@ -156,6 +156,21 @@ pub fn read_inputs(path: &Path, columns: &[ColumnRequest]) -> Result<Samples> {
     read().map_err(|error: Error| error.in_file(path))
 }
 
+/// Reads time and the inputs of a model, which `options` request; outputs are not needed.
+///
+/// # Errors
+/// Returns an error in the cases of [`read`], and a `Data` error if the file holds several recordings.
+pub fn read_signal_inputs(path: &Path, options: &ReadOptions) -> Result<Samples> {
+    let read = || {
+        let Ok([table]) = <[Signals; 1]>::try_from(tables_in(path, options, Need::Signals)?) else {
+            return Err(Error::data("holds several recordings, expected one", "Save the inputs as a CSV file."));
+        };
+        let (samples, source) = table.samples()?;
+        Ok(Record::from_file(samples, source, false)?.samples().clone())
+    };
+    read().map_err(|error: Error| error.in_file(path))
+}
+
 /// Smallest number of samples of a segment between gaps.
 const SEGMENT_MIN: usize = 10;
 

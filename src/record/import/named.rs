@@ -70,7 +70,8 @@ pub(super) fn chosen(headings: &[Heading], spec: &TableSpec<'_>, time: Option<Us
             None => {}
         }
     }
-    if measured == 0 {
+    // A simulation requests inputs only.
+    if measured == 0 && spec.signals.iter().any(|signal| !signal.is_input) {
         let outputs = spec.signals.iter().filter(|signal| !signal.is_input).map(SignalRequest::heading);
         missing.push(outputs.collect::<Vec<_>>().join(" or "));
     }

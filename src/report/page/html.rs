@@ -119,6 +119,12 @@ pub(in crate::report) fn part(part: &Part) -> Markup {
         Part::Chart(chart) => chart::html(chart),
         Part::List(list) => named_values(list),
         Part::Items(items) => html! { @for item in items { (self::item(item)) } },
+        Part::Math { heading, equations } => html! {
+            div.math {
+                h3 { (printable(heading)) }
+                @for equation in equations { (PreEscaped(equation)) }
+            }
+        },
         Part::Typed(text) => html! { pre { code { (printable(text)) } } },
     }
 }

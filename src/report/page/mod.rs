@@ -43,6 +43,13 @@ pub enum Part {
     Typed(String),
     /// List of findings.
     Items(Vec<Item>),
+    /// Equations in MathML, below a heading.
+    Math {
+        /// Heading.
+        heading: String,
+        /// Equations as MathML elements.
+        equations: Vec<String>,
+    },
 }
 
 /// A finding.

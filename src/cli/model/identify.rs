@@ -1,0 +1,219 @@
+//! `identify` with a user's model.
+
+use crate::cli::args::IdentifyArgs;
+use crate::cli::plot;
+use crate::cli::prelude::*;
+use motorfit::analysis::split;
+use motorfit::evaluate::model::ModelRecording;
+use motorfit::identify::TrustLevel;
+use motorfit::identify::model::{ModelEstimate, ModelIdentification, ModelProgress, ModelSpec, hold_out_model, identify_model};
+use motorfit::model::Model;
+use motorfit::optimize::{Progress, Stop};
+use motorfit::record::{Reading, Record};
+use motorfit::report::{command_line, model_document, model_page};
+use std::path::PathBuf;
+
+/// Width of printed plots \[characters\].
+const WIDTH: usize = 100;
+
+pub(in crate::cli) fn run(args: &IdentifyArgs, path: &Path, style: &Style) -> Result<Outcome> {
+    let model = Model::open(path)?;
+    let given = args.search.0.and(&args.problem.0).and(&args.device.0);
+    let spec = settings::model_spec(&given)?;
+    let reading = settings::model_reading(&args.recordings.reading.0.and(&args.problem.0), &model)?;
+    if args.svg.is_some() {
+        return Err(Error::usage("--svg does not draw models yet", "Use --out, whose report has the charts."));
+    }
+    let records = read(&args.recordings.records, &reading)?;
+    let mut held_out = read(&args.validate, &reading)?;
+    let records = match args.split {
+        None => records,
+        Some(fraction) if fraction > 0.0 && fraction < 1.0 => split(records, fraction, &mut held_out)?,
+        Some(fraction) => {
+            let remedy = "Give a fraction between 0 and 1, as in --split 0.7.";
+            return Err(Error::usage(format!("--split is {fraction}"), remedy));
+        }
+    };
+    let of = |records: &[Record]| records.iter().map(|r| ModelRecording::new(&model, r)).collect::<Result<Vec<_>>>();
+    let (recordings, others) = (of(&records)?, of(&held_out)?);
+    let out = args.out.as_deref().map(Out::take).transpose()?;
+    let mut observe = progress::reporter(style, "round");
+    let mut look = |progress: ModelProgress| {
+        let (generation, generations) = (progress.done, progress.of);
+        observe(&Progress { generation, generations, evaluations: 0, cost: f64::NAN });
+        signals::searching(generation < generations);
+        signals::interrupted()
+    };
+    let found = with_threads(given.count(Setting::Threads), || identify_model(&model, &recordings, &spec, &mut look));
+    drop(observe);
+    let mut found = found?;
+    hold_out_model(&model, &mut found, &others, &spec)?;
+    style.warnings(&found.warnings);
+    if found.stop == Stop::Interrupted {
+        style.note("interrupted: the result is the best so far");
+    }
+    let document = json(&model_document(&records, &model, &spec, &found));
+    if args.json {
+        data(&document)?;
+    } else {
+        show(&(trust_line(&found) + &table(&records, &model, &spec, &found, style)))?;
+        if args.plot {
+            data(&plots(&model, &recordings, &found))?;
+        }
+    }
+    if let Some(out) = out {
+        out.write(&report(&records, (&model, &recordings), (&spec, &found), document, !args.page.no_script), style)?;
+    }
+    Ok(match found.trust.level {
+        _ if found.stop == Stop::Interrupted => Outcome::Interrupted,
+        TrustLevel::Check | TrustLevel::Poor if args.strict => Outcome::Untrusted,
+        _ => Outcome::Done,
+    })
+}
+
+fn read(paths: &[PathBuf], reading: &Reading) -> Result<Vec<Record>> {
+    inputs::records_with(paths, reading)
+}
+
+fn report(
+    records: &[Record],
+    (model, recordings): (&Model, &[ModelRecording]),
+    (spec, found): (&ModelSpec, &ModelIdentification),
+    document: String,
+    has_script: bool,
+) -> Vec<(String, String)> {
+    let how = out::reproduced(vec![
+        ("model", format!("{}, sha256 {}", model.name(), model.digest())),
+        ("method", found.searched.method.to_owned()),
+        ("seed", spec.seed.to_string()),
+        ("integration", found.method.described()),
+        ("evaluations", found.evaluations.to_string()),
+        ("time", engineering(found.seconds, "s", 3)),
+    ]);
+    vec![
+        ("report.html".to_owned(), model_page(records, (model, recordings), found, &how).html(has_script)),
+        ("curves.csv".to_owned(), curves(model, recordings, found)),
+        ("result.json".to_owned(), document),
+    ]
+}
+
+/// Returns CSV with the measured and modelled signals of all recordings, one after the other.
+fn curves(model: &Model, recordings: &[ModelRecording], found: &ModelIdentification) -> String {
+    let mut heads = vec!["recording".to_owned(), "time_s".to_owned()];
+    heads.extend(model.inputs().iter().map(|input| format!("{} [{}]", input.name, input.unit.text)));
+    for output in model.outputs() {
+        heads.push(format!("{} [{}]", output.name, output.unit.text));
+        heads.push(format!("{} model [{}]", output.name, output.unit.text));
+    }
+    let mut columns = vec![Vec::new(); heads.len()];
+    for ((n, recording), fit) in (1_u32..).zip(recordings).zip(&found.fits) {
+        columns[0].extend(vec![f64::from(n); recording.len()]);
+        columns[1].extend(&recording.time_s);
+        for (column, input) in columns[2..].iter_mut().zip(&recording.inputs) {
+            column.extend(input);
+        }
+        let first = 2 + recording.inputs.len();
+        for (output, (measured, simulated)) in recording.measured.iter().zip(&fit.simulated).enumerate() {
+            let measured = measured.clone().unwrap_or_else(|| vec![f64::NAN; recording.len()]);
+            columns[first + 2 * output].extend(measured);
+            columns[first + 2 * output + 1].extend(simulated);
+        }
+    }
+    out::curves(&heads, &columns)
+}
+
+fn trust_line(found: &ModelIdentification) -> String {
+    let trust = &found.trust;
+    let reasons: Vec<String> = trust.reasons.iter().map(|reason| reason.message.spelled(command_line)).collect();
+    let reasons = if reasons.is_empty() {
+        "no test of the residuals or the search contradicts the standard errors".to_owned()
+    } else {
+        reasons.join("; ")
+    };
+    let mut text = format!("  {STRONG}trust     {}{STRONG:#}: {}\n", trust.level.name(), printable(&reasons));
+    if let Some(next) = &trust.next {
+        let _ = writeln!(text, "  next      {}", next.spelled(command_line));
+    }
+    text + "\n"
+}
+
+fn table(records: &[Record], model: &Model, spec: &ModelSpec, found: &ModelIdentification, style: &Style) -> String {
+    let mut text = String::new();
+    if !style.quiet {
+        let _ = writeln!(text, "{}\n", inputs::all_understood(records));
+    }
+    let name = |e: &ModelEstimate| e.recording.map_or_else(|| e.name.clone(), |n| format!("{}[{}]", e.name, n + 1));
+    let width = found.estimates.iter().map(|e| name(e).len()).max().unwrap_or(1).max(4);
+    let units = found.estimates.iter().map(|e| e.unit.len()).max().unwrap_or(1).max(4);
+    if found.uncertainty.is_some() {
+        let _ = writeln!(text, "  {DIM}{:<width$}{:>14} {:<units$} {:>11}   95 % interval{DIM:#}", "", "", "", "std. error");
+    }
+    for e in &found.estimates {
+        let value = e.value.map_or("–".to_owned(), |value| significant(value, 6));
+        let _ = write!(text, "  {STRONG}{:<width$}{STRONG:#}{value:>14} {:<units$}", name(e), e.unit);
+        let remark = match (e.std_error.zip(e.ci95), e.at_bound) {
+            (Some((error, [low, high])), _) => {
+                format!("{:>11}   {} … {}", significant(error, 2), significant(low, 6), significant(high, 6))
+            }
+            _ if e.fixed => format!("{DIM}fixed{DIM:#}"),
+            (_, Some(side)) => format!("{DIM}at its {} bound{DIM:#}", if side == "max" { "upper" } else { "lower" }),
+            _ if e.value.is_none() => format!("{DIM}not identifiable{DIM:#}"),
+            _ => String::new(),
+        };
+        let _ = writeln!(text, " {remark}");
+    }
+    text.push('\n');
+    for (name, value) in lines(model, spec, found) {
+        let _ = writeln!(text, "  {name:<10}{}", printable(&value));
+    }
+    text
+}
+
+fn lines(model: &Model, spec: &ModelSpec, found: &ModelIdentification) -> Vec<(&'static str, String)> {
+    let fit = |fits: &[Option<f64>]| {
+        let one = |(output, fit): (&motorfit::model::ModelOutput, &Option<f64>)| {
+            fit.map(|fit| format!("{} {} %", output.name, motorfit::text::decimals(fit, 2)))
+        };
+        model.outputs().iter().zip(fits).filter_map(one).collect::<Vec<_>>().join(", ")
+    };
+    let residual = |sigma: &[Option<f64>]| {
+        let one = |(output, sigma): (&motorfit::model::ModelOutput, &Option<f64>)| {
+            sigma.map(|sigma| format!("{} {} {}", output.name, significant(sigma, 3), output.unit.text))
+        };
+        model.outputs().iter().zip(sigma).filter_map(one).collect::<Vec<_>>().join(", ")
+    };
+    let of = &found.verification;
+    let search = match of.status {
+        "agrees" => format!("agrees: {} of {} starts spread over the bounds end in this optimum, the lowest", of.arrivals, of.starts),
+        "search_stuck" => "search stuck: a better optimum is known".to_owned(),
+        "reference_failed" => format!("inconclusive: {} of {} starts end in the lowest optimum", of.arrivals, of.starts),
+        _ => "not verified".to_owned(),
+    };
+    let mut lines = vec![("fit", fit(&found.fit_percent))];
+    if !found.held_out_percent.is_empty() {
+        lines.push(("held out", fit(&found.held_out_percent)));
+    }
+    lines.push(("residual", residual(&found.residual_sigma)));
+    lines.extend([
+        ("cost", format!("{} ({}, scale {})", significant(found.cost, 4), spec.criterion.norm.name(), spec.criterion.scale.name())),
+        ("method", format!("{}, {} evaluations, seed {}{}", found.searched.method, found.evaluations, spec.seed, if spec.is_polished { ", then Levenberg–Marquardt" } else { "" })),
+        ("steps", found.method.described()),
+        ("search", search),
+        ("time", engineering(found.seconds, "s", 3)),
+    ]);
+    lines
+}
+
+/// Returns plots of the measured outputs of all recordings for the terminal.
+fn plots(model: &Model, recordings: &[ModelRecording], found: &ModelIdentification) -> String {
+    let mut text = String::new();
+    for (recording, fit) in recordings.iter().zip(&found.fits) {
+        for ((output, measured), simulated) in model.outputs().iter().zip(&recording.measured).zip(&fit.simulated) {
+            let Some(measured) = measured else { continue };
+            let (name, unit, time_s) = (output.name.as_str(), output.unit.text.as_str(), &recording.time_s);
+            let signal = plot::Signal { name, unit, time_s, measured, model: simulated };
+            let _ = write!(text, "\n{}", plot::drawn(&signal, terminal::table_width(WIDTH)));
+        }
+    }
+    text
+}

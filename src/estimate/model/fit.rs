@@ -1,0 +1,165 @@
+//! Residuals of a model and their derivatives as normal equations.
+//!
+//! Unknowns are the coordinates of the free parameters, then the initial values of the open states of each recording.
+
+use crate::evaluate::model::{ModelProblem, Trajectory, Unknown};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// A problem with the unknowns of a fit.
+pub(super) struct Fit<'a> {
+    pub problem: &'a ModelProblem,
+    /// True if the initial values of open states are unknowns.
+    pub estimates_initial: bool,
+}
+
+/// Normal equations of one output of one recording, without weights.
+#[derive(Debug, Clone)]
+pub(super) struct Block {
+    pub recording: usize,
+    pub output: usize,
+    /// Number of residuals.
+    pub count: usize,
+    /// Sum of squared residuals.
+    pub squares: f64,
+    matrix: DMatrix<f64>,
+    gradient: DVector<f64>,
+}
+
+/// Normal equations of all measured outputs.
+#[derive(Debug, Clone)]
+pub(super) struct Normal {
+    pub blocks: Vec<Block>,
+}
+
+impl Normal {
+    /// Returns the weighted sum of squares; `sigma` has a value for each block.
+    pub fn cost(&self, sigma: &[f64]) -> f64 {
+        self.blocks.iter().zip(sigma).map(|(block, sigma)| block.squares / (sigma * sigma)).sum()
+    }
+
+    /// Returns the root mean square of the residuals of each block.
+    pub fn rms(&self) -> Vec<f64> {
+        self.blocks.iter().map(|block| (block.squares / crate::numeric::count(block.count.max(1))).sqrt()).collect()
+    }
+}
+
+impl Fit<'_> {
+    /// Returns the number of unknowns.
+    pub fn unknowns(&self) -> usize {
+        self.axes() + self.problem.recordings() * self.states()
+    }
+
+    /// Returns the number of free parameters.
+    pub fn axes(&self) -> usize {
+        self.problem.space().free.len()
+    }
+
+    /// Returns the number of initial values of each recording that are unknown.
+    fn states(&self) -> usize {
+        if self.estimates_initial { self.problem.open_initial(0).len() } else { 0 }
+    }
+
+    /// Returns the unknowns for parameters and the initial values of each recording.
+    pub fn at(&self, values: &[f64], initial: &[Vec<f64>]) -> DVector<f64> {
+        let axes = self.problem.space().free.iter().zip(values).map(|(axis, value)| axis.coordinate(*value));
+        let states = initial.iter().flat_map(|open| open.iter().copied().take(self.states()));
+        DVector::from_iterator(self.unknowns(), axes.chain(states))
+    }
+
+    /// Returns the values of the free parameters.
+    pub fn values(&self, at: &DVector<f64>) -> Vec<f64> {
+        self.problem.space().free.iter().zip(at.iter()).map(|(axis, coordinate)| axis.value(*coordinate)).collect()
+    }
+
+    /// Returns the initial values of a recording.
+    pub fn initial(&self, at: &DVector<f64>, recording: usize) -> Vec<f64> {
+        if !self.estimates_initial {
+            return self.problem.open_initial(recording).to_vec();
+        }
+        let first = self.axes() + recording * self.states();
+        (first..first + self.states()).map(|n| at[n]).collect()
+    }
+
+    /// Returns the unknowns that a recording depends on, as their numbers and as directions.
+    pub fn directions(&self, at: &DVector<f64>, recording: usize) -> (Vec<usize>, Vec<Unknown>) {
+        let values = self.values(at);
+        let mut directions = Vec::new();
+        for (n, axis) in self.problem.space().free.iter().enumerate() {
+            if axis.recording.is_none_or(|of| of == recording) {
+                directions.push((n, Unknown::Parameter(axis.parameter, axis.slope(values[n]))));
+            }
+        }
+        let first = self.axes() + recording * self.states();
+        directions.extend((0..self.states()).map(|place| (first + place, Unknown::Initial(place))));
+        directions.into_iter().unzip()
+    }
+
+    /// Returns the trajectory of a recording with its derivatives.
+    pub fn trajectory(&self, at: &DVector<f64>, recording: usize) -> Trajectory {
+        let (_, directions) = self.directions(at, recording);
+        self.problem.trajectory(&self.values(at), recording, &self.initial(at, recording), &directions)
+    }
+
+    /// Returns the normal equations; `None` if the model diverges.
+    pub fn normal(&self, at: &DVector<f64>) -> Option<Normal> {
+        let of = |recording: usize| self.blocks(at, recording);
+        let blocks: Option<Vec<Vec<Block>>> = (0..self.problem.recordings()).into_par_iter().map(of).collect();
+        blocks.map(|blocks| Normal { blocks: blocks.concat() })
+    }
+
+    fn blocks(&self, at: &DVector<f64>, recording: usize) -> Option<Vec<Block>> {
+        let (numbers, directions) = self.directions(at, recording);
+        let trajectory =
+            self.problem.trajectory(&self.values(at), recording, &self.initial(at, recording), &directions);
+        let own = self.problem.recording(recording);
+        let size = numbers.len();
+        let mut blocks = Vec::new();
+        for (output, measured) in own.measured.iter().enumerate() {
+            let Some(measured) = measured else { continue };
+            let mut products = vec![0.0; size * size];
+            let mut gradient = vec![0.0; size];
+            let (mut squares, mut count) = (0.0, 0);
+            for n in (0..own.len()).filter(|n| own.counts(*n)) {
+                let error = measured[n] - trajectory.outputs[output][n];
+                let row = &trajectory.sensitivities.get(output).map_or(&[][..], |all| &all[n * size..(n + 1) * size]);
+                squares += error * error;
+                count += 1;
+                for (a, first) in row.iter().enumerate() {
+                    gradient[a] += first * error;
+                    for (b, second) in row[..=a].iter().enumerate() {
+                        products[a * size + b] += first * second;
+                    }
+                }
+            }
+            let is_finite = squares.is_finite() && products.iter().chain(&gradient).all(|value| value.is_finite());
+            if !is_finite || squares > crate::criterion::COST_MAX {
+                return None;
+            }
+            let unknowns = self.unknowns();
+            let mut matrix = DMatrix::zeros(unknowns, unknowns);
+            let mut all = DVector::zeros(unknowns);
+            for a in 0..size {
+                all[numbers[a]] = gradient[a];
+                for b in 0..=a {
+                    matrix[(numbers[a], numbers[b])] = products[a * size + b];
+                    matrix[(numbers[b], numbers[a])] = products[a * size + b];
+                }
+            }
+            blocks.push(Block { recording, output, count, squares, matrix, gradient: all });
+        }
+        Some(blocks)
+    }
+
+    /// Returns the matrix and the gradient of the weighted sum of squares.
+    pub fn weighted(&self, normal: &Normal, sigma: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
+        let unknowns = self.unknowns();
+        let (mut matrix, mut gradient) = (DMatrix::zeros(unknowns, unknowns), DVector::zeros(unknowns));
+        for (block, sigma) in normal.blocks.iter().zip(sigma) {
+            let weight = 1.0 / (sigma * sigma);
+            matrix += &block.matrix * weight;
+            gradient += &block.gradient * weight;
+        }
+        (matrix, gradient)
+    }
+}

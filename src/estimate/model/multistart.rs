@@ -1,0 +1,150 @@
+//! Optima of a model over its bounds: a batch of random candidates, then descents from the best of them that lie apart.
+
+use super::descent::Descent;
+use super::fit::{Fit, Normal};
+use crate::candidates::Candidates;
+use crate::evaluate::model::ModelProblem;
+use crate::numeric::{count, standard_deviation};
+use crate::{Error, Result};
+use rand::{RngExt as _, SeedableRng as _};
+use rayon::prelude::*;
+use std::ops::ControlFlow;
+
+/// Number of candidates for each free parameter, and the limits of their number.
+const CANDIDATES_PER_AXIS: usize = 400;
+const CANDIDATES: [usize; 2] = [1024, 8192];
+/// Number of descents of a round.
+const STARTS: usize = 12;
+/// Rounds at most; a further one begins if fewer than [`ARRIVALS`] descents ended in the lowest optimum.
+const ROUNDS: usize = 3;
+/// Descents that must end in the lowest optimum.
+pub(crate) const ARRIVALS: usize = 3;
+/// Smallest distance of two starts, as a fraction of the range of some coordinate.
+const APART: f64 = 0.1;
+/// Relative difference of costs within which descents ended in the same optimum.
+const SAME: f64 = 1e-4;
+/// Simulations of a descent at most.
+const SIMULATIONS: usize = 80;
+
+/// The lowest optimum that descents from many starts found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelOptima {
+    /// Values of the free parameters at the lowest optimum.
+    pub values: Vec<f64>,
+    /// Initial values of the open states of each recording there.
+    pub initial: Vec<Vec<f64>>,
+    /// Cost there: the sum of squares, each output divided by its standard deviation.
+    pub cost: f64,
+    /// Number of descents.
+    pub starts: usize,
+    /// Number of descents that ended in the lowest optimum.
+    pub arrivals: usize,
+    /// Number of evaluated candidates, a simulation with derivatives as one.
+    pub evaluations: u64,
+    /// True if the search was ended before its end.
+    pub is_interrupted: bool,
+}
+
+/// Searches the bounds of a problem from many starts, and from `more` starts of the caller. `observe` may end the search between rounds.
+///
+/// # Errors
+/// Returns `NotIdentified` if the model diverges from every start.
+pub fn model_optima(
+    problem: &ModelProblem,
+    (estimates_initial, seed): (bool, u64),
+    more: &[Vec<f64>],
+    observe: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
+) -> Result<ModelOptima> {
+    let fit = Fit { problem, estimates_initial };
+    let mut ends: Vec<End> = Vec::new();
+    let mut evaluations = 0;
+    let mut is_interrupted = false;
+    for round in 0..ROUNDS {
+        let mut starts = if round == 0 { more.to_vec() } else { Vec::new() };
+        let number = (CANDIDATES_PER_AXIS * fit.axes()).clamp(CANDIDATES[0], CANDIDATES[1]);
+        let round_seed = seed.wrapping_mul(ROUNDS as u64).wrapping_add(round as u64);
+        starts.extend(best_apart(problem, number, round_seed)?);
+        evaluations += number as u64;
+        let found: Vec<End> = starts.par_iter().filter_map(|start| descend(&fit, start)).collect();
+        evaluations += found.iter().map(|end| end.simulations as u64).sum::<u64>();
+        ends.extend(found);
+        is_interrupted = observe(round + 1, ROUNDS).is_break();
+        if is_interrupted || (!ends.is_empty() && (arrivals(&ends) >= ARRIVALS || fit.axes() == 0)) {
+            break;
+        }
+    }
+    let Some(best) = ends.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)) else {
+        let hint = "Check units and bounds of the parameters: within them the simulated machine grows without limit.";
+        return Err(Error::not_identified("the model diverges from every start", hint));
+    };
+    Ok(ModelOptima {
+        values: best.values.clone(),
+        initial: best.initial.clone(),
+        cost: best.cost,
+        starts: ends.len(),
+        arrivals: arrivals(&ends),
+        evaluations,
+        is_interrupted,
+    })
+}
+
+/// The end of a descent.
+struct End {
+    values: Vec<f64>,
+    initial: Vec<Vec<f64>>,
+    cost: f64,
+    simulations: usize,
+}
+
+/// Returns the number of descents that ended at the lowest cost.
+fn arrivals(ends: &[End]) -> usize {
+    let lowest = ends.iter().map(|end| end.cost).fold(f64::INFINITY, f64::min);
+    ends.iter().filter(|end| end.cost <= lowest * (1.0 + SAME) + f64::MIN_POSITIVE).count()
+}
+
+/// Returns the divisor of each block: the standard deviation of the measured output, so that all outputs count alike.
+pub(super) fn deviations(problem: &ModelProblem, normal: &Normal) -> Vec<f64> {
+    let one = |block: &super::fit::Block| {
+        let signal = problem.recording(block.recording).counted(block.output).unwrap_or_default();
+        let deviation = standard_deviation(&signal);
+        if deviation > 0.0 { deviation } else { crate::numeric::peak(&signal).max(1e-9) }
+    };
+    normal.blocks.iter().map(one).collect()
+}
+
+fn descend(fit: &Fit<'_>, start: &[f64]) -> Option<End> {
+    let initial: Vec<Vec<f64>> = (0..fit.problem.recordings()).map(|n| fit.problem.open_initial(n).to_vec()).collect();
+    let mut descent = Descent::new(fit, fit.at(start, &initial), |normal| deviations(fit.problem, normal))?;
+    // In units of the deviations of the signals a step of 1e-7 is far below any noise.
+    descent.run(1e-7 * count(fit.problem.counted()).sqrt(), SIMULATIONS);
+    Some(End {
+        values: fit.values(&descent.at),
+        initial: (0..fit.problem.recordings()).map(|n| fit.initial(&descent.at, n)).collect(),
+        cost: descent.cost(),
+        simulations: descent.evaluations,
+    })
+}
+
+/// Returns the best of random candidates that lie apart from each other.
+fn best_apart(problem: &ModelProblem, number: usize, seed: u64) -> Result<Vec<Vec<f64>>> {
+    let axes = &problem.space().free;
+    if axes.is_empty() {
+        return Ok(vec![Vec::new()]);
+    }
+    let mut numbers = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(seed);
+    let fractions: Vec<f64> = (0..number * axes.len()).map(|_| numbers.random::<f64>()).collect();
+    let values: Vec<f64> = fractions.iter().enumerate().map(|(n, f)| axes[n % axes.len()].at(*f)).collect();
+    let mut costs = vec![0.0; number];
+    problem.costs(Candidates::new(&values, axes.len()), &mut costs)?;
+    let mut order: Vec<usize> = (0..number).filter(|n| costs[*n].is_finite()).collect();
+    order.sort_by(|a, b| costs[*a].total_cmp(&costs[*b]));
+    let of = |n: usize| &fractions[n * axes.len()..(n + 1) * axes.len()];
+    let mut chosen: Vec<usize> = Vec::new();
+    for n in order {
+        let is_apart = |other: &usize| of(n).iter().zip(of(*other)).any(|(a, b)| (a - b).abs() > APART);
+        if chosen.len() < STARTS && chosen.iter().all(is_apart) {
+            chosen.push(n);
+        }
+    }
+    Ok(chosen.into_iter().map(|n| values[n * axes.len()..(n + 1) * axes.len()].to_vec()).collect())
+}

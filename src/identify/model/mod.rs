@@ -1,0 +1,10 @@
+//! Identification with a user's model: search, refinement, residual tests, trust.
+
+mod combinations;
+mod pipeline;
+mod result;
+mod tests_of_residuals;
+mod trust;
+
+pub use pipeline::{ModelProgress, ModelSpec, hold_out_model, identify_model};
+pub use result::{ModelEstimate, ModelFit, ModelIdentification, ModelSearch, ModelVerification};

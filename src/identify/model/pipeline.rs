@@ -1,0 +1,356 @@
+//! The stages of an identification with a user's model: problem, search, refinement, tests, trust.
+
+use super::combinations::described;
+use super::result::{ModelEstimate, ModelIdentification, ModelSearch, ModelVerification};
+use super::tests_of_residuals::{fitted, over_all};
+use super::trust::trust;
+use crate::candidates::Candidates;
+use crate::criterion::Criterion;
+use crate::estimate::model::{ARRIVALS, ModelOptima, ModelRefined, ModelWeights, model_optima, refine_model};
+use crate::evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
+use crate::identify::method::Method;
+use crate::identify::trust_level::Trust;
+use crate::model::{IntegrationMethod, Model};
+use crate::optimize::{Budget, Run, SearchSettings, Stop, minimize};
+use crate::warning::Warning;
+use crate::{Error, Result};
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+/// Settings of an identification with a user's model.
+#[derive(Debug, Clone)]
+pub struct ModelSpec {
+    /// Method that finds the first optimum; [`Method::Auto`] is a multistart.
+    pub method: Method,
+    /// True if the first optimum is refined, which gives the standard errors.
+    pub is_polished: bool,
+    /// Number of candidates in a population.
+    pub population: usize,
+    /// Number of generations.
+    pub generations: usize,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Criterion that a population search minimizes.
+    pub criterion: Criterion,
+    /// Bounds of parameters that replace those of the model.
+    pub bounds: Vec<(String, [f64; 2])>,
+    /// Values of parameters that are fixed.
+    pub fixed: Vec<(String, f64)>,
+    /// Parameters with a value for each recording.
+    pub per_recording: Vec<String>,
+    /// True if the initial values of states that are measured or free are estimated.
+    pub estimates_initial: bool,
+    /// True if inputs are straight lines between samples.
+    pub is_first_order_hold: bool,
+    /// Integration method and number of substeps; `None` chooses them.
+    pub integration: Option<(IntegrationMethod, usize)>,
+}
+
+impl Default for ModelSpec {
+    fn default() -> Self {
+        Self {
+            method: Method::Auto,
+            is_polished: true,
+            population: 100,
+            generations: 100,
+            seed: 1,
+            criterion: Criterion::default(),
+            bounds: Vec::new(),
+            fixed: Vec::new(),
+            per_recording: Vec::new(),
+            estimates_initial: true,
+            is_first_order_hold: false,
+            integration: None,
+        }
+    }
+}
+
+impl ModelSpec {
+    /// Returns the search space of a model.
+    ///
+    /// # Errors
+    /// Returns `Usage` if a name is not a parameter or a value does not suit it.
+    pub fn space(&self, model: &Model, recordings: usize) -> Result<ModelSpace> {
+        let mut space = ModelSpace::new(model, recordings).per_recording(model, &self.per_recording, recordings)?;
+        for (name, bounds) in &self.bounds {
+            space = space.with_bounds(model, name, *bounds)?;
+        }
+        for (name, value) in &self.fixed {
+            space = space.with_fixed(model, name, *value)?;
+        }
+        Ok(space)
+    }
+
+    /// Returns the settings of a problem.
+    #[must_use]
+    pub fn settings(&self) -> ModelSettings {
+        ModelSettings {
+            criterion: self.criterion,
+            is_first_order_hold: self.is_first_order_hold,
+            method: self.integration,
+        }
+    }
+}
+
+/// Progress of an identification: the steps that are done, and all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ModelProgress {
+    /// Generations, or rounds of starts, that are done.
+    pub done: usize,
+    /// Their number at most.
+    pub of: usize,
+}
+
+/// Identifies the parameters of a model from recordings. `observe` may end the search; the result is then the best so far.
+///
+/// # Errors
+/// Returns the errors of [`ModelSpec::space`] and [`ModelProblem::new`], `Usage` for Steiglitz–McBride, and `NotIdentified` if the model
+/// diverges from every start.
+pub fn identify_model(
+    model: &Model,
+    recordings: &[ModelRecording],
+    spec: &ModelSpec,
+    observe: &mut dyn FnMut(ModelProgress) -> ControlFlow<()>,
+) -> Result<ModelIdentification> {
+    let begin = Instant::now();
+    let space = spec.space(model, recordings.len())?;
+    let problem = ModelProblem::new(model, space, recordings.to_vec(), spec.settings())?;
+    let found = search(&problem, spec, observe)?;
+    let refined = match spec.is_polished {
+        true => Some(refine_model(&problem, &found.start.0, &found.start.1, (spec.estimates_initial, ModelWeights::default()))?),
+        false => None,
+    };
+    Ok(result(&problem, spec, found, refined, begin))
+}
+
+/// Largest number of candidates between two looks at an interruption.
+const SLICE: usize = 1 << 14;
+
+/// What a search found.
+struct Found {
+    method: &'static str,
+    values: Vec<f64>,
+    cost: f64,
+    /// Values and initial states from which the refinement begins.
+    start: (Vec<f64>, Vec<Vec<f64>>),
+    optima: Option<ModelOptima>,
+    stop: Stop,
+    evaluations: u64,
+    history: Vec<f64>,
+}
+
+fn search(
+    problem: &ModelProblem,
+    spec: &ModelSpec,
+    observe: &mut dyn FnMut(ModelProgress) -> ControlFlow<()>,
+) -> Result<Found> {
+    let cost = |values: &[f64]| {
+        let mut cost = [f64::INFINITY];
+        problem.costs(Candidates::new(values, values.len()), &mut cost).map(|()| cost[0])
+    };
+    let settings = (spec.estimates_initial, spec.seed);
+    let population = match &spec.method {
+        Method::Auto => None,
+        Method::SteiglitzMcBride => {
+            let hint = "Choose auto (a multistart) or a population search.";
+            return Err(Error::usage("Steiglitz–McBride is a method of the linear DC motor", hint));
+        }
+        Method::Search(search) => {
+            let bounds = problem.space().free.iter().map(|axis| (axis.min, axis.max)).collect();
+            let &ModelSpec { population, generations, seed, .. } = spec;
+            let search_settings = SearchSettings { bounds, population, generations, seed, ..SearchSettings::default() };
+            let mut runs = [Run::new(search.begin(search_settings)?)];
+            let budget = Budget { generations, slice: SLICE };
+            let mut evaluate = |populations: &[Candidates<'_>], costs: &mut [f64]| {
+                let mut at = 0;
+                for population in populations {
+                    let end = at + population.count();
+                    problem.costs(*population, &mut costs[at..end])?;
+                    at = end;
+                }
+                Ok(())
+            };
+            let mut progress = |of: &crate::optimize::Progress| {
+                observe(ModelProgress { done: of.generation, of: of.generations })
+            };
+            let stop = minimize(&mut runs, budget, &mut evaluate, &mut progress)?;
+            let [run] = runs;
+            Some((search.search.name, run, stop))
+        }
+    };
+    if let Some((method, run, stop)) = population {
+        let Some(best) = run.optimizer.best().map(|best| best.values.to_vec()) else {
+            return Err(Error::not_identified("no candidate of the search was evaluated", "Give more generations."));
+        };
+        let optima = spec.is_polished.then(|| model_optima(problem, settings, &[best.clone()], &mut |_, _| ControlFlow::Continue(())));
+        let optima = optima.transpose()?;
+        let initial = (0..problem.recordings()).map(|n| problem.open_initial(n).to_vec()).collect();
+        return Ok(Found {
+            method,
+            cost: cost(&best)?,
+            start: (best.clone(), initial),
+            values: best,
+            optima,
+            stop,
+            evaluations: run.evaluations,
+            history: run.history,
+        });
+    }
+    let optima = model_optima(problem, settings, &[], &mut |done, of| observe(ModelProgress { done, of }))?;
+    Ok(Found {
+        method: "multistart",
+        values: optima.values.clone(),
+        cost: cost(&optima.values)?,
+        start: (optima.values.clone(), optima.initial.clone()),
+        stop: if optima.is_interrupted { Stop::Interrupted } else { Stop::BudgetSpent },
+        evaluations: optima.evaluations,
+        history: Vec::new(),
+        optima: Some(optima),
+    })
+}
+
+/// Sum of squares above the lowest, relative to it, from which a search was stuck.
+const STUCK: f64 = 1e-3;
+
+/// Compares the refined estimate with the optima from other starts.
+fn verified(problem: &ModelProblem, spec: &ModelSpec, found: &Found, refined: Option<&ModelRefined>) -> ModelVerification {
+    let none = ModelVerification { status: "not_applicable", starts: 0, arrivals: 0, cost_gap: None };
+    let (Some(optima), Some(_)) = (&found.optima, refined) else { return none };
+    let (starts, arrivals) = (optima.starts, optima.arrivals);
+    // The descent of the search's own optimum, with the weights of the multistart.
+    let own = refine_model(problem, &found.start.0, &found.start.1, (spec.estimates_initial, ModelWeights::Signals));
+    let squares = |refined: &ModelRefined| {
+        let mut total = 0.0;
+        for (recording, rms) in refined.residual_rms.iter().enumerate() {
+            for (output, rms) in rms.iter().enumerate() {
+                let signal = problem.recording(recording).counted(output).unwrap_or_default();
+                let scale = crate::numeric::standard_deviation(&signal);
+                total += rms.filter(|_| scale > 0.0).map_or(0.0, |rms| (rms / scale).powi(2) * crate::numeric::count(signal.len()));
+            }
+        }
+        total
+    };
+    let cost_gap = own.ok().map(|own| squares(&own) / optima.cost - 1.0).filter(|gap| gap.is_finite());
+    let status = match cost_gap {
+        Some(gap) if gap > STUCK => "search_stuck",
+        _ if arrivals < ARRIVALS && !problem.space().free.is_empty() => "reference_failed",
+        _ => "agrees",
+    };
+    ModelVerification { status, starts, arrivals, cost_gap }
+}
+
+fn result(
+    problem: &ModelProblem,
+    spec: &ModelSpec,
+    found: Found,
+    refined: Option<ModelRefined>,
+    begin: Instant,
+) -> ModelIdentification {
+    let verification = verified(problem, spec, &found, refined.as_ref());
+    let values = refined.as_ref().map_or_else(|| found.values.clone(), |refined| refined.values.clone());
+    let initial = refined.as_ref().map_or_else(|| found.start.1.clone(), |refined| refined.initial.clone());
+    let fits: Vec<_> =
+        (0..problem.recordings()).map(|recording| fitted(problem, &values, recording, &initial[recording])).collect();
+    let (fit_percent, residual_sigma) = over_all(problem, &fits);
+    let mut cost = [f64::INFINITY];
+    // The length fits: the values are those of the space.
+    let _ = problem.costs(Candidates::new(&values, values.len()), &mut cost);
+    let uncertainty = refined.as_ref().map(|refined| refined.uncertainty.clone());
+    let combinations: Vec<String> = uncertainty
+        .iter()
+        .flat_map(|uncertainty| &uncertainty.unidentifiable)
+        .map(|direction| described(problem, direction))
+        .collect();
+    let mut warnings = Vec::new();
+    for text in &combinations {
+        warnings.push(Warning::new("not_identifiable", text.clone()));
+    }
+    let mut result = ModelIdentification {
+        trust: Trust::default(),
+        estimates: estimates(problem, &values, refined.as_ref()),
+        values,
+        space: problem.space().clone(),
+        method: *problem.method(),
+        searched: ModelSearch { method: found.method, values: found.values, cost: found.cost },
+        cost: cost[0],
+        uncertainty,
+        combinations,
+        converged: refined.as_ref().is_none_or(|refined| refined.converged),
+        fit_percent,
+        residual_sigma,
+        fits,
+        held_out: Vec::new(),
+        held_out_percent: Vec::new(),
+        verification,
+        warnings,
+        stop: found.stop,
+        evaluations: found.evaluations + refined.as_ref().map_or(0, |refined| refined.evaluations as u64),
+        history: found.history,
+        seconds: begin.elapsed().as_secs_f64(),
+    };
+    result.trust = trust(problem.model(), &result, spec.is_polished);
+    result
+}
+
+/// Returns the estimates in the order of the model.
+fn estimates(problem: &ModelProblem, values: &[f64], refined: Option<&ModelRefined>) -> Vec<ModelEstimate> {
+    let space = problem.space();
+    let mut estimates = Vec::new();
+    for (number, parameter) in problem.model().parameters().iter().enumerate() {
+        let named = |value| ModelEstimate {
+            name: parameter.name.clone(),
+            recording: None,
+            value,
+            unit: parameter.unit.text.clone(),
+            std_error: None,
+            ci95: None,
+            at_bound: None,
+            fixed: false,
+        };
+        if let Some(value) = space.fixed[number] {
+            estimates.push(ModelEstimate { fixed: true, ..named(Some(value)) });
+        }
+        for (n, axis) in space.free.iter().enumerate().filter(|(_, axis)| axis.parameter == number) {
+            let uncertainty = refined.map(|refined| &refined.uncertainty);
+            let is_open = uncertainty.is_some_and(|of| of.unidentifiable.iter().any(|d| d[n].abs() >= 0.05));
+            estimates.push(ModelEstimate {
+                recording: axis.recording,
+                std_error: uncertainty.and_then(|of| of.std_error[n]),
+                ci95: uncertainty.and_then(|of| of.ci95[n]),
+                at_bound: refined.and_then(|refined| refined.at_bound[n]),
+                ..named((!is_open).then_some(values[n]))
+            });
+        }
+    }
+    estimates
+}
+
+/// Simulates held-out recordings with the result; initial values that are measured or free are estimated from each.
+///
+/// # Errors
+/// Propagates the errors of [`ModelProblem::new`]; parameters of single recordings take the values of the first one.
+pub fn hold_out_model(
+    model: &Model,
+    found: &mut ModelIdentification,
+    recordings: &[ModelRecording],
+    spec: &ModelSpec,
+) -> Result<()> {
+    if recordings.is_empty() {
+        return Ok(());
+    }
+    let space = space_of(&found.space.values(&found.values, 0));
+    let problem = ModelProblem::new(model, space, recordings.to_vec(), spec.settings())?;
+    let initial: Vec<Vec<f64>> = (0..recordings.len()).map(|n| problem.open_initial(n).to_vec()).collect();
+    let initial = match spec.estimates_initial && !initial.iter().all(Vec::is_empty) {
+        true => refine_model(&problem, &[], &initial, (true, ModelWeights::default())).map_or(initial, |refined| refined.initial),
+        false => initial,
+    };
+    found.held_out = (0..recordings.len()).map(|n| fitted(&problem, &[], n, &initial[n])).collect();
+    found.held_out_percent = over_all(&problem, &found.held_out).0;
+    Ok(())
+}
+
+/// Returns a space without free parameters.
+fn space_of(values: &[f64]) -> ModelSpace {
+    ModelSpace { free: Vec::new(), fixed: values.iter().copied().map(Some).collect() }
+}

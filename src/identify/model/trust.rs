@@ -1,0 +1,103 @@
+//! The level of trust in a result with a user's model.
+
+use super::result::ModelIdentification;
+use crate::identify::trust_level::{Trust, TrustLevel, TrustReason};
+use crate::model::Model;
+use crate::setting::{Text, text};
+use crate::text::listed;
+
+use TrustLevel::{Check, Poor};
+
+/// Smallest acceptable fit of an output whose residuals are not noise \[%\].
+const FIT_MIN: f64 = 80.0;
+/// Smallest acceptable fit of the best output, also if the residuals are noise \[%\].
+const FIT_OF_BEST_MIN: f64 = 30.0;
+
+/// Determines the level of trust in a result.
+pub(super) fn trust(model: &Model, found: &ModelIdentification, is_polished: bool) -> Trust {
+    let mut all: Vec<(TrustLevel, TrustReason)> = Vec::new();
+    let mut add = |level, code, message: Text| all.push((level, TrustReason { code, message }));
+    let is_noise = is_noise(found);
+    if let Some(message) = poor_fit(model, found, is_noise) {
+        add(Poor, "poor_fit", message.into());
+    }
+    match found.verification.status {
+        "search_stuck" => add(Poor, "search_stuck", "a better optimum is known".into()),
+        "reference_failed" if !is_noise => {
+            let (starts, arrivals) = (found.verification.starts, found.verification.arrivals);
+            let message = format!("only {arrivals} of {starts} starts ended in the lowest optimum");
+            add(Check, "search_inconclusive", message.into());
+        }
+        _ => {}
+    }
+    if !is_polished {
+        add(Check, "not_polished", "without a polish there are no standard errors".into());
+    } else if !found.converged {
+        add(Poor, "not_converged", "the refinement has not converged".into());
+    }
+    let tested = found.fits.iter().flat_map(|fit| &fit.residuals).flatten().next().is_some();
+    if is_polished && tested && !is_noise {
+        add(Check, "residuals", "the residuals are not white, or depend on an input: the model lacks an effect".into());
+    }
+    if let Some(first) = found.combinations.first() {
+        add(Check, "not_identifiable", first.clone().into());
+    }
+    let bound: Vec<&str> =
+        found.estimates.iter().filter(|e| e.at_bound.is_some()).map(|estimate| estimate.name.as_str()).collect();
+    if !bound.is_empty() {
+        let verb = if bound.len() == 1 { "ended at a bound" } else { "ended at bounds" };
+        add(Check, "at_bound", format!("{} {verb}", listed(&bound, "and")).into());
+    }
+    if found.method.is_rough {
+        let message = "the equations are stiff: steps are too long for the accuracy of the integration";
+        add(Check, "not_accurate", message.into());
+    }
+    all.sort_by_key(|(level, _)| std::cmp::Reverse(*level as u8));
+    let level = all.first().map_or(TrustLevel::Good, |(level, _)| *level);
+    let reasons: Vec<TrustReason> = all.into_iter().map(|(_, reason)| reason).collect();
+    let next = reasons.first().map(|reason| next(found, reason.code));
+    Trust { level, reasons, next }
+}
+
+/// Returns true if the residuals were tested and are noise.
+fn is_noise(found: &ModelIdentification) -> bool {
+    let tests: Vec<_> = found.fits.iter().flat_map(|fit| &fit.residuals).flatten().collect();
+    let passes = |test: &&crate::analysis::ResidualTest| {
+        test.whiteness.is_white && test.voltage.is_none_or(|input| input.is_independent)
+    };
+    !tests.is_empty() && tests.iter().all(passes)
+}
+
+fn poor_fit(model: &Model, found: &ModelIdentification, is_noise: bool) -> Option<String> {
+    let best = found.fit_percent.iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
+    let is_poor = |fit: f64| best < FIT_OF_BEST_MIN || (fit < FIT_MIN && !is_noise);
+    let outputs = model.outputs().iter().zip(&found.fit_percent);
+    let poor: Vec<String> = outputs
+        .filter_map(|(output, fit)| Some((output, (*fit)?)))
+        .filter(|(_, fit)| is_poor(*fit))
+        .map(|(output, fit)| format!("{:.0} % of {}", fit.max(0.0), output.name))
+        .collect();
+    (!poor.is_empty()).then(|| {
+        let poor: Vec<&str> = poor.iter().map(String::as_str).collect();
+        format!("the model explains only {}", listed(&poor, "and"))
+    })
+}
+
+/// Returns the next step for the first reason.
+fn next(found: &ModelIdentification, code: &str) -> Text {
+    match code {
+        "poor_fit" | "residuals" => "Add the effect that the model lacks, or check units and signs of the signals.".into(),
+        "search_stuck" | "search_inconclusive" => text!("Narrow the " [Bounds] ", or try another " [Seed] "."),
+        "not_polished" => text!("Leave out " [Polish = "none"] "."),
+        "not_converged" => "Check the bounds, or fix parameters that the recordings hardly show.".into(),
+        "not_identifiable" => match found.estimates.iter().find(|e| !e.fixed && e.value.is_none()) {
+            Some(first) => text!("Fix one of them, as " [Fix = "{}=VALUE", first.name] ", or write the combination as one parameter."),
+            None => "Write the combination as one parameter.".into(),
+        },
+        "at_bound" => match found.estimates.iter().find(|e| e.at_bound.is_some()) {
+            Some(first) => text!("Widen its bounds, as " [Bounds = "{}=MIN:MAX", first.name] ", if other values are plausible."),
+            None => text!("Widen the " [Bounds] "."),
+        },
+        _ => "Record at a higher rate.".into(),
+    }
+}

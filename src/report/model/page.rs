@@ -1,0 +1,265 @@
+//! Pages of results with a user's model.
+
+use super::mathml::equation;
+use crate::evaluate::model::ModelRecording;
+use crate::identify::model::{ModelEstimate, ModelFit, ModelIdentification};
+use crate::model::{InitialState, Model};
+use crate::numeric::rms;
+use crate::record::Record;
+use crate::report::chart::{Band, Chart, Form, Panel, Series, correlation};
+use crate::report::page::{Card, Page, Part, Trust, capital};
+use crate::report::pages::{Reproduced, reproduce, section, warnings};
+use crate::report::spelling::command_line;
+use crate::report::table::{Table, dash};
+use crate::text::{decimals, in_suitable_unit, significant};
+
+/// Returns the page of an identification with a model.
+#[must_use]
+pub fn model_page(
+    records: &[Record],
+    (model, recordings): (&Model, &[ModelRecording]),
+    found: &ModelIdentification,
+    how: &Reproduced,
+) -> Page {
+    let mut sections = Vec::new();
+    let reported = warnings(&found.warnings, command_line);
+    if !reported.is_empty() {
+        sections.push(section("Warnings", reported));
+    }
+    let charts = (1..).zip(recordings.iter().zip(&found.fits));
+    let charts = charts.map(|(n, (recording, fit))| Part::Chart(chart(&format!("response-{n}"), model, recording, fit)));
+    sections.push(section("Measured and modelled", charts.collect()));
+    let mut estimates = vec![Part::Table(parameters(model, found)), Part::Text(verdict(found)), Part::Table(fits(model, found))];
+    estimates.extend(found.combinations.iter().map(|text| Part::Text(format!("{}.", capital(text)))));
+    estimates.extend(correlations(found).map(Part::Figure));
+    sections.push(section("Estimates", estimates));
+    sections.push(section("Equations", equations(model)));
+    sections.push(reproduce(records, how, None));
+    let name = records.first().and_then(|record| record.source().path.as_ref()?.file_name());
+    let name = name.map_or("a recording".into(), |name| name.to_string_lossy());
+    Page {
+        title: format!("{} of {name}", model.name()),
+        trust: Some(trust(found)),
+        cards: found.estimates.iter().filter(|e| e.recording.is_none()).map(|e| card(model, e)).collect(),
+        answer: String::new(),
+        sections,
+    }
+}
+
+/// Returns the page of what was understood of a model.
+#[must_use]
+pub fn model_check_page(model: &Model, notes: &[String]) -> Page {
+    let mut about: Vec<Part> = notes.iter().cloned().map(Part::Text).collect();
+    about.push(Part::Table(signals(model)));
+    about.push(Part::Table(bounds(model)));
+    Page {
+        title: model.name().to_owned(),
+        sections: vec![section("Equations", equations(model)), section("Signals and parameters", about)],
+        ..Page::default()
+    }
+}
+
+fn equations(model: &Model) -> Vec<Part> {
+    let mut parts = Vec::new();
+    let sections = [("signals", "Signals"), ("let", "Definitions"), ("states", "States"), ("outputs", "Outputs")];
+    for (of, heading) in sections {
+        let own: Vec<String> = model.equations().iter().filter(|e| e.section == of).map(equation).collect();
+        if !own.is_empty() {
+            parts.push(Part::Math { heading: heading.to_owned(), equations: own });
+        }
+    }
+    parts
+}
+
+fn trust(found: &ModelIdentification) -> Trust {
+    let reasons: Vec<String> = found.trust.reasons.iter().map(|reason| reason.message.spelled(command_line)).collect();
+    let next = found.trust.next.as_ref();
+    let next = next.map_or(String::new(), |next| format!(" Next: {}", next.spelled(command_line)));
+    let text = match reasons.is_empty() {
+        true => "No test of the residuals or the search contradicts the standard errors.".to_owned(),
+        false => format!("{}.{next}", capital(&reasons.join("; "))),
+    };
+    Trust { level: found.trust.level.name(), text }
+}
+
+fn remark(estimate: &ModelEstimate) -> &'static str {
+    match (estimate.value, estimate.fixed, estimate.at_bound) {
+        (None, ..) => "not identifiable",
+        (_, true, _) => "fixed",
+        (_, _, Some("max")) => "at its upper bound",
+        (_, _, Some(_)) => "at its lower bound",
+        _ => "",
+    }
+}
+
+fn card(model: &Model, estimate: &ModelEstimate) -> Card {
+    let description = model.parameters().iter().find(|own| own.name == estimate.name).map(|own| own.description.clone());
+    let remark = remark(estimate).to_owned();
+    let (symbol, name) = (estimate.name.clone(), description.unwrap_or_default());
+    let Some(value) = estimate.value else {
+        return Card { symbol, name, value: "\u{2013}".to_owned(), unit: String::new(), remark };
+    };
+    let [value, unit] = in_suitable_unit(value, estimate.std_error, &estimate.unit.replace('*', "·"));
+    Card { symbol, name, value, unit, remark }
+}
+
+fn parameters(model: &Model, found: &ModelIdentification) -> Table {
+    let heads = ["parameter", "value", "unit", "standard error", "95 % interval", "remark"];
+    let mut table = Table::new("parameters", "Parameters", &heads);
+    for e in &found.estimates {
+        let description = model.parameters().iter().find(|own| own.name == e.name).map(|own| own.description.as_str());
+        let description = description.filter(|text| !text.is_empty()).map_or(String::new(), |text| format!(", {text}"));
+        let of = e.recording.map_or(String::new(), |n| format!(" of recording {}", n + 1));
+        table.row(vec![
+            format!("{}{description}{of}", e.name),
+            e.value.map_or_else(dash, |value| significant(value, 6)),
+            e.unit.clone(),
+            e.std_error.map_or_else(dash, |error| significant(error, 2)),
+            e.ci95.map_or_else(dash, |[low, high]| format!("{} … {}", significant(low, 6), significant(high, 6))),
+            remark(e).to_owned(),
+        ]);
+    }
+    table
+}
+
+fn fits(model: &Model, found: &ModelIdentification) -> Table {
+    let has_held_out = !found.held_out_percent.is_empty();
+    let mut heads = vec!["output", "fit [%]", "residual σ", "residuals white", "independent of inputs"];
+    if has_held_out {
+        heads.push("held out [%]");
+    }
+    let mut table = Table::new("fit", "Fit", &heads);
+    for (n, output) in model.outputs().iter().enumerate() {
+        let tests: Vec<_> = found.fits.iter().filter_map(|fit| fit.residuals[n].as_ref()).collect();
+        let verdict = |pass: &dyn Fn(&crate::analysis::ResidualTest) -> Option<bool>| {
+            let all: Vec<bool> = tests.iter().filter_map(|test| pass(test)).collect();
+            match (all.is_empty(), all.iter().all(|pass| *pass)) {
+                (true, _) => dash(),
+                (_, true) => "yes".to_owned(),
+                _ => "no".to_owned(),
+            }
+        };
+        let sigma = found.residual_sigma[n].map_or_else(dash, |s| format!("{} {}", significant(s, 3), output.unit.text));
+        let mut cells = vec![
+            output.name.clone(),
+            found.fit_percent[n].map_or_else(dash, |fit| decimals(fit, 3)),
+            sigma,
+            verdict(&|test| Some(test.whiteness.is_white)),
+            verdict(&|test| test.voltage.map(|input| input.is_independent)),
+        ];
+        if has_held_out {
+            cells.push(found.held_out_percent.get(n).copied().flatten().map_or_else(dash, |fit| decimals(fit, 3)));
+        }
+        table.row(cells);
+    }
+    table.note(format!("Integration: {}.", found.method.described()));
+    table
+}
+
+fn verdict(found: &ModelIdentification) -> String {
+    let of = &found.verification;
+    match of.status {
+        "agrees" => format!("{} of {} descents from starts spread over the bounds ended in this optimum, the lowest.", of.arrivals, of.starts),
+        "search_stuck" => "The search is stuck: a better optimum exists.".to_owned(),
+        "reference_failed" => format!("Only {} of {} descents ended in the lowest optimum.", of.arrivals, of.starts),
+        _ => "No other search verifies the result.".to_owned(),
+    }
+}
+
+fn correlations(found: &ModelIdentification) -> Option<crate::report::page::Figure> {
+    let uncertainty = found.uncertainty.as_ref()?;
+    let names: Vec<String> = found.estimates.iter().filter(|e| !e.fixed).map(|e| e.name.clone()).collect();
+    let values: Vec<Vec<f64>> = uncertainty
+        .correlation
+        .iter()
+        .map(|row| row.iter().map(|value| value.unwrap_or(f64::NAN)).collect())
+        .collect();
+    let is_shown = names.len() > 1 && names.len() <= 24 && names.len() == values.len();
+    is_shown.then(|| crate::report::page::Figure {
+        id: "correlation".to_owned(),
+        svg: correlation(&names, &values),
+        alternative: "correlations of the estimates".to_owned(),
+        caption: "Correlations of the estimates.".to_owned(),
+        map: true,
+    })
+}
+
+/// Returns inputs, outputs and residuals over time.
+fn chart(id: &str, model: &Model, recording: &ModelRecording, fit: &ModelFit) -> Chart {
+    let time = &recording.time_s;
+    let curve = |values: &[f64]| time.iter().copied().zip(values.iter().copied()).collect::<Vec<_>>();
+    let label = |name: &str, unit: &str| format!("{name} [{}]", unit.replace('*', "·"));
+    let mut panels: Vec<Panel> = model
+        .inputs()
+        .iter()
+        .zip(&recording.inputs)
+        .filter(|(_, values)| values.windows(2).any(|pair| pair[0].to_bits() != pair[1].to_bits()))
+        .map(|(input, values)| {
+            Panel::new(&label(&input.name, &input.unit.text), vec![Series::new("", 0, Form::Steps, curve(values))])
+        })
+        .collect();
+    let mut residuals = Vec::new();
+    for ((output, measured), simulated) in model.outputs().iter().zip(&recording.measured).zip(&fit.simulated) {
+        let label = label(&output.name, &output.unit.text);
+        let Some(measured) = measured else {
+            panels.push(Panel::new(&label, vec![Series::new("model", 1, Form::Line, curve(simulated))]));
+            continue;
+        };
+        let difference = |n: usize| if recording.counts(n) { measured[n] - simulated[n] } else { f64::NAN };
+        let difference: Vec<f64> = (0..measured.len()).map(difference).collect();
+        let counting: Vec<f64> = difference.iter().copied().filter(|value| value.is_finite()).collect();
+        let band = 1.96 * rms(&counting);
+        panels.push(Panel::new(
+            &label,
+            vec![
+                Series::new("measured", 0, Form::Dots, curve(measured)),
+                Series::new("model", 1, Form::Line, curve(simulated)).with_band(Band::Half(band)),
+            ],
+        ));
+        let series = vec![Series::new("model", 1, Form::Dots, curve(&difference))];
+        residuals.push(Panel { limits: [Vec::new(), vec![-band, band]], ..Panel::new(&format!("residual of {label}"), series) });
+    }
+    panels.extend(residuals);
+    Chart {
+        id: id.to_owned(),
+        axis: "time [s]".to_owned(),
+        panels,
+        is_grid: false,
+        alternative: "inputs, measured and modelled outputs and their residuals over time".to_owned(),
+        caption: "Bands and dashed lines: \u{b1}1.96 times the root mean square of the residuals, measured minus modelled."
+            .to_owned(),
+    }
+}
+
+fn signals(model: &Model) -> Table {
+    let mut table = Table::new("signals", "Signals", &["signal", "kind", "unit", "column or initial value"]);
+    for input in model.inputs() {
+        let column = input.column.clone().unwrap_or_else(|| input.name.clone());
+        let default = input.default.map_or(String::new(), |value| format!(", else {}", significant(value, 6)));
+        table.row(vec![input.name.clone(), "input".to_owned(), input.unit.text.clone(), format!("{column}{default}")]);
+    }
+    for state in model.states() {
+        let initial = match state.initial {
+            InitialState::Given(_) => "given",
+            InitialState::Measured(_) => "first sample of its output",
+            InitialState::Free => "estimated for each recording",
+        };
+        table.row(vec![state.name.clone(), "state".to_owned(), state.unit.text.clone(), initial.to_owned()]);
+    }
+    for output in model.outputs() {
+        let column = output.column.clone().unwrap_or_else(|| output.name.clone());
+        table.row(vec![output.name.clone(), "output".to_owned(), output.unit.text.clone(), column]);
+    }
+    table
+}
+
+fn bounds(model: &Model) -> Table {
+    let mut table = Table::new("bounds", "Parameters", &["parameter", "unit", "bounds", "scale", "description"]);
+    for of in model.parameters() {
+        let scale = if of.is_logarithmic { "logarithmic" } else { "linear" };
+        let range = format!("{} … {}", significant(of.min, 6), significant(of.max, 6));
+        table.row(vec![of.name.clone(), of.unit.text.clone(), range, scale.to_owned(), of.description.clone()]);
+    }
+    table
+}
+

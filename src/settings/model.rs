@@ -1,0 +1,110 @@
+//! Settings of an identification with a user's model.
+
+use super::given::Given;
+use super::parse;
+use super::read::{Read, reading};
+use crate::criterion::Criterion;
+use crate::evaluate::Initial;
+use crate::evaluate::model::signal_requests;
+use crate::identify::model::ModelSpec;
+use crate::identify::{Method, Polish};
+use crate::model::{IntegrationMethod, Model};
+use crate::motor::Discretization;
+use crate::named::Named as _;
+use crate::record::{Reading, parse_signal_columns};
+use crate::setting::{Setting, text};
+use crate::text::excerpt;
+use crate::{Error, Result};
+
+/// Returns the options for reading recordings of a model.
+///
+/// # Errors
+/// Returns a usage error if a value is invalid.
+pub fn model_reading(given: &Given, model: &Model) -> Read<Reading> {
+    let signals = signal_requests(model);
+    let names: Vec<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
+    let columns = given.read(Setting::Columns, |text| parse_signal_columns(text, &names))?.unwrap_or_default();
+    let mut reading = reading(&given.without(Setting::Columns))?;
+    reading.options.columns = columns;
+    reading.options.signals = signals;
+    Ok(reading)
+}
+
+/// Returns the spec of an identification with a model.
+///
+/// # Errors
+/// Returns a usage error if a value is invalid, or a setting has no meaning for a model.
+pub fn model_spec(given: &Given) -> Read<ModelSpec> {
+    let usual = ModelSpec::default();
+    let name = given.text(Setting::Method).unwrap_or(Method::Auto.name());
+    let polish: Polish = given.choice(Setting::Polish)?.unwrap_or_default();
+    let initial: Initial = given.choice(Setting::Initial)?.unwrap_or_default();
+    given.items(Setting::With, |items| none(items, Setting::With, "a model has its own equations"))?;
+    let discretization: Option<Discretization> = given.choice(Setting::Discretization)?;
+    let integration = match discretization {
+        None | Some(Discretization::Zoh | Discretization::Foh) => None,
+        Some(Discretization::Rk4) => Some((IntegrationMethod::RungeKutta, 1)),
+        Some(other) => {
+            let message = text!([Discretization](" is {}", other.name()));
+            let error = Error::usage(message, "Choose zoh, foh or rk4 for a model.");
+            return Err(super::Fault { setting: Setting::Discretization, error });
+        }
+    };
+    Ok(ModelSpec {
+        method: given.items(Setting::Set, |items| super::read::method(name, items))?,
+        is_polished: polish != Polish::None,
+        population: given.count(Setting::Population).unwrap_or(usual.population),
+        generations: given.count(Setting::Generations).unwrap_or(usual.generations),
+        seed: given.count(Setting::Seed).map_or(usual.seed, |seed| seed as u64),
+        criterion: Criterion {
+            norm: given.choice(Setting::Criterion)?.unwrap_or_default(),
+            scale: given.choice(Setting::Scale)?.unwrap_or_default(),
+            time_origin_s: given.number(Setting::TimeOrigin),
+            noise: given.read(Setting::Noise, parse::noise)?.unwrap_or_default(),
+        },
+        bounds: given.items(Setting::Bounds, bounds)?,
+        fixed: given.items(Setting::Fix, values)?,
+        per_recording: given.list(Setting::PerRecording).to_vec(),
+        estimates_initial: !matches!(initial, Initial::Measured | Initial::Zero),
+        is_first_order_hold: discretization == Some(Discretization::Foh),
+        integration,
+    })
+}
+
+/// Returns an error if there are items.
+fn none(items: &[String], of: Setting, reason: &str) -> Result<()> {
+    match items.iter().find(|item| !item.trim().is_empty()) {
+        None => Ok(()),
+        Some(item) => {
+            let message = text!({ of }(" \"{}\": {reason}", excerpt(item)));
+            Err(Error::usage(message, text!("Leave out " {of} ".")))
+        }
+    }
+}
+
+/// Parses `NAME=MIN:MAX` items; `auto` stands for the bounds of the model.
+fn bounds(items: &[String]) -> Result<Vec<(String, [f64; 2])>> {
+    let own = items.iter().filter(|item| !matches!(item.trim(), "" | "auto"));
+    let one = |item: &String| {
+        let (name, range) = parse::pair(item, Setting::Bounds, "R=0.1:1")?;
+        let Some((min, max)) = range.split_once(':') else {
+            let message = text!([Bounds](": \"{}\" is not NAME=MIN:MAX", excerpt(item)));
+            return Err(Error::usage(message, text!("Write " [Bounds = "R=0.1:1"] ".")));
+        };
+        Ok((name.to_owned(), [parse::number(min, Setting::Bounds)?, parse::number(max, Setting::Bounds)?]))
+    };
+    own.map(one).collect()
+}
+
+/// Parses `NAME=VALUE` items, each name at most once.
+fn values(items: &[String]) -> Result<Vec<(String, f64)>> {
+    let mut values: Vec<(String, f64)> = Vec::new();
+    for item in items.iter().filter(|item| !item.trim().is_empty()) {
+        let (name, value) = parse::pair(item, Setting::Fix, "R=0.92")?;
+        if values.iter().any(|(own, _)| own == name) {
+            return Err(Error::usage(text!([Fix] " gives {name} twice"), "Give each parameter once."));
+        }
+        values.push((name.to_owned(), parse::number(value, Setting::Fix)?));
+    }
+    Ok(values)
+}
