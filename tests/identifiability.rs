@@ -374,6 +374,7 @@ fn a_duty_that_changes_between_samples_keeps_its_hold() {
             torque: None,
             current: samples.current.as_deref().map(of),
             speed: samples.speed.as_deref().map(of),
+            ..Samples::default()
         };
         with_noise(&Record::new(logged).unwrap(), [0.012, 1.57], seed).unwrap()
     };

@@ -96,7 +96,10 @@ fn headline(record: &Record) -> String {
         .iter()
         .map(|c| {
             let conversion = if c.conversion.is_empty() { String::new() } else { format!(" {}", c.conversion) };
-            format!("{}{conversion} [{}{}]", c.heading, c.unit, if c.unit_named { "" } else { " assumed" })
+            let unit = format!("[{}{}]", c.unit, if c.unit_named { "" } else { " assumed" });
+            // A heading that ends with its unit in brackets is not repeated.
+            let is_shown = conversion.is_empty() && c.heading.ends_with(&unit);
+            if is_shown { c.heading.clone() } else { format!("{}{conversion} {unit}", c.heading) }
         })
         .collect();
     let [period, duration] = [record.period_s(), record.duration_s()].map(|seconds| engineering(seconds, "s", 4));

@@ -279,6 +279,7 @@ mod tests {
             torque: None,
             current: Some(ramp.clone()),
             speed: Some(ramp),
+            ..Samples::default()
         };
         let record = Record::new(samples).unwrap();
         Arc::new(Problem::new(&[record], Model::default(), Space::table2(), Criterion::default()).unwrap())

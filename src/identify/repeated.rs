@@ -118,6 +118,7 @@ mod tests {
             torque: None,
             current: current.map(signal),
             speed: speed.map(signal),
+            ..Samples::default()
         };
         Record::new(samples).unwrap()
     }

@@ -10,7 +10,6 @@ use crate::identify::model::ModelSpec;
 use crate::identify::{Method, Polish};
 use crate::model::{IntegrationMethod, Model};
 use crate::motor::Discretization;
-use crate::named::Named as _;
 use crate::record::{Reading, parse_signal_columns};
 use crate::setting::{Setting, text};
 use crate::text::excerpt;

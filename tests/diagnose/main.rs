@@ -163,6 +163,7 @@ fn motors_and_drives() {
                 torque: None,
                 current: Some(s.current.as_ref().unwrap()[500..].to_vec()),
                 speed: Some(s.speed.as_ref().unwrap()[500..].to_vec()),
+                ..Samples::default()
             };
         },
     );

@@ -68,6 +68,7 @@ impl Record {
             torque: of(load_torque, "load_torque")?,
             current: of(current, "current")?,
             speed: of(speed, "speed")?,
+            ..Samples::default()
         };
         motorfit::record::Record::new(samples).map(Self).raise(py)
     }

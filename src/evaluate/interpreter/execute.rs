@@ -158,7 +158,7 @@ pub(super) fn execute<const C: usize, const FMA: bool>(
             Unary::Tanh => each!(p => map(&r[a][p], tanh::<FMA>)),
             Unary::Atan => each!(p => map(&r[a][p], atan::<FMA>)),
         },
-        // Outputs are handled by the loop over the samples.
-        Is::Output => {}
+        // Outputs and memories are handled by the loop over the samples.
+        Is::Output | Is::Delay | Is::DelayRate | Is::Average | Is::AverageRate => {}
     }
 }

@@ -6,8 +6,10 @@
 
 mod execute;
 mod functions;
+mod memory;
 mod run;
 
+pub(crate) use memory::Clock;
 pub(crate) use run::{Job, Loss, Rows, Work};
 
 /// Lanes that an operation handles at once.

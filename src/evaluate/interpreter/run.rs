@@ -1,10 +1,11 @@
 //! A program on the samples of a recording.
 
 use super::execute::execute;
+use super::memory::{Clock, Memory};
 use super::{Register, WIDTH};
 use crate::evaluate::{Level, at_level};
 use crate::model::graph::{Leaf, evaluate};
-use crate::model::program::{Operation, Program, Uniforms};
+use crate::model::program::{Instruction, Operation, Program, Uniforms};
 
 /// Treatment of the outputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,6 +31,8 @@ pub(crate) struct Rows {
     pub measured: Vec<f64>,
     /// Weights of the losses, shape `[samples, outputs]`; empty if all are 1.
     pub weights: Vec<f64>,
+    /// Steps, for operations with a memory.
+    pub clock: Clock,
 }
 
 impl Rows {
@@ -48,6 +51,7 @@ impl Rows {
 #[derive(Debug, Default)]
 pub(crate) struct Work<const C: usize> {
     registers: Vec<Register<C>>,
+    memories: Vec<Memory<C>>,
     scalars: Vec<f64>,
     /// Values of the parameters.
     pub parameters: Vec<Register<C>>,
@@ -67,7 +71,9 @@ pub(crate) struct Job<'a> {
 #[inline(always)]
 fn run<const C: usize, const FMA: bool>(job: &Job<'_>, work: &mut Work<C>) {
     let Job { program, rows, loss } = *job;
-    let Work { registers, scalars, parameters, outputs, results } = work;
+    let Work { registers, memories, scalars, parameters, outputs, results } = work;
+    memories.clear();
+    memories.resize_with(program.memories, Memory::new);
     registers.clear();
     registers.resize(program.registers, Register::ZERO);
     for (register, number) in &program.parameters {
@@ -92,6 +98,10 @@ fn run<const C: usize, const FMA: bool>(job: &Job<'_>, work: &mut Work<C>) {
     for n in 0..rows.samples {
         scalars[constants..].copy_from_slice(&rows.uniforms[n * uniforms..(n + 1) * uniforms]);
         for instruction in &program.body {
+            if instruction.operation.has_memory() {
+                remember(instruction, registers, memories, &rows.clock);
+                continue;
+            }
             if instruction.operation != Operation::Output {
                 execute::<C, FMA>(instruction, registers, scalars);
                 continue;
@@ -119,6 +129,25 @@ fn run<const C: usize, const FMA: bool>(job: &Job<'_>, work: &mut Work<C>) {
             }
         }
     }
+}
+
+/// Executes an operation with a memory.
+fn remember<const C: usize>(
+    instruction: &Instruction,
+    registers: &mut [Register<C>],
+    memories: &mut [Memory<C>],
+    clock: &Clock,
+) {
+    let Some(memory) = memories.get_mut(usize::from(instruction.scalars[0])) else { return };
+    let of = |n: usize| &registers[usize::from(instruction.registers[n])];
+    let none = Register::ZERO;
+    let result = match instruction.operation {
+        Operation::Delay => memory.delayed(clock, [[of(0), &none], [of(1), &none], [of(2), &none]])[0],
+        Operation::DelayRate => memory.delayed(clock, [[of(0), of(1)], [of(2), of(3)], [of(4), of(5)]])[1],
+        Operation::Average => memory.averaged(clock, [[of(0), &none], [of(1), &none]])[0],
+        _ => memory.averaged(clock, [[of(0), of(1)], [of(2), of(3)]])[1],
+    };
+    registers[usize::from(instruction.target)] = result;
 }
 
 /// Defines the runs of registers with `C` parts, one for each level.

@@ -4,6 +4,8 @@ mod method;
 mod problem;
 mod recording;
 mod space;
+#[cfg(test)]
+mod tests;
 mod trajectory;
 
 pub use method::{ModelMethod, Stiffness};

@@ -5,7 +5,7 @@ use super::recording::ModelRecording;
 use super::space::ModelSpace;
 use crate::candidates::Candidates;
 use crate::criterion::{Criterion, Scale};
-use crate::evaluate::interpreter::{Job, Loss, Register, Rows, Work};
+use crate::evaluate::interpreter::{Clock, Job, Loss, Register, Rows, Work};
 use crate::model::graph::Leaf;
 use crate::model::program::{Program, Roots, compile};
 use crate::model::step::{Step, StepSettings, open_states};
@@ -49,8 +49,8 @@ impl Programs {
         let mut step = Step::new(model, settings);
         let mut tangent = step.with_tangents();
         let compiled = |step: &mut Step| {
-            let Step { graph, next, milestones, outputs, initial, .. } = step;
-            compile(graph, &Roots { next, milestones, initial, outputs, results: &[] }).ok_or_else(too_large)
+            let Step { graph, next, milestones, outputs, initial, memories, .. } = step;
+            compile(graph, &Roots { next, milestones, initial, outputs, results: &[], memories }).ok_or_else(too_large)
         };
         let matrices = |step: &mut Step, with_rates: bool| {
             let Some(extras) = step.extras.clone() else { return Ok(None) };
@@ -58,7 +58,7 @@ impl Programs {
             if with_rates {
                 roots.extend(step.rates_of(&roots.clone()));
             }
-            let only = Roots { next: &[], milestones: &[], initial: &[], outputs: &[], results: &roots };
+            let only = Roots { next: &[], milestones: &[], initial: &[], outputs: &[], results: &roots, memories: &[] };
             compile(&mut step.graph, &only).map(Some).ok_or_else(too_large)
         };
         Ok(Self {
@@ -121,10 +121,21 @@ impl ModelProblem {
         for recording in &recordings {
             check(model, recording)?;
         }
+        let guess = ModelMethod::of(model, &space, &recordings);
         let method = match settings.method {
-            Some((method, substeps)) => ModelMethod { method, substeps, ..ModelMethod::of(model, &space, &recordings) },
-            None => ModelMethod::of(model, &space, &recordings),
+            Some((method, substeps)) => ModelMethod { method, substeps, ..guess },
+            None => guess.tried(model, &space, &recordings, settings)?,
         };
+        Self::with_method(model, space, recordings, (settings, method))
+    }
+
+    /// Makes a problem with an integration method; the signals of the recordings fit the model.
+    pub(super) fn with_method(
+        model: &Model,
+        space: ModelSpace,
+        recordings: Vec<ModelRecording>,
+        (settings, method): (ModelSettings, ModelMethod),
+    ) -> Result<Self> {
         let mut steps: Vec<Option<u64>> = Vec::new();
         let (mut programs, mut prepared): (Vec<Programs>, Vec<Prepared>) = (Vec::new(), Vec::new());
         for recording in recordings {
@@ -321,13 +332,22 @@ fn prepare(
     let uniforms = uniforms(program, model, &recording);
     let weights = if is_plain { Vec::new() } else { weights };
     let open = open_initial(model, &recording);
-    Prepared { rows: Rows { samples, uniforms, measured, weights }, recording, loss, programs: index, factors, open }
+    let clock = clock(&recording);
+    Prepared { rows: Rows { samples, uniforms, measured, weights, clock }, recording, loss, programs: index, factors, open }
+}
+
+/// Returns the steps of a recording, for operations with a memory.
+fn clock(recording: &ModelRecording) -> Clock {
+    let changes = |input: &Vec<f64>| input.iter().position(|value| value.to_bits() != input[0].to_bits());
+    let first = recording.inputs.iter().filter_map(changes).min();
+    let first_change_s = first.map_or(f64::INFINITY, |n| recording.elapsed(n));
+    Clock { step_s: recording.step_s.clone(), first_change_s, samples: recording.len() }
 }
 
 /// Computes the uniforms of a program on a recording.
 pub(super) fn uniforms(program: &Program, model: &Model, recording: &ModelRecording) -> Vec<f64> {
     let samples = recording.len();
-    let step = model.inputs.len() + model.delayed.len();
+    let step = model.inputs.len();
     Rows::uniforms(&program.uniforms, samples, &|n, leaf| match leaf {
         Leaf::Input(number) if usize::from(number) == step => recording.step(n),
         Leaf::Input(number) => recording.inputs.get(usize::from(number)).map_or(0.0, |input| input[n]),
@@ -335,7 +355,7 @@ pub(super) fn uniforms(program: &Program, model: &Model, recording: &ModelRecord
             recording.inputs.get(usize::from(number)).map_or(0.0, |input| input[(n + 1).min(samples - 1)])
         }
         // Uniforms depend on inputs alone.
-        Leaf::Parameter(_) | Leaf::State(_) | Leaf::Reaction(_) => 0.0,
+        Leaf::Parameter(_) | Leaf::State(_) | Leaf::Reaction(_) | Leaf::Memory(_) => 0.0,
     })
 }
 

@@ -88,6 +88,20 @@ impl ModelRecording {
         Ok(Self { time_s: samples.time_s.clone(), step_s, inputs, measured, counting, effective_sample_ratio })
     }
 
+    /// Returns the first samples.
+    pub(super) fn first(&self, samples: usize) -> Self {
+        let end = samples.min(self.len());
+        let cut = |signal: &Vec<f64>| signal[..end].to_vec();
+        Self {
+            time_s: cut(&self.time_s),
+            step_s: self.step_s[..self.step_s.len().min(end)].to_vec(),
+            inputs: self.inputs.iter().map(cut).collect(),
+            measured: self.measured.iter().map(|signal| signal.as_ref().map(cut)).collect(),
+            counting: self.counting[..self.counting.len().min(end)].to_vec(),
+            ..*self
+        }
+    }
+
     /// Returns the number of samples.
     #[must_use]
     pub fn len(&self) -> usize {

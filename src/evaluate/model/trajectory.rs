@@ -87,6 +87,7 @@ impl ModelProblem {
         let rows = Rows {
             samples: prepared.recording.len(),
             uniforms: if is_plain { prepared.rows.uniforms.clone() } else { uniforms(program, &self.model, &prepared.recording) },
+            clock: prepared.rows.clock.clone(),
             ..Rows::default()
         };
         work.go(&Job { program, rows: &rows, loss: Loss::Keep });

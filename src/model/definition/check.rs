@@ -89,10 +89,11 @@ fn effects(document: &Document<'_>, model: &Model) -> Result<()> {
                     let reaction = &model.reactions[usize::from(n)];
                     open.push(reaction.limit);
                 }
-                Leaf::Input(n) | Leaf::NextInput(n) => {
-                    let delayed = usize::from(n).checked_sub(model.inputs.len()).and_then(|n| model.delayed.get(n));
+                Leaf::Memory(n) => {
+                    let delayed = model.delayed.get(usize::from(n));
                     open.extend(delayed.iter().flat_map(|of| [of.value, of.delay, of.latency]));
                 }
+                Leaf::Input(_) | Leaf::NextInput(_) => {}
                 Leaf::Parameter(_) => {}
             }
         }

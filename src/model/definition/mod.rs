@@ -7,9 +7,7 @@ mod names;
 mod read;
 mod sections;
 
-pub(crate) use document::{EXPRESSION_MAX, TEXT_MAX};
-pub(crate) use lower::NODES_MAX;
-pub(crate) use read::DECLARED_MAX;
+pub(crate) use document::TEXT_MAX;
 
 use super::graph::{Graph, Id};
 use super::step::Affine;
@@ -61,7 +59,7 @@ pub struct ModelInput {
 /// Initial value of a state.
 #[derive(Debug, Clone, PartialEq)]
 pub enum InitialState {
-    /// A function of the parameters: a node of the graph, in SI units.
+    /// A function of the parameters: a node of the graph, in SI units from the zero of the state's unit.
     Given(NodeId),
     /// The first sample of the output with this number, whose value is the state.
     Measured(usize),

@@ -99,7 +99,7 @@ impl<'d> Names<'d> {
         if let Some(number) = definition.delayed {
             // The equations use the delayed signal, which is an input of theirs; the signal itself has another name.
             self.scope.names.insert(undelayed(name), quantity);
-            let id = self.scope.graph.leaf(Leaf::Input(number));
+            let id = self.scope.graph.leaf(Leaf::Memory(number));
             self.scope.names.insert(name.to_owned(), Quantity { id, ..quantity });
         } else {
             self.scope.names.insert(name.to_owned(), quantity);

@@ -4,7 +4,7 @@ use super::document::{Document, Entry};
 use super::names::Names;
 use super::sections::{constants, definitions, delays, inputs, parameters, required, unit};
 use super::{Equation, InitialState, Model, ModelOutput, ModelState, NodeId, check};
-use crate::model::graph::{Dependency, Graph, Id, Leaf, Node};
+use crate::model::graph::{Dependency, Graph, Id, Leaf};
 use crate::text::{nearest, quoted};
 use crate::units::Dimension;
 use crate::Result;
@@ -32,11 +32,14 @@ impl Model {
         for (number, state) in (0_u16..).zip(&states) {
             names.declare(state)?;
             let [written] = document.fields(state, ["unit", "d", "initial", "description"]).map(|[unit, ..]| [unit])?;
-            let dimension = unit(&document, written.as_ref())?.unit.dimension;
-            let id = names.scope.graph.leaf(Leaf::State(number));
-            names.set(state.key, id, dimension);
+            let unit = unit(&document, written.as_ref())?.unit;
+            // States count from the zero of their unit: 25 degC is far from 0 K, about which affine parts would be poor.
+            let graph = &mut names.scope.graph;
+            let (leaf, offset) = (graph.leaf(Leaf::State(number)), graph.constant(unit.offset));
+            let id = graph.add(leaf, offset);
+            names.set(state.key, id, unit.dimension);
         }
-        let delayed = definitions(&mut names, inputs.len())?;
+        let delayed = definitions(&mut names)?;
         for section in ["signals", "let"] {
             for entry in document.section(section)? {
                 names.resolve(entry.key)?;
@@ -153,15 +156,14 @@ fn initial(
 ) -> Result<InitialState> {
     let document = names.document;
     if let Some(value) = Document::number_of(entry.value) {
-        let id = names.scope.graph.constant(value * unit.factor + unit.offset);
+        let id = names.scope.graph.constant(value * unit.factor);
         return Ok(InitialState::Given(NodeId(id)));
     }
     match document.text(entry)?.0 {
         "free" => Ok(InitialState::Free),
         "measured" => {
-            let graph = &names.scope.graph;
             let own = names.scope.names.get(state).map(|quantity| quantity.id);
-            let is_own = |id: &Id| matches!(graph.node(*id), Node::Leaf(Leaf::State(_))) && Some(*id) == own;
+            let is_own = |id: &Id| Some(*id) == own;
             match measured.iter().position(is_own) {
                 Some(output) => Ok(InitialState::Measured(output)),
                 None => {
@@ -173,7 +175,10 @@ fn initial(
         }
         _ => {
             let what = format!("the initial value of {state}");
-            Ok(InitialState::Given(NodeId(number_of(names, entry, unit.dimension, &what)?)))
+            let id = number_of(names, entry, unit.dimension, &what)?;
+            let graph = &mut names.scope.graph;
+            let offset = graph.constant(unit.offset);
+            Ok(InitialState::Given(NodeId(graph.subtract(id, offset))))
         }
     }
 }

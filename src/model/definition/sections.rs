@@ -110,10 +110,7 @@ pub(super) fn parameters(names: &mut Names<'_>) -> Result<Vec<ModelParameter>> {
 }
 
 /// Defines the names of signals and of `let`; returns those of delayed signals with their entries of delay and latency.
-pub(super) fn definitions<'d>(
-    names: &mut Names<'d>,
-    inputs: usize,
-) -> Result<Vec<(String, [Option<Entry<'d>>; 2])>> {
+pub(super) fn definitions<'d>(names: &mut Names<'d>) -> Result<Vec<(String, [Option<Entry<'d>>; 2])>> {
     let document = names.document;
     let mut delayed = Vec::new();
     for entry in document.section("signals")? {
@@ -124,7 +121,7 @@ pub(super) fn definitions<'d>(
         let dimension = written.as_ref().map(|written| unit(document, Some(written))).transpose()?;
         let (expression, place) = names.parse(&value)?;
         let is_delayed = delay.is_some() || latency.is_some();
-        let number = u16::try_from(inputs + delayed.len()).unwrap_or(u16::MAX);
+        let number = u16::try_from(delayed.len()).unwrap_or(u16::MAX);
         if is_delayed {
             delayed.push((entry.key.to_owned(), [delay, latency]));
         }

@@ -13,7 +13,6 @@ mod sums;
 pub(crate) use derivative::Direction;
 pub(crate) use evaluate::evaluate;
 pub(crate) use substitute::Substitution;
-pub(crate) use sums::Term;
 
 use std::collections::HashMap;
 
@@ -33,6 +32,8 @@ pub(crate) enum Leaf {
     State(u16),
     /// The reaction of a `stick`, constant over a step.
     Reaction(u16),
+    /// The result of an operation with a memory: a delayed signal, a moving average, or the derivative of one.
+    Memory(u16),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -102,7 +103,7 @@ impl Dependency {
         match leaf {
             Leaf::Parameter(_) => Self::PARAMETERS,
             Leaf::Input(_) | Leaf::NextInput(_) => Self::INPUTS,
-            Leaf::State(_) | Leaf::Reaction(_) => Self::STATES,
+            Leaf::State(_) | Leaf::Reaction(_) | Leaf::Memory(_) => Self::STATES,
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::allocate::allocate;
 use super::{Instruction, Operation, Program, REGISTERS_MAX, Uniforms};
 use crate::model::graph::{Binary, Comparison, Graph, Id, Leaf, Node, Unary};
+use crate::model::step::{Memory, MemoryKind};
 use std::collections::HashMap;
 
 /// Marks a scalar that is a uniform while the number of constants is not known.
@@ -20,6 +21,8 @@ pub(crate) struct Roots<'a> {
     pub outputs: &'a [Id],
     /// Further values of parameters alone.
     pub results: &'a [Id],
+    /// Operations with a memory, by the numbers of their leaves.
+    pub memories: &'a [Memory],
 }
 
 /// A compiled program; `None` if it needs too many registers.
@@ -27,14 +30,18 @@ pub(crate) type Compiled = Option<Program>;
 
 /// Compiles a computation. The graph gains nodes.
 pub(crate) fn compile(graph: &mut Graph, roots: &Roots<'_>) -> Compiled {
-    let all: Vec<Id> = [roots.next, roots.milestones, roots.initial, roots.outputs, roots.results].concat();
+    let all: Vec<Id> = {
+        let operands: Vec<Id> = roots.memories.iter().flat_map(|memory| memory.operands.clone()).collect();
+        [roots.next, roots.milestones, roots.initial, roots.outputs, roots.results, &operands].concat()
+    };
     let uses = graph.uses(&all);
     let mut compiler = Compiler {
         graph,
         uses,
         registers: HashMap::new(),
         pinned: Vec::new(),
-        program: Program { outputs: roots.outputs.len(), ..Program::default() },
+        program: Program { outputs: roots.outputs.len(), memories: roots.memories.len(), ..Program::default() },
+        memories: roots.memories,
         constants: HashMap::new(),
         uniforms: Vec::new(),
         is_setup: false,
@@ -45,7 +52,8 @@ pub(crate) fn compile(graph: &mut Graph, roots: &Roots<'_>) -> Compiled {
         return None;
     }
     let shift = u16::try_from(program.constants.len()).ok()?;
-    for instruction in program.setup.iter_mut().chain(&mut program.body) {
+    let with_scalars = program.setup.iter_mut().chain(&mut program.body).filter(|one| !one.operation.has_memory());
+    for instruction in with_scalars {
         for scalar in &mut instruction.scalars {
             if *scalar >= UNIFORM {
                 *scalar = *scalar - UNIFORM + shift;
@@ -69,6 +77,7 @@ pub(super) struct Compiler<'g> {
     program: Program,
     constants: HashMap<u64, u16>,
     uniforms: Vec<Id>,
+    memories: &'g [Memory],
     /// True while instructions of the setup are made.
     pub is_setup: bool,
 }
@@ -215,6 +224,19 @@ impl Compiler<'_> {
         register
     }
 
+    /// Makes an operation with a memory.
+    fn remembered(&mut self, number: usize) -> u16 {
+        let Some(memory) = self.memories.get(number) else { return 0 };
+        let operation = match memory.kind {
+            MemoryKind::Delay => Operation::Delay,
+            MemoryKind::DelayRate => Operation::DelayRate,
+            MemoryKind::Average => Operation::Average,
+            MemoryKind::AverageRate => Operation::AverageRate,
+        };
+        let operands: Vec<u16> = memory.operands.iter().map(|id| self.register(*id)).collect();
+        self.put(operation, &operands, &[u16::try_from(number).unwrap_or(u16::MAX)])
+    }
+
     fn emit(&mut self, id: Id) -> u16 {
         if !self.is_lane(id) {
             let scalar = self.scalar(id, 1.0);
@@ -226,6 +248,7 @@ impl Compiler<'_> {
                 self.program.parameters.push((register, number));
                 register
             }
+            Node::Leaf(Leaf::Memory(number)) => self.remembered(usize::from(number)),
             // States have registers from the start; scalars were handled above.
             Node::Leaf(_) | Node::Constant(_) => 0,
             Node::Binary(Binary::Add | Binary::Subtract | Binary::Multiply, ..) | Node::Unary(Unary::Negative, _) => {

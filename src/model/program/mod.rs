@@ -8,7 +8,7 @@ mod allocate;
 mod compile;
 mod sums;
 
-pub(crate) use compile::{Compiled, Roots, compile};
+pub(crate) use compile::{Roots, compile};
 
 use super::graph::{Graph, Id, Unary};
 
@@ -64,9 +64,23 @@ pub(crate) enum Operation {
     Scale2,
     /// Output number `target` has the value a.
     Output,
+    /// The mean over the step of the signal a with the delay b and the latency c. Like the other operations with a memory it has the
+    /// number of its memory as a scalar.
+    Delay,
+    /// The derivative of a delay; operands and their derivatives alternate.
+    DelayRate,
+    /// The moving average of a over b samples.
+    Average,
+    /// The derivative of a moving average; operands and their derivatives alternate.
+    AverageRate,
 }
 
 impl Operation {
+    /// Returns true if the operation has a memory of earlier samples.
+    pub fn has_memory(self) -> bool {
+        matches!(self, Self::Delay | Self::DelayRate | Self::Average | Self::AverageRate)
+    }
+
     /// Returns the number of registers that are read.
     pub fn registers(self) -> usize {
         match self {
@@ -88,11 +102,12 @@ impl Operation {
             | Self::Atan2
             | Self::Linear1
             | Self::Affine2
+            | Self::Average
             | Self::Scale2 => 2,
-            Self::AddProduct | Self::SubtractProduct | Self::Linear2 => 3,
-            Self::SelectLess | Self::SelectLessEqual | Self::Products2 | Self::Linear3 => 4,
+            Self::AddProduct | Self::SubtractProduct | Self::Linear2 | Self::Delay => 3,
+            Self::SelectLess | Self::SelectLessEqual | Self::Products2 | Self::Linear3 | Self::AverageRate => 4,
             Self::AddProducts2 | Self::Linear4 => 5,
-            Self::Products3 => 6,
+            Self::Products3 | Self::DelayRate => 6,
             Self::AddProducts3 => 7,
         }
     }
@@ -155,6 +170,8 @@ pub(crate) struct Program {
     pub registers: usize,
     /// Number of outputs.
     pub outputs: usize,
+    /// Number of memories.
+    pub memories: usize,
     /// Scalars: first these constants, then the uniforms of the sample.
     pub constants: Vec<f64>,
     /// The computation of the uniforms from the inputs.

@@ -51,10 +51,11 @@ impl Affine {
                     None => &mut affine.constant[row],
                     Some(Node::Leaf(Leaf::State(n))) => &mut affine.states[row][usize::from(n)],
                     Some(Node::Leaf(Leaf::Input(n))) => &mut affine.inputs[row][usize::from(n)],
+                    Some(Node::Leaf(Leaf::Memory(n))) => &mut affine.inputs[row][model.inputs.len() + usize::from(n)],
                     Some(_) => &mut affine.rest[row],
                 };
                 let value = match (leaf, term.rest) {
-                    (Some(Node::Leaf(Leaf::State(_) | Leaf::Input(_))) | None, _) | (_, None) => term.factor,
+                    (Some(Node::Leaf(Leaf::State(_) | Leaf::Input(_) | Leaf::Memory(_))) | None, _) | (_, None) => term.factor,
                     (_, Some(rest)) => graph.multiply(term.factor, rest),
                 };
                 *place = graph.add(*place, value);

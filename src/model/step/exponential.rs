@@ -9,6 +9,7 @@ use super::runge_kutta::right_hand_sides;
 use super::{Affine, Step, StepSettings, parameter};
 use crate::model::Model;
 use crate::model::graph::{Graph, Id, Leaf};
+use crate::numeric::count;
 
 /// Matrices of the affine part, and the layout of the parameters that are computed from their exponentials.
 #[derive(Debug, Clone)]
@@ -202,7 +203,7 @@ impl Step {
         sources.extend(affine.reactions.iter().enumerate().map(|(n, column)| (Source::Reaction(n), column.clone())));
         let extras = Extras {
             roots: affine.states.concat().into_iter().chain(sources.iter().flat_map(|(_, column)| column.clone())).collect(),
-            step_s,
+            step_s: step_s / count(settings.substeps.max(1)),
             states: model.states.len(),
             sources: sources.into_iter().map(|(source, _)| source).collect(),
             is_first_order_hold: settings.is_first_order_hold,
@@ -210,73 +211,93 @@ impl Step {
         };
         let (first, graph) = (self.parameters, &mut self.graph);
         let leaf = |graph: &mut Graph, of: fn(u16) -> Leaf, n: usize| graph.leaf(of(u16::try_from(n).unwrap_or(u16::MAX)));
-        let start: Vec<Id> = (0..inputs).map(|n| leaf(graph, Leaf::Input, n)).collect();
+        let own = model.inputs.len();
+        let start = |graph: &mut Graph, n: usize| match n.checked_sub(own) {
+            None => leaf(graph, Leaf::Input, n),
+            Some(delayed) => super::memory(graph, delayed),
+        };
+        let start: Vec<Id> = (0..inputs).map(|n| start(graph, n)).collect();
         let is_line = |n: usize| settings.is_first_order_hold && n < model.inputs.len();
         let end: Vec<Id> = (0..inputs)
             .map(|n| if is_line(n) { leaf(graph, Leaf::NextInput, n) } else { start[n] })
             .collect();
-        let half = graph.constant(0.5);
-        let middle: Vec<Id> = start
-            .iter()
-            .zip(&end)
-            .map(|(&a, &b)| {
-                if a == b {
-                    return a;
-                }
-                let sum = graph.add(a, b);
-                graph.multiply(half, sum)
-            })
-            .collect();
-        let x: Vec<Id> = (0..model.states.len()).map(|n| leaf(graph, Leaf::State, n)).collect();
-        let mut builder = Builder { graph, extras: &extras, first, inputs: [start.clone(), middle.clone(), end.clone()] };
-        let mut next = builder.affine(&x, false, 0);
+        let mut x: Vec<Id> = (0..model.states.len()).map(|n| leaf(graph, Leaf::State, n)).collect();
         let mut milestones = Vec::new();
-        if !extras.rows.is_empty() {
-            let rest: Vec<Id> = extras.rows.iter().map(|row| affine.rest[*row]).collect();
-            let stages = |builder: &mut Builder<'_>, at: &[Id], inputs: &[Id]| right_hand_sides(builder.graph, &rest, at, inputs);
-            let half_step = builder.affine(&x, true, 0);
-            let n0 = stages(&mut builder, &x, &start);
-            let mut a = half_step.clone();
-            builder.add_stages(&mut a, Block::HalfStage, &n0);
-            let na = stages(&mut builder, &a, &middle);
-            let mut b = half_step;
-            builder.add_stages(&mut b, Block::HalfStage, &na);
-            let nb = stages(&mut builder, &b, &middle);
-            let two = builder.graph.constant(2.0);
-            let bent: Vec<Id> = nb
-                .iter()
-                .zip(&n0)
-                .map(|(&b, &a)| {
-                    let twice = builder.graph.multiply(two, b);
-                    builder.graph.subtract(twice, a)
-                })
-                .collect();
-            let mut c = builder.affine(&a, true, 1);
-            builder.add_stages(&mut c, Block::HalfStage, &bent);
-            let nc = stages(&mut builder, &c, &end);
-            let middle_sum: Vec<Id> = na.iter().zip(&nb).map(|(&a, &b)| builder.graph.add(a, b)).collect();
-            for (weight, values) in [n0, middle_sum, nc].iter().enumerate() {
-                for (row, value) in values.iter().enumerate() {
-                    builder.add(&mut next, Block::Weight(row, weight), Some(*value));
-                }
+        let substeps = settings.substeps.max(1);
+        for substep in 0..substeps {
+            let at = |graph: &mut Graph, fraction: f64| {
+                between(graph, &start, &end, (count(substep) + fraction) / count(substeps))
+            };
+            let inputs = [0.0, 0.5, 1.0].map(|fraction| at(graph, fraction));
+            let mut builder = Builder { graph, extras: &extras, first, inputs };
+            let mut next = builder.affine(&x, false, 0);
+            if !extras.rows.is_empty() {
+                let rest: Vec<Id> = extras.rows.iter().map(|row| affine.rest[*row]).collect();
+                milestones.extend(builder.nonlinear(&x, &rest, &mut next));
             }
-            milestones.extend(a.into_iter().chain(b).chain(c));
+            if !model.reactions.is_empty() {
+                milestones.extend(&next);
+                let gains: Vec<Vec<Id>> = (0..extras.sources.len())
+                    .filter(|n| matches!(extras.sources[*n], Source::Reaction(_)))
+                    .map(|n| builder.column(Block::Start(n)))
+                    .collect();
+                let begin = builder.inputs[0].clone();
+                next = super::reaction::react(builder.graph, model, (&x, &begin), next, &gains);
+            }
+            if substep + 1 < substeps {
+                milestones.extend(&next);
+            }
+            x = next;
         }
-        if !model.reactions.is_empty() {
-            milestones.extend(&next);
-            let gains: Vec<Vec<Id>> = (0..extras.sources.len())
-                .filter(|n| matches!(extras.sources[*n], Source::Reaction(_)))
-                .map(|n| builder.column(Block::Start(n)))
-                .collect();
-            next = super::reaction::react(builder.graph, model, (&x, &start), next, &gains);
-        }
-        self.next = next;
+        self.next = x;
         self.milestones = milestones;
         self.extras = Some(extras);
     }
 }
 
+/// Returns inputs at a fraction of the step.
+fn between(graph: &mut Graph, start: &[Id], end: &[Id], fraction: f64) -> Vec<Id> {
+    let [before, after] = [1.0 - fraction, fraction].map(|weight| graph.constant(weight));
+    let value = |(&a, &b): (&Id, &Id)| {
+        if a == b {
+            return a;
+        }
+        let (a, b) = (graph.multiply(before, a), graph.multiply(after, b));
+        graph.add(a, b)
+    };
+    start.iter().zip(end).map(value).collect()
+}
+
 impl Builder<'_> {
+    /// Adds the effect of nonlinear terms over a step to `next`, the states after the affine part; returns the states of the stages.
+    fn nonlinear(&mut self, x: &[Id], rest: &[Id], next: &mut [Id]) -> Vec<Id> {
+        let [start, middle, end] = self.inputs.clone();
+        let half_step = self.affine(x, true, 0);
+        let n0 = right_hand_sides(self.graph, rest, x, &start);
+        let mut a = half_step.clone();
+        self.add_stages(&mut a, Block::HalfStage, &n0);
+        let na = right_hand_sides(self.graph, rest, &a, &middle);
+        let mut b = half_step;
+        self.add_stages(&mut b, Block::HalfStage, &na);
+        let nb = right_hand_sides(self.graph, rest, &b, &middle);
+        let two = self.graph.constant(2.0);
+        let mut bent = Vec::new();
+        for (&b, &a) in nb.iter().zip(&n0) {
+            let twice = self.graph.multiply(two, b);
+            bent.push(self.graph.subtract(twice, a));
+        }
+        let mut c = self.affine(&a, true, 1);
+        self.add_stages(&mut c, Block::HalfStage, &bent);
+        let nc = right_hand_sides(self.graph, rest, &c, &end);
+        let middle_sum: Vec<Id> = na.iter().zip(&nb).map(|(&a, &b)| self.graph.add(a, b)).collect();
+        for (weight, values) in [n0, middle_sum, nc].iter().enumerate() {
+            for (row, value) in values.iter().enumerate() {
+                self.add(next, Block::Weight(row, weight), Some(*value));
+            }
+        }
+        a.into_iter().chain(b).chain(c).collect()
+    }
+
     /// Adds the nonlinear terms of a stage to states.
     fn add_stages(&mut self, x: &mut [Id], block: fn(usize) -> Block, values: &[Id]) {
         for (row, value) in values.iter().enumerate() {

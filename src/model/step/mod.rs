@@ -52,12 +52,39 @@ pub(crate) struct Step {
     pub milestones: Vec<Id>,
     /// Outputs at the start of the step.
     pub outputs: Vec<Id>,
+    /// Operations with a memory, by the numbers of their leaves.
+    pub memories: Vec<Memory>,
     /// Initial values of the states.
     pub initial: Vec<Id>,
     /// Matrices whose exponentials are further parameters; `None` if the method has none.
     pub extras: Option<Extras>,
     /// Number of parameters of the model with its free initial states; those of `extras` follow.
     pub parameters: usize,
+}
+
+/// An operation with a memory of earlier samples.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Memory {
+    pub kind: MemoryKind,
+    /// Its operands; for a derivative the operands alternate with their derivatives.
+    pub operands: Vec<Id>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum MemoryKind {
+    /// The mean over a step of a signal with a delay and a latency.
+    Delay,
+    /// The derivative of a delay.
+    DelayRate,
+    /// The moving average of a signal over a number of samples.
+    Average,
+    /// The derivative of a moving average.
+    AverageRate,
+}
+
+/// Returns the leaf of an operation with a memory.
+pub(super) fn memory(graph: &mut Graph, number: usize) -> Id {
+    graph.leaf(Leaf::Memory(u16::try_from(number).unwrap_or(u16::MAX)))
 }
 
 /// Returns a leaf for the parameter with a number.
@@ -82,17 +109,27 @@ impl Step {
             _ => {
                 let place = open.iter().position(|state| *state == n).unwrap_or(0);
                 let value = parameter(&mut graph, own + place);
-                let (factor, offset) = (graph.constant(state.unit.unit.factor), graph.constant(state.unit.unit.offset));
-                let scaled = graph.multiply(factor, value);
-                graph.add(scaled, offset)
+                let factor = graph.constant(state.unit.unit.factor);
+                graph.multiply(factor, value)
             }
         });
         let initial: Vec<Id> = initial.collect();
-        let outputs: Vec<Id> = model.outputs.iter().map(|output| output.value).collect();
+        let delays = model.delayed.iter().map(|of| Memory { kind: MemoryKind::Delay, operands: vec![of.value, of.delay, of.latency] });
+        let mut memories: Vec<Memory> = delays.collect();
+        let mut outputs = Vec::new();
+        for output in &model.outputs {
+            outputs.push(match output.average {
+                None => output.value,
+                Some(window) => {
+                    memories.push(Memory { kind: MemoryKind::Average, operands: vec![output.value, window] });
+                    memory(&mut graph, memories.len() - 1)
+                }
+            });
+        }
         let parameters = own + open.len();
         let affine = Affine::of(model, &mut graph);
-        let mut step =
-            Self { graph, next: Vec::new(), milestones: Vec::new(), outputs, initial, extras: None, parameters };
+        let (next, milestones) = (Vec::new(), Vec::new());
+        let mut step = Self { graph, next, milestones, outputs, memories, initial, extras: None, parameters };
         match (settings.method, settings.step_s) {
             (IntegrationMethod::Exponential, Some(step_s)) => step.exponential(model, &affine, step_s, settings),
             _ => step.runge_kutta(model, &affine, settings),
@@ -127,11 +164,23 @@ impl Step {
         let slopes: Vec<Id> = (states..2 * states)
             .map(|n| graph.leaf(Leaf::State(u16::try_from(n).unwrap_or(u16::MAX))))
             .collect();
+        let own = step.memories.len();
+        let of_memories: Vec<Id> = (own..2 * own).map(|n| memory(graph, n)).collect();
         let mut direction = Direction::new(|leaf| match leaf {
             Leaf::Parameter(n) => rates.get(usize::from(n)).copied(),
             Leaf::State(n) => slopes.get(usize::from(n)).copied(),
+            Leaf::Memory(n) => of_memories.get(usize::from(n)).copied(),
             _ => None,
         });
+        for number in 0..own {
+            let Memory { kind, operands } = step.memories[number].clone();
+            let kind = match kind {
+                MemoryKind::Delay | MemoryKind::DelayRate => MemoryKind::DelayRate,
+                MemoryKind::Average | MemoryKind::AverageRate => MemoryKind::AverageRate,
+            };
+            let operands = operands.iter().flat_map(|id| [*id, direction.derivative(graph, *id)]).collect();
+            step.memories.push(Memory { kind, operands });
+        }
         for list in [&mut step.next, &mut step.outputs, &mut step.initial] {
             let derivatives: Vec<Id> = list.iter().map(|id| direction.derivative(graph, *id)).collect();
             list.extend(derivatives);

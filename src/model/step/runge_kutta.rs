@@ -12,14 +12,12 @@ struct Inputs {
 
 impl Inputs {
     fn new(model: &Model, graph: &mut Graph, is_first_order_hold: bool) -> Self {
-        let count = model.inputs.len() + model.delayed.len();
+        let count = model.inputs.len();
         let leaves = |graph: &mut Graph, of: fn(u16) -> Leaf| {
             (0..count).map(|n| graph.leaf(of(u16::try_from(n).unwrap_or(u16::MAX)))).collect::<Vec<Id>>()
         };
         let start = leaves(graph, Leaf::Input);
-        // A delayed signal is constant over a step.
-        let mut end = if is_first_order_hold { leaves(graph, Leaf::NextInput) } else { start.clone() };
-        end[model.inputs.len()..].copy_from_slice(&start[model.inputs.len()..]);
+        let end = if is_first_order_hold { leaves(graph, Leaf::NextInput) } else { start.clone() };
         Self { start, end }
     }
 

@@ -1,0 +1,244 @@
+//! Every back end of a model against a plain simulation of its equations with fine steps.
+
+#![allow(clippy::unwrap_used, reason = "a test may stop")]
+
+use super::trajectory::Unknown;
+use super::*;
+use crate::candidates::Candidates;
+use crate::criterion::{Criterion, Norm, Scale};
+use crate::evaluate::{Initial, Level, Problem, Scalar};
+use crate::experiment::{Excitation, simulated};
+use crate::model::reference;
+use crate::model::{BuiltIn, IntegrationMethod, Model};
+use crate::motor::{Discretization, Extended, Parameter, Parameters, Space};
+use crate::numeric::{count, rms};
+
+/// Returns the inputs of a built-in model, its step \[s\], and the values of its parameters.
+fn case(of: BuiltIn) -> (Vec<Vec<f64>>, f64, Vec<f64>) {
+    const SAMPLES: usize = 400;
+    let square = |period: usize, high: f64, low: f64| -> Vec<f64> {
+        (0..SAMPLES).map(|n| if (n / period).is_multiple_of(2) { high } else { low }).collect()
+    };
+    let zero = vec![0.0; SAMPLES];
+    // Before the first sample a delayed signal has its first value, in the motor's own simulation that at rest.
+    let after_rest = |mut input: Vec<f64>| {
+        input[..20].fill(0.0);
+        input
+    };
+    match of {
+        BuiltIn::Pmsm => (
+            vec![square(90, 1.0, -0.5), square(70, 6.0, -3.0), square(50, 0.02, 0.0)],
+            1e-4,
+            vec![0.5, 1e-3, 1.5e-3, 0.05, 1e-4, 2e-4],
+        ),
+        BuiltIn::TwoMass => (vec![square(50, 0.2, -0.2)], 1e-3, vec![1e-3, 2e-3, 1e-3, 1e-3, 20.0, 0.01, 0.01]),
+        BuiltIn::ServoPendulum => {
+            (vec![square(150, 1.0, -0.5)], 1e-3, vec![0.5, 0.01, 0.005, 0.05, 0.03, 0.3, 0.3, 1.5, 20.0, 0.5])
+        }
+        BuiltIn::DcThermal => {
+            (vec![square(90, 6.0, -3.0), vec![25.0; SAMPLES]], 1e-3, vec![1.0, 1.0, 0.05, 1e-5, 1e-5, 5.0, 4.0, 1e-3])
+        }
+        BuiltIn::DcMotor => (vec![after_rest(square(70, 6.0, -3.0)), square(33, 0.01, 0.0)], 1e-3, motor()),
+        BuiltIn::DcExtended => (
+            vec![after_rest(square(70, 6.0, -3.0)), zero],
+            1e-3,
+            [motor(), vec![0.02, 0.005, 0.004, 0.1, 0.3, 0.2, 5.0, 0.9]].concat(),
+        ),
+    }
+}
+
+fn motor() -> Vec<f64> {
+    Parameters::M2.to_array().to_vec()
+}
+
+/// Makes a problem whose only candidate is given, and whose outputs are measured as zero.
+fn problem(model: &Model, (inputs, step_s): (&[Vec<f64>], f64), space: ModelSpace, method: IntegrationMethod, substeps: usize) -> ModelProblem {
+    let time_s: Vec<f64> = (0..inputs[0].len()).map(|n| count(n) * step_s).collect();
+    let recording = ModelRecording {
+        measured: model.outputs().iter().map(|_| Some(time_s.clone())).collect(),
+        time_s,
+        step_s: vec![step_s],
+        inputs: inputs.to_vec(),
+        counting: Vec::new(),
+        effective_sample_ratio: 1.0,
+    };
+    let settings = ModelSettings { method: Some((method, substeps)), ..ModelSettings::default() };
+    ModelProblem::new(model, space, vec![recording], settings).unwrap()
+}
+
+fn fixed(values: &[f64]) -> ModelSpace {
+    ModelSpace { free: Vec::new(), fixed: values.iter().copied().map(Some).collect() }
+}
+
+#[test]
+fn steps_follow_the_equations() {
+    // Errors relative to the rms of the output. Affine equations are exact; others have the error of order 4, that of the bounces of
+    // a backlash, and that of reactions, which begin and end with a step (order 1).
+    for (of, limits) in [
+        (BuiltIn::DcMotor, [1e-12, 1e-6]),
+        (BuiltIn::DcExtended, [1e-2, 1e-2]),
+        (BuiltIn::DcThermal, [3e-3, 3e-3]),
+        (BuiltIn::Pmsm, [1e-5, 1e-5]),
+        (BuiltIn::ServoPendulum, [1e-2, 1e-2]),
+        (BuiltIn::TwoMass, [2e-2, 2e-2]),
+    ] {
+        let model = of.model().unwrap();
+        let (inputs, step_s, values) = case(of);
+        let open = vec![0.05; crate::model::step::open_states(&model).len()];
+        let expected = reference::simulate(&model, &values, &open, &inputs, step_s, 64);
+        for (method, limit) in IntegrationMethod::ALL.into_iter().zip(limits) {
+            for substeps in [1, 3] {
+                let problem = problem(&model, (&inputs, step_s), fixed(&values), method, substeps);
+                let found = problem.simulate(&[], 0, &open).outputs;
+                for ((found, expected), output) in found.iter().zip(&expected).zip(model.outputs()) {
+                    let error: Vec<f64> = found.iter().zip(expected).map(|(a, b)| a - b).collect();
+                    let error = rms(&error) / rms(expected);
+                    assert!(error < limit, "{} {} {method:?} {substeps}: {error:e}", of.name(), output.name);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_motors_written_as_models_are_the_built_in_ones() {
+    let of = |parameter: Parameter, value: f64| (parameter, value);
+    let extended = [
+        of(Parameter::Coulomb, 0.02),
+        of(Parameter::Load, 0.005),
+        of(Parameter::DeadTime, 0.004),
+        of(Parameter::Offset, 0.1),
+        of(Parameter::BrushDrop, 0.3),
+        of(Parameter::Deadband, 0.2),
+        of(Parameter::Saturation, 5.0),
+        of(Parameter::NegativeGain, 0.9),
+    ];
+    let extended = extended.into_iter().fold(Extended::from(&Parameters::M2), |motor, (p, value)| motor.with(p, value));
+    for (of, motor) in [(BuiltIn::DcMotor, Extended::from(&Parameters::M2)), (BuiltIn::DcExtended, extended)] {
+        let model = of.model().unwrap();
+        let (inputs, step_s, values) = case(of);
+        let time_s: Vec<f64> = (0..inputs[0].len()).map(|n| count(n) * step_s).collect();
+        let torque = Some(inputs[1].clone()).filter(|torque| torque.iter().any(|value| *value != 0.0));
+        let excitation = Excitation { time_s, voltage: inputs[0].clone(), torque };
+        let record = simulated(motor, &excitation, Discretization::Zoh).unwrap();
+        let problem = problem(&model, (&inputs, step_s), fixed(&values), IntegrationMethod::Exponential, 1);
+        let found = problem.simulate(&[], 0, &[0.0, 0.0]).outputs;
+        for (found, expected) in found.iter().zip(record.measured()) {
+            let expected = expected.unwrap();
+            let error: Vec<f64> = found.iter().zip(expected).map(|(a, b)| a - b).collect();
+            // Rounding: the same steps in another order of operations.
+            assert!(rms(&error) < 1e-11 * rms(expected), "{}: {:e}", of.name(), rms(&error) / rms(expected));
+        }
+    }
+}
+
+#[test]
+fn costs_of_the_motor_are_those_of_its_own_kernel() {
+    let model = BuiltIn::DcMotor.model().unwrap();
+    let (inputs, step_s, _) = case(BuiltIn::DcMotor);
+    let time_s: Vec<f64> = (0..inputs[0].len()).map(|n| count(n) * step_s).collect();
+    let excitation = Excitation { time_s: time_s.clone(), voltage: inputs[0].clone(), torque: Some(inputs[1].clone()) };
+    let record = simulated(Extended::from(&Parameters::M2), &excitation, Discretization::Zoh).unwrap();
+    let recording = ModelRecording {
+        time_s,
+        step_s: vec![step_s],
+        inputs,
+        measured: record.measured().map(|signal| signal.map(<[f64]>::to_vec)).to_vec(),
+        counting: Vec::new(),
+        effective_sample_ratio: 1.0,
+    };
+    let space = ModelSpace::new(&model, 1);
+    let values: Vec<f64> =
+        (0..70 * 5).map(|n| space.free[n % 5].at((count(n) * 0.618_033_988_749_895).fract())).collect();
+    for norm in Norm::ALL {
+        for scale in [Scale::None, Scale::Peak, Scale::Std] {
+            let criterion = Criterion { norm, scale, ..Criterion::default() };
+            let settings = ModelSettings { criterion, ..ModelSettings::default() };
+            let own = ModelProblem::new(&model, space.clone(), vec![recording.clone()], settings).unwrap();
+            let mut costs = vec![0.0; 70];
+            own.costs(Candidates::new(&values, 5), &mut costs).unwrap();
+            let kernel = crate::evaluate::Model { discretization: Discretization::Zoh, initial: Initial::Measured };
+            let problem = Problem::new(std::slice::from_ref(&record), kernel, Space::table2(), criterion).unwrap();
+            for (row, cost) in values.chunks(5).zip(&costs) {
+                let expected = Scalar::cost(&problem, row);
+                assert!((cost / expected - 1.0).abs() < 1e-9, "{norm:?} {scale:?}: {cost} {expected}");
+            }
+        }
+    }
+}
+
+#[test]
+fn every_level_computes_the_same() {
+    use crate::evaluate::interpreter::{Job, Work};
+    for of in BuiltIn::ALL {
+        let model = of.model().unwrap();
+        let (inputs, step_s, values) = case(of);
+        let problem = problem(&model, (&inputs, step_s), fixed(&values), IntegrationMethod::RungeKutta, 1);
+        let programs = &problem.programs[0];
+        let run = |level: Level| {
+            let mut work = Work::<8>::default();
+            work.parameters = values
+                .iter()
+                .copied()
+                .chain(std::iter::repeat(0.0))
+                .take(programs.step.all_parameters())
+                .map(crate::evaluate::interpreter::Register::of)
+                .collect();
+            let prepared = &problem.recordings[0];
+            work.run_at(&Job { program: &programs.program, rows: &prepared.rows, loss: prepared.loss }, level);
+            work.outputs.iter().map(|sum| sum.lane(3)).collect::<Vec<f64>>()
+        };
+        let portable = run(Level::Portable);
+        for level in Level::available() {
+            for (own, portable) in run(level).iter().zip(&portable) {
+                // Fused operations round otherwise; a bounce of the backlash amplifies that.
+                assert!((own / portable - 1.0).abs() < 1e-6, "{} {level:?}: {own} {portable}", of.name());
+            }
+        }
+    }
+}
+
+#[test]
+fn derivatives_are_those_of_differences() {
+    for of in BuiltIn::ALL {
+        let model = of.model().unwrap();
+        let (inputs, step_s, mut values) = case(of);
+        if of == BuiltIn::DcExtended {
+            // A multiple of the step is a kink of the delayed signal.
+            values[7] = 0.0043;
+        }
+        let open = vec![0.02; crate::model::step::open_states(&model).len()];
+        for method in IntegrationMethod::ALL {
+            let free = ModelSpace::new(&model, 1);
+            let problem = problem(&model, (&inputs, step_s), free, method, 1);
+            let unknowns: Vec<Unknown> = (0..values.len())
+                .map(|n| Unknown::Parameter(n, values[n].abs().max(1e-3)))
+                .chain((0..open.len()).map(Unknown::Initial))
+                .collect();
+            let found = problem.trajectory(&values, 0, &open, &unknowns);
+            for (n, unknown) in unknowns.iter().enumerate() {
+                let moved = |step: f64| {
+                    let (mut values, mut open) = (values.clone(), open.clone());
+                    match *unknown {
+                        Unknown::Parameter(p, rate) => values[p] += step * rate,
+                        Unknown::Initial(place) => open[place] += step,
+                    }
+                    problem.simulate(&values, 0, &open).outputs
+                };
+                let step = 1e-6;
+                let (after, before) = (moved(step), moved(-step));
+                for output in 0..model.outputs().len() {
+                    let difference: Vec<f64> =
+                        after[output].iter().zip(&before[output]).map(|(a, b)| (a - b) / (2.0 * step)).collect();
+                    let own: Vec<f64> =
+                        found.sensitivities[output].iter().skip(n).step_by(unknowns.len()).copied().collect();
+                    let size = rms(&difference).max(1e-3 * rms(&found.outputs[output])).max(1e-9);
+                    // At a kink (a stick, a bounce) the difference spans both sides: the samples after it are few.
+                    let mut errors: Vec<f64> = own.iter().zip(&difference).map(|(a, b)| (a - b).abs() / size).collect();
+                    let most = crate::numeric::order_statistic(&mut errors, 0.9);
+                    assert!(most < 1e-3, "{} {method:?} {unknown:?} output {output}: {most:e}", of.name());
+                }
+            }
+        }
+    }
+}
