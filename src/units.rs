@@ -152,17 +152,8 @@ const DERIVED: [Row; 26] = [
 /// Zero of the Celsius scale \[K\].
 const CELSIUS: f64 = 273.15;
 
-const PREFIXES: [(&str, f64); 9] = [
-    ("n", 1e-9),
-    ("u", 1e-6),
-    ("µ", 1e-6),
-    ("μ", 1e-6),
-    ("m", 1e-3),
-    ("c", 1e-2),
-    ("k", 1e3),
-    ("M", 1e6),
-    ("G", 1e9),
-];
+const PREFIXES: [(&str, f64); 9] =
+    [("n", 1e-9), ("u", 1e-6), ("µ", 1e-6), ("μ", 1e-6), ("m", 1e-3), ("c", 1e-2), ("k", 1e3), ("M", 1e6), ("G", 1e9)];
 
 /// Largest length of a unit \[bytes\].
 const UNIT_MAX: usize = 64;
@@ -273,7 +264,9 @@ impl Reader<'_> {
     }
 
     fn symbol(&mut self) -> Result<Unit, UnitError> {
-        let Some(first) = self.peek() else { return Err(self.error("a unit is missing; a number has the unit \"1\"".to_owned())) };
+        let Some(first) = self.peek() else {
+            return Err(self.error("a unit is missing; a number has the unit \"1\"".to_owned()));
+        };
         let is_part = |c: char| c.is_alphabetic() || matches!(c, '°' | '%' | 'Ω' | 'µ');
         let rest = &self.text[self.at..];
         let end = match first {

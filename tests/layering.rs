@@ -1,4 +1,4 @@
-//! Proves: by its `crate::` paths, a module uses only modules before it in the flow record → motor → criterion → optimize →
+//! Proves: by its `crate::` paths, a module uses only modules before it in the flow record → motor → model → criterion → optimize →
 //! experiment → evaluate → estimate → device → analysis → identify → settings → study → report → cli; files of the folders
 //! below have no cyclic dependencies; the library names no flag of the program; files of `src` have at most 400 lines.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
@@ -8,11 +8,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Modules in the order of the flow. Each may use those before it, which include the base modules.
-const ORDER: [&str; 22] = [
+const ORDER: [&str; 24] = [
     "error",
     "limit",
     "named",
     "text",
+    "units",
     "setting",
     "file",
     "numeric",
@@ -21,6 +22,7 @@ const ORDER: [&str; 22] = [
     "record",
     "warning",
     "motor",
+    "model",
     "criterion",
     "optimize",
     "experiment",
@@ -33,15 +35,16 @@ const ORDER: [&str; 22] = [
     "study",
 ];
 /// Modules that a module may not use although they are before it.
-const FORBIDDEN: [(&str, &[&str]); 5] = [
+const FORBIDDEN: [(&str, &[&str]); 6] = [
     ("motor", &["record", "warning"]),
-    ("criterion", &["record", "warning", "motor"]),
-    ("optimize", &["record", "warning", "motor", "criterion"]),
+    ("model", &["record", "warning", "motor"]),
+    ("criterion", &["record", "warning", "motor", "model"]),
+    ("optimize", &["record", "warning", "motor", "model", "criterion"]),
     ("evaluate", &["optimize", "experiment", "warning"]),
     ("estimate", &["optimize", "experiment", "warning"]),
 ];
 /// Number of base modules, the first in [`ORDER`], which every module may use.
-const BASE: usize = 9;
+const BASE: usize = 10;
 /// Root exports, which every module may use.
 const EXPORTS: [&str; 3] = ["Error", "ErrorKind", "Result"];
 

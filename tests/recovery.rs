@@ -582,8 +582,15 @@ fn unidentifiable_parameters_are_a_clear_error() {
     let (current, speed): (Vec<f64>, Vec<f64>) = (vec![1.182_047; 500], vec![128.0935; 500]);
     let time_s = (0..500).map(|n| f64::from(n) * 1e-3).collect();
     let voltage = vec![10.5; 500];
-    let steady =
-        Record::new(Samples { time_s, voltage, torque: None, current: Some(current), speed: Some(speed), ..Samples::default() }).unwrap();
+    let steady = Record::new(Samples {
+        time_s,
+        voltage,
+        torque: None,
+        current: Some(current),
+        speed: Some(speed),
+        ..Samples::default()
+    })
+    .unwrap();
     let steady = with_noise(&steady, [0.01, 0.5], 1).unwrap();
     let error = identify(&[steady], &IdentifySpec::default()).unwrap_err();
     assert_eq!(error.kind(), motorfit::ErrorKind::NotIdentified);

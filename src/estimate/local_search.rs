@@ -80,7 +80,15 @@ mod tests {
             signal.map(|signal| signal.into_iter().enumerate().map(noise).collect())
         };
         let (current, speed) = (noisy(clean.current, 0.2), noisy(clean.speed, 1.5));
-        Record::new(Samples { time_s: clean.time_s, voltage: clean.voltage, torque: None, current, speed, ..Samples::default() }).unwrap()
+        Record::new(Samples {
+            time_s: clean.time_s,
+            voltage: clean.voltage,
+            torque: None,
+            current,
+            speed,
+            ..Samples::default()
+        })
+        .unwrap()
     }
 
     #[test]
@@ -129,7 +137,8 @@ mod tests {
         let from = |signal: &Option<Vec<f64>>| signal.as_ref().map(|signal| signal[150..].to_vec());
         let (time_s, voltage) = (samples.time_s[150..].to_vec(), samples.voltage[150..].to_vec());
         let (current, speed) = (from(&samples.current), from(&samples.speed));
-        let moving = Record::new(Samples { time_s, voltage, torque: None, current, speed, ..Samples::default() }).unwrap();
+        let moving =
+            Record::new(Samples { time_s, voltage, torque: None, current, speed, ..Samples::default() }).unwrap();
         let problem = Problem::new(&[moving], Model::default(), Space::table2(), Criterion::default()).unwrap();
         assert!(problem.signals()[0].initial_is_free);
         let (values, cost, _) = descend(&problem, &start, 10_000);

@@ -66,7 +66,15 @@ mod tests {
                 SimulationInput { step_s: &[0.001], step_index: &[], voltage: &voltage, voltage_end: &[], torque: &[] };
             let [current, speed] = simulate(&Parameters::M2, &input, [0.0; 2], Discretization::Zoh);
             let time_s = (0..1001).map(|n| f64::from(n) * 0.001).collect();
-            Record::new(Samples { time_s, voltage, torque: None, current: Some(current), speed: Some(speed), ..Samples::default() }).unwrap()
+            Record::new(Samples {
+                time_s,
+                voltage,
+                torque: None,
+                current: Some(current),
+                speed: Some(speed),
+                ..Samples::default()
+            })
+            .unwrap()
         };
         let step = record(&|_| 10.0);
         // A voltage that changes sign at every other sample barely moves the motor: every candidate fits it alike.

@@ -87,7 +87,8 @@ pub fn simulated(motor: impl Into<Extended>, excitation: &Excitation, method: Di
         return Err(Error::data(message, "Give one voltage per sample of time."));
     }
     let zero = Some(vec![0.0; time_s.len()]);
-    let draft = Record::new(Samples { time_s, voltage, torque, current: zero.clone(), speed: zero, ..Samples::default() })?;
+    let draft =
+        Record::new(Samples { time_s, voltage, torque, current: zero.clone(), speed: zero, ..Samples::default() })?;
     let mut signals = [0, 1].map(|_| Vec::with_capacity(draft.len()));
     let visit = |seen: [f64; 2]| signals.iter_mut().zip(seen).for_each(|(signal, value)| signal.push(value));
     let motor = motor.into();

@@ -75,7 +75,14 @@ impl StepExperiment {
         let first = own.block(0, samples.min(BLOCK));
         let zero = Some(vec![0.0; first.len()]);
         let time_s = (0..first.len()).map(|n| own.time(n)).collect();
-        let draft = Record::new(Samples { time_s, voltage: first, torque: None, current: zero.clone(), speed: zero, ..Samples::default() })?;
+        let draft = Record::new(Samples {
+            time_s,
+            voltage: first,
+            torque: None,
+            current: zero.clone(),
+            speed: zero,
+            ..Samples::default()
+        })?;
         own.checked(samples - 1, [0.0; 2])?;
         own.step_s = draft.period_s();
         let is_even = draft.steps().step_index.is_empty();
@@ -104,7 +111,8 @@ impl StepExperiment {
         let two = |value: f64| vec![value; 2];
         let time_s = vec![self.time(n), self.time(n + 1)];
         let (current, speed) = (Some(two(current)), Some(two(speed)));
-        Record::new(Samples { time_s, voltage: two(self.volts), torque: None, current, speed, ..Samples::default() }).map(|_| ())
+        Record::new(Samples { time_s, voltage: two(self.volts), torque: None, current, speed, ..Samples::default() })
+            .map(|_| ())
     }
 
     /// Simulates block by block. `each` gets the index of the first sample of a block, its voltages, and its states `[i, ω]`;

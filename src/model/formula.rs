@@ -46,9 +46,7 @@ impl Formula {
             Kind::Name(name) => FormulaKind::Name(name),
             Kind::Negative(inner) => FormulaKind::Negative(of(inner)),
             Kind::Not(inner) => FormulaKind::Not(of(inner)),
-            Kind::Call(function, arguments) => {
-                FormulaKind::Call(function.name(), arguments.iter().map(of).collect())
-            }
+            Kind::Call(function, arguments) => FormulaKind::Call(function.name(), arguments.iter().map(of).collect()),
             Kind::Binary(operator, left, right) => {
                 let (left, right) = (of(left), of(right));
                 let (sign, precedence) = match operator {

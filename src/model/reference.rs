@@ -11,7 +11,14 @@ use crate::numeric::count;
 /// Returns the outputs at each sample, shape `[outputs][samples]`, in their units. `inputs` have the shape `[inputs][samples]` and are
 /// held over each step of `step_s` seconds, which is divided by `substeps`. `open` are the initial values of states that
 /// are measured or free, in their units.
-pub(crate) fn simulate(model: &Model, values: &[f64], open: &[f64], inputs: &[Vec<f64>], step_s: f64, substeps: usize) -> Vec<Vec<f64>> {
+pub(crate) fn simulate(
+    model: &Model,
+    values: &[f64],
+    open: &[f64],
+    inputs: &[Vec<f64>],
+    step_s: f64,
+    substeps: usize,
+) -> Vec<Vec<f64>> {
     let samples = inputs.first().map_or(0, Vec::len);
     let mut memory = Vec::new();
     // Delayed signals at a time: the signal of the sample that was present then, piecewise constant.

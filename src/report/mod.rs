@@ -43,11 +43,11 @@ pub use identified_tables::{selection_table, selection_text};
 #[cfg(feature = "report")]
 pub use identify_page::{identify_page, identify_parts};
 pub use inspect::{SignalFacts, inspect_document};
+#[cfg(feature = "report")]
+pub use inspect::{inspect_page, record_figure};
 pub use model::{model_check_document, model_document};
 #[cfg(feature = "report")]
 pub use model::{model_check_page, model_page};
-#[cfg(feature = "report")]
-pub use inspect::{inspect_page, record_figure};
 #[cfg(feature = "report")]
 pub use notebook::{html_fragment, plain_text};
 #[cfg(feature = "report")]

@@ -230,7 +230,15 @@ fn short_and_empty_recordings_are_fine() {
                     let time_s = (0..count).map(|n| n as f64 * 1e-3).collect();
                     let at = |x: f64| (0..count).map(|n| if n < edge { 0.0 } else { x }).collect::<Vec<f64>>();
                     let (current, speed) = (current.then(|| at(y)), speed.then(|| at(-y)));
-                    let record = Record::new(Samples { time_s, voltage: at(v), torque: None, current, speed, ..Samples::default() }).unwrap();
+                    let record = Record::new(Samples {
+                        time_s,
+                        voltage: at(v),
+                        torque: None,
+                        current,
+                        speed,
+                        ..Samples::default()
+                    })
+                    .unwrap();
                     for finding in diagnose(&record) {
                         assert!(finding.figures.iter().all(|(_, v)| v.is_finite()), "{finding:?}");
                         assert!(finding.places.iter().all(|p| p.start < p.end && p.end <= count), "{finding:?}");

@@ -160,7 +160,14 @@ pub fn records() -> Vec<Record> {
                 (vec![0.0; count as usize], signal.clone(), None),
                 (Vec::new(), signal.clone(), Some(vec![0.0; count as usize])),
             ] {
-                all.push(Samples { time_s: time_s.clone(), voltage, torque: signal.clone(), current, speed, ..Samples::default() });
+                all.push(Samples {
+                    time_s: time_s.clone(),
+                    voltage,
+                    torque: signal.clone(),
+                    current,
+                    speed,
+                    ..Samples::default()
+                });
             }
         }
     }

@@ -2,8 +2,8 @@
 
 use crate::calls::Calls;
 use crate::drivers::{
-    analysis, estimate, evaluate, files, ground, identify, motor, optimize, record, report, settings, study, suite,
-    sweep,
+    analysis, estimate, evaluate, files, ground, identify, models, motor, optimize, record, report, settings, study,
+    suite, sweep,
 };
 use crate::list::public_functions;
 use std::path::Path;
@@ -60,6 +60,10 @@ const DRIVERS: &[Driver] = &[
     evaluate::gpus,
     evaluate::estimates,
     estimate::identifiable_recordings,
+    models::languages,
+    models::signals,
+    models::problems,
+    models::identifications,
 ];
 
 #[test]

@@ -137,8 +137,14 @@ pub fn drawn(numbers: &mut Numbers, kind: &'static str, count: usize, longest: f
     voltage.iter_mut().for_each(|v| *v *= volts);
     let time_s: Vec<f64> = (0..count).map(|n| number(n) * period).collect();
     let none = Some(vec![0.0; count]);
-    let samples =
-        Samples { time_s: time_s.clone(), voltage: voltage.clone(), torque: None, current: none.clone(), speed: none, ..Samples::default() };
+    let samples = Samples {
+        time_s: time_s.clone(),
+        voltage: voltage.clone(),
+        torque: None,
+        current: none.clone(),
+        speed: none,
+        ..Samples::default()
+    };
     let record = Record::new(samples).unwrap();
     let varied = Varied { kind, record, motor, stall: motor.k * volts / motor.r, hold, memory };
     (varied, Excitation { time_s, voltage, torque: None })

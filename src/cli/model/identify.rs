@@ -6,7 +6,9 @@ use crate::cli::prelude::*;
 use motorfit::analysis::split;
 use motorfit::evaluate::model::ModelRecording;
 use motorfit::identify::TrustLevel;
-use motorfit::identify::model::{ModelEstimate, ModelIdentification, ModelProgress, ModelSpec, hold_out_model, identify_model};
+use motorfit::identify::model::{
+    ModelEstimate, ModelIdentification, ModelProgress, ModelSpec, hold_out_model, identify_model,
+};
 use motorfit::model::Model;
 use motorfit::optimize::{Progress, Stop};
 use motorfit::record::{Reading, Record};
@@ -146,7 +148,11 @@ fn table(records: &[Record], model: &Model, spec: &ModelSpec, found: &ModelIdent
     let width = found.estimates.iter().map(|e| name(e).len()).max().unwrap_or(1).max(4);
     let units = found.estimates.iter().map(|e| e.unit.len()).max().unwrap_or(1).max(4);
     if found.uncertainty.is_some() {
-        let _ = writeln!(text, "  {DIM}{:<width$}{:>14} {:<units$} {:>11}   95 % interval{DIM:#}", "", "", "", "std. error");
+        let _ = writeln!(
+            text,
+            "  {DIM}{:<width$}{:>14} {:<units$} {:>11}   95 % interval{DIM:#}",
+            "", "", "", "std. error"
+        );
     }
     for e in &found.estimates {
         let value = e.value.map_or("–".to_owned(), |value| significant(value, 6));
@@ -184,9 +190,14 @@ fn lines(model: &Model, spec: &ModelSpec, found: &ModelIdentification) -> Vec<(&
     };
     let of = &found.verification;
     let search = match of.status {
-        "agrees" => format!("agrees: {} of {} starts spread over the bounds end in this optimum, the lowest", of.arrivals, of.starts),
+        "agrees" => format!(
+            "agrees: {} of {} starts spread over the bounds end in this optimum, the lowest",
+            of.arrivals, of.starts
+        ),
         "search_stuck" => "search stuck: a better optimum is known".to_owned(),
-        "reference_failed" => format!("inconclusive: {} of {} starts end in the lowest optimum", of.arrivals, of.starts),
+        "reference_failed" => {
+            format!("inconclusive: {} of {} starts end in the lowest optimum", of.arrivals, of.starts)
+        }
         _ => "not verified".to_owned(),
     };
     let mut lines = vec![("fit", fit(&found.fit_percent))];
@@ -195,8 +206,25 @@ fn lines(model: &Model, spec: &ModelSpec, found: &ModelIdentification) -> Vec<(&
     }
     lines.push(("residual", residual(&found.residual_sigma)));
     lines.extend([
-        ("cost", format!("{} ({}, scale {})", significant(found.cost, 4), spec.criterion.norm.name(), spec.criterion.scale.name())),
-        ("method", format!("{}, {} evaluations, seed {}{}", found.searched.method, found.evaluations, spec.seed, if spec.is_polished { ", then Levenberg–Marquardt" } else { "" })),
+        (
+            "cost",
+            format!(
+                "{} ({}, scale {})",
+                significant(found.cost, 4),
+                spec.criterion.norm.name(),
+                spec.criterion.scale.name()
+            ),
+        ),
+        (
+            "method",
+            format!(
+                "{}, {} evaluations, seed {}{}",
+                found.searched.method,
+                found.evaluations,
+                spec.seed,
+                if spec.is_polished { ", then Levenberg–Marquardt" } else { "" }
+            ),
+        ),
         ("steps", found.method.described()),
         ("search", search),
         ("time", engineering(found.seconds, "s", 3)),

@@ -19,7 +19,8 @@ pub(super) fn run(args: &ModelArgs, style: &Style) -> Result<Outcome> {
         }
         ModelAction::List => {
             let width = BuiltIn::ALL.iter().map(|of| of.name().len()).max().unwrap_or(0);
-            let lines = BuiltIn::ALL.iter().map(|of| format!("{:<width$}  {}\n", of.name(), motorfit::named::Named::text(of)));
+            let lines =
+                BuiltIn::ALL.iter().map(|of| format!("{:<width$}  {}\n", of.name(), motorfit::named::Named::text(of)));
             data(&lines.collect::<String>())?;
             Ok(Outcome::Done)
         }

@@ -27,7 +27,10 @@ pub(in crate::cli) fn run(args: &SimulateArgs, path: &Path, style: &Style) -> Re
             None => 0.0,
             Some(Noise::Decibels(decibels)) => rms(signal) * 10_f64.powf(-decibels / 20.0),
             Some(_) => {
-                return Err(Error::usage("--noise of a model", "Give decibels below the rms value of each output, as 40dB."));
+                return Err(Error::usage(
+                    "--noise of a model",
+                    "Give decibels below the rms value of each output, as 40dB.",
+                ));
             }
         };
         let noise = white_noise(signal.len(), sigma, args.seed, n as u64);
@@ -41,7 +44,8 @@ pub(in crate::cli) fn run(args: &SimulateArgs, path: &Path, style: &Style) -> Re
     };
     heads.extend(model.inputs().iter().map(|input| named(&input.name, &input.column, &input.unit.text)));
     heads.extend(model.outputs().iter().map(|output| named(&output.name, &output.column, &output.unit.text)));
-    let columns: Vec<Vec<f64>> = std::iter::once(recording.time_s.clone()).chain(recording.inputs.iter().cloned()).chain(outputs).collect();
+    let columns: Vec<Vec<f64>> =
+        std::iter::once(recording.time_s.clone()).chain(recording.inputs.iter().cloned()).chain(outputs).collect();
     let text = out::curves(&heads, &columns);
     out::write_file(&args.out, &text)?;
     if args.out != Path::new("-") {
@@ -58,14 +62,25 @@ fn values(model: &Model, text: &str) -> Result<Vec<f64>> {
         let at = model.parameters().iter().position(|parameter| parameter.name == name);
         let Some(at) = at else {
             let names: Vec<&str> = model.parameters().iter().map(|parameter| parameter.name.as_str()).collect();
-            return Err(Error::usage(format!("--parameters: \"{}\" is not a parameter", excerpt(name)), format!("The parameters are {}.", names.join(", "))));
+            return Err(Error::usage(
+                format!("--parameters: \"{}\" is not a parameter", excerpt(name)),
+                format!("The parameters are {}.", names.join(", ")),
+            ));
         };
         values[at] = Some(parse::number(value, Setting::Parameters)?);
     }
-    let missing: Vec<&str> =
-        model.parameters().iter().zip(&values).filter(|(_, value)| value.is_none()).map(|(p, _)| p.name.as_str()).collect();
+    let missing: Vec<&str> = model
+        .parameters()
+        .iter()
+        .zip(&values)
+        .filter(|(_, value)| value.is_none())
+        .map(|(p, _)| p.name.as_str())
+        .collect();
     if !missing.is_empty() {
-        return Err(Error::usage(format!("--parameters lacks {}", missing.join(", ")), "Give a value for each of them, in the units of the model."));
+        return Err(Error::usage(
+            format!("--parameters lacks {}", missing.join(", ")),
+            "Give a value for each of them, in the units of the model.",
+        ));
     }
     Ok(values.into_iter().flatten().collect())
 }
@@ -98,11 +113,15 @@ fn recording(model: &Model, args: &SimulateArgs) -> Result<ModelRecording> {
 /// Returns the time and the inputs of steps, `NAME=step:VALUE@SECONDS,…`, or `step:VALUE@SECONDS` for the first input.
 fn steps(model: &Model, args: &SimulateArgs) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
     if !(args.period > 0.0 && args.duration / args.period >= 2.0 && args.duration / args.period <= 1e7) {
-        return Err(Error::usage(format!("--duration {} with --period {}", args.duration, args.period), "Simulate 3 to 10 million samples."));
+        return Err(Error::usage(
+            format!("--duration {} with --period {}", args.duration, args.period),
+            "Simulate 3 to 10 million samples.",
+        ));
     }
     let samples = whole((args.duration / args.period).round()) + 1;
     let time_s: Vec<f64> = (0..samples).map(|n| count(n) * args.period).collect();
-    let mut inputs: Vec<Vec<f64>> = model.inputs().iter().map(|input| vec![input.default.unwrap_or(0.0); samples]).collect();
+    let mut inputs: Vec<Vec<f64>> =
+        model.inputs().iter().map(|input| vec![input.default.unwrap_or(0.0); samples]).collect();
     for item in args.input.split(',') {
         let (name, step) = match item.split_once('=') {
             Some((name, step)) => (Some(name.trim()), step.trim()),
@@ -115,7 +134,10 @@ fn steps(model: &Model, args: &SimulateArgs) -> Result<(Vec<f64>, Vec<Vec<f64>>)
         let parts = step.strip_prefix("step:").and_then(|step| step.split_once('@'));
         let (Some(at), Some((value, from))) = (at, parts) else {
             let names: Vec<&str> = model.inputs().iter().map(|input| input.name.as_str()).collect();
-            let hint = format!("Write NAME=step:VALUE@SECONDS,… for the inputs {}, or give a CSV file with them.", names.join(", "));
+            let hint = format!(
+                "Write NAME=step:VALUE@SECONDS,… for the inputs {}, or give a CSV file with them.",
+                names.join(", ")
+            );
             return Err(Error::usage(format!("--input: \"{}\" is not a step of an input", excerpt(item)), hint));
         };
         let (value, from) = (parse::number(value, Setting::Input)?, parse::number(from, Setting::Input)?);

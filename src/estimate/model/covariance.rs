@@ -72,7 +72,9 @@ pub(super) fn uncertainty(fit: &Fit<'_>, descent: &Descent<'_>, free: &[usize]) 
     let interval = |n: usize| {
         let half = quantile * error(n)?;
         let at = space[n].coordinate(values[n]);
-        let of = |coordinate: f64| if space[n].is_logarithmic { coordinate.exp() } else { coordinate * (space[n].max - space[n].min) };
+        let of = |coordinate: f64| {
+            if space[n].is_logarithmic { coordinate.exp() } else { coordinate * (space[n].max - space[n].min) }
+        };
         Some([of(at - half), of(at + half)])
     };
     let correlation = |a: usize, b: usize| {
@@ -108,11 +110,8 @@ fn noises(fit: &Fit<'_>, descent: &Descent<'_>) -> (Vec<Vec<Option<Whiteness>>>,
     let mut noises = Vec::new();
     for block in &descent.normal.blocks {
         let recording = fit.problem.recording(block.recording);
-        let found = fit.problem.simulate(
-            &fit.values(&descent.at),
-            block.recording,
-            &fit.initial(&descent.at, block.recording),
-        );
+        let found =
+            fit.problem.simulate(&fit.values(&descent.at), block.recording, &fit.initial(&descent.at, block.recording));
         let signal = recording.measured[block.output].as_deref().unwrap_or_default();
         let residuals: Vec<f64> = signal
             .iter()

@@ -128,7 +128,8 @@ impl<'a> Descent<'a> {
         loop {
             let left = gradient - matrix * &clipped;
             let step = solve(matrix, &left, &free, self.damping)?;
-            let longest = free.iter().copied().filter(|n| *n < axes).max_by(|a, b| step[*a].abs().total_cmp(&step[*b].abs()));
+            let longest =
+                free.iter().copied().filter(|n| *n < axes).max_by(|a, b| step[*a].abs().total_cmp(&step[*b].abs()));
             let Some(n) = longest.filter(|n| step[*n].abs() > TRUST) else { return Some(clipped + step) };
             clipped[n] = TRUST.copysign(step[n]);
             free.retain(|other| *other != n);

@@ -3,6 +3,7 @@
 //! Unknowns are the coordinates of the free parameters, then the initial values of the open states of each recording.
 
 use crate::evaluate::model::{ModelProblem, Trajectory, Unknown};
+use crate::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -45,6 +46,25 @@ impl Normal {
 }
 
 impl Fit<'_> {
+    /// Checks values of the free parameters and initial values of the recordings.
+    pub fn check(&self, values: &[f64], initial: &[Vec<f64>]) -> Result<()> {
+        let open = self.problem.open_initial(0).len();
+        if values.len() == self.axes()
+            && initial.len() == self.problem.recordings()
+            && initial.iter().all(|own| own.len() == open)
+            && values.iter().chain(initial.iter().flatten()).all(|value| value.is_finite())
+        {
+            return Ok(());
+        }
+        let message = format!("a start of {} parameters and {} recordings", values.len(), initial.len());
+        let hint = format!(
+            "Give {} finite values, and {open} initial values for each of {} recordings.",
+            self.axes(),
+            self.problem.recordings()
+        );
+        Err(Error::usage(message, hint))
+    }
+
     /// Returns the number of unknowns.
     pub fn unknowns(&self) -> usize {
         self.axes() + self.problem.recordings() * self.states()

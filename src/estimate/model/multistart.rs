@@ -48,7 +48,7 @@ pub struct ModelOptima {
 /// Searches the bounds of a problem from many starts, and from `more` starts of the caller. `observe` may end the search between rounds.
 ///
 /// # Errors
-/// Returns `NotIdentified` if the model diverges from every start.
+/// Returns `Usage` if a given start does not fit the space, and `NotIdentified` if the model diverges from every start.
 pub fn model_optima(
     problem: &ModelProblem,
     (estimates_initial, seed): (bool, u64),
@@ -56,6 +56,10 @@ pub fn model_optima(
     observe: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
 ) -> Result<ModelOptima> {
     let fit = Fit { problem, estimates_initial };
+    let initial: Vec<Vec<f64>> = (0..problem.recordings()).map(|n| problem.open_initial(n).to_vec()).collect();
+    for start in more {
+        fit.check(start, &initial)?;
+    }
     let mut ends: Vec<End> = Vec::new();
     let mut evaluations = 0;
     let mut is_interrupted = false;

@@ -54,7 +54,8 @@ pub struct ModelRefined {
 /// Refines the values of the free parameters from a start; `initial` are those of the open states of each recording.
 ///
 /// # Errors
-/// Returns `NotIdentified` if the model diverges at the start.
+/// Returns `Usage` if there is not one finite value for each free parameter and open state, and `NotIdentified` if the model diverges at
+/// the start.
 pub fn refine_model(
     problem: &ModelProblem,
     start: &[f64],
@@ -62,6 +63,7 @@ pub fn refine_model(
     (estimates_initial, weights): (bool, ModelWeights),
 ) -> Result<ModelRefined> {
     let fit = Fit { problem, estimates_initial };
+    fit.check(start, initial)?;
     let at = fit.at(start, initial);
     let Some(mut descent) = Descent::new(&fit, at, |normal| deviations(problem, normal)) else {
         let hint = "Start elsewhere, or narrow the bounds.";
@@ -86,7 +88,12 @@ pub fn refine_model(
                 break;
             }
         }
-        let is_sacrificed = descent.normal.rms().iter().zip(&by_signals).any(|(now, then)| *now > SACRIFICED * then + f64::MIN_POSITIVE);
+        let is_sacrificed = descent
+            .normal
+            .rms()
+            .iter()
+            .zip(&by_signals)
+            .any(|(now, then)| *now > SACRIFICED * then + f64::MIN_POSITIVE);
         if is_sacrificed {
             // A model error would be moved to one output: the weights of the signals keep all outputs alike.
             (descent.at, descent.normal) = before;

@@ -83,7 +83,14 @@ fn candidates(variant: Variant) -> Result<(Arc<Problem>, Vec<f64>)> {
     let drive = SimulationInput { step_s: &[0.001], step_index: &[], voltage: &voltage, voltage_end: &[], torque: &[] };
     let [current, speed] = simulate(&Parameters::M2, &drive, [0.0; 2], Discretization::Zoh);
     let time_s = (0..SAMPLES).map(|n| f64::from(n) * 0.001).collect();
-    let record = Record::new(Samples { time_s, voltage, torque: None, current: Some(current), speed: Some(speed), ..Samples::default() })?;
+    let record = Record::new(Samples {
+        time_s,
+        voltage,
+        torque: None,
+        current: Some(current),
+        speed: Some(speed),
+        ..Samples::default()
+    })?;
     let norm = match (variant.absolute, variant.weighted) {
         (false, false) => Norm::Nrmse,
         (false, true) => Norm::Itse,

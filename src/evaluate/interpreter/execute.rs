@@ -3,9 +3,9 @@
 #![expect(clippy::needless_range_loop, reason = "a part indexes several registers alike; that is what vectorizes")]
 
 use super::functions::{atan, atan2, exp, log, power, sine, tanh};
-use super::{Register, Vector, WIDTH};
-use crate::model::program::{Instruction, Operation};
+use super::register::{Register, Vector, WIDTH};
 use crate::model::graph::Unary;
+use crate::model::program::{Instruction, Operation};
 
 #[inline(always)]
 fn multiply_add<const FMA: bool>(a: &Vector, b: &Vector, c: &Vector) -> Vector {

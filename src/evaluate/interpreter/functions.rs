@@ -130,14 +130,26 @@ pub(super) fn log<const FMA: bool>(x: f64) -> f64 {
     let r = r * z;
     let half_square = 0.5 * f * f;
     let value = k * LN2_HIGH - ((half_square - (s * (half_square + r) + k * LN2_LOW)) - f);
-    let of_others = if x == 0.0 { f64::NEG_INFINITY } else if x > 0.0 { x } else { f64::NAN };
+    let of_others = if x == 0.0 {
+        f64::NEG_INFINITY
+    } else if x > 0.0 {
+        x
+    } else {
+        f64::NAN
+    };
     if x > 0.0 && x < f64::INFINITY { value } else { of_others }
 }
 
 /// Returns `x` to the power `y`, for `x` ≥ 0.
 #[inline(always)]
 pub(super) fn power<const FMA: bool>(x: f64, y: f64) -> f64 {
-    let of_zero = if y > 0.0 { 0.0 } else if y < 0.0 { f64::INFINITY } else { 1.0 };
+    let of_zero = if y > 0.0 {
+        0.0
+    } else if y < 0.0 {
+        f64::INFINITY
+    } else {
+        1.0
+    };
     let value = exp::<FMA>(y * log::<FMA>(x));
     if x == 0.0 { of_zero } else { value }
 }
@@ -231,7 +243,9 @@ mod tests {
         assert!(log::<true>(-1.0).is_nan() && log::<true>(f64::NAN).is_nan() && sine::<true, false>(f64::NAN).is_nan());
         assert_eq!([power::<true>(0.0, 0.0), power::<true>(0.0, 2.5), power::<true>(1.0, 7.0)], [1.0, 0.0, 1.0]);
         assert_eq!([tanh::<true>(40.0), tanh::<true>(-40.0), tanh::<true>(0.0)], [1.0, -1.0, 0.0]);
-        for (y, x) in [(1.0, 2.0), (1.0, -2.0), (-1.0, -2.0), (-1.0, 2.0), (0.0, 1.0), (0.0, -1.0), (2.0, 0.0), (-2.0, 0.0)] {
+        for (y, x) in
+            [(1.0, 2.0), (1.0, -2.0), (-1.0, -2.0), (-1.0, 2.0), (0.0, 1.0), (0.0, -1.0), (2.0, 0.0), (-2.0, 0.0)]
+        {
             assert!((atan2::<true>(y, x) - libm::atan2(y, x)).abs() < 1e-15, "{y} {x}");
         }
     }

@@ -5,7 +5,7 @@
 //! latency it keeps that value until the latency after its first movement has passed too. A sensor's moving average is that of
 //! the DC motor (`motor/sensor.rs`).
 
-use super::{Register, WIDTH};
+use super::register::{Register, WIDTH};
 use crate::motor::MovingAverage;
 use crate::numeric::{count, whole};
 
@@ -93,8 +93,8 @@ impl<const C: usize> Memory<C> {
         let mut result = [Register::ZERO; 2];
         for lane in 0..Register::<C>::LANES {
             let d = delay[0].lane(lane).max(0.0);
-            let [[end, end_rate, end_value], [start, start_rate, start_value]] = [self.time + h - d, self.time - d]
-                .map(|time| self.integral(time, lane, (&first, size)));
+            let [[end, end_rate, end_value], [start, start_rate, start_value]] =
+                [self.time + h - d, self.time - d].map(|time| self.integral(time, lane, (&first, size)));
             let mut mean = (end - start) / h;
             let mut rate = (end_rate - start_rate) / h - (end_value - start_value) / h * delay[1].lane(lane);
             let wait = latency[0].lane(lane);

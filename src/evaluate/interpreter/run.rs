@@ -2,7 +2,7 @@
 
 use super::execute::execute;
 use super::memory::{Clock, Memory};
-use super::{Register, WIDTH};
+use super::register::{Register, WIDTH};
 use crate::evaluate::{Level, at_level};
 use crate::model::graph::{Leaf, evaluate};
 use crate::model::program::{Instruction, Operation, Program, Uniforms};

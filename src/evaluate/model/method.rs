@@ -5,29 +5,21 @@
 //! the error of the Runge–Kutta method is below 1e-3 of a step's change and falls with its fourth power; beyond, exponentials are exact
 //! for the stiff affine part. On irregular clocks the Runge–Kutta method takes substeps instead.
 
-use super::problem::{ModelProblem, ModelSettings};
-use super::recording::ModelRecording;
+use super::recording::{ModelRecording, open_initial};
 use super::space::ModelSpace;
 use crate::model::graph::{Direction, Graph, Id, Leaf, evaluate};
 use crate::model::step::{Affine, open_states};
 use crate::model::{IntegrationMethod, Model};
-use crate::Result;
-use crate::candidates::Candidates;
-use crate::numeric::{count, order_statistic, rms, standard_deviation, whole};
-use nalgebra::DMatrix;
+use crate::numeric::{count, whole};
+use nalgebra::{DMatrix, Schur};
 use rand::{RngExt as _, SeedableRng as _};
 
 /// Largest `h|λ|` of the Runge–Kutta method.
-const STIFFNESS_MAX: f64 = 0.7;
+pub(super) const STIFFNESS_MAX: f64 = 0.7;
+/// Iterations of the eigenvalues at most.
+const ITERATIONS_MAX: usize = 500;
 /// Largest number of substeps.
-const SUBSTEPS_MAX: usize = 64;
-/// Numbers of random candidates and of those among them whose trajectories are compared.
-const NEAR: (usize, usize) = (512, 12);
-/// Samples of the recording on which methods are tried.
-const SAMPLES_TRIED: usize = 2000;
-/// Largest median, and largest 80 % quantile, of the error of a trajectory relative to the deviation of the signal.
-const ERROR_MEDIAN: f64 = 3e-4;
-const ERROR_MOST: f64 = 3e-3;
+pub(super) const SUBSTEPS_MAX: usize = 64;
 /// Number of candidates in the bounds at which the Jacobian is evaluated, and of samples along the trajectory of each.
 const CANDIDATES: usize = 24;
 const SAMPLES: usize = 60;
@@ -66,8 +58,7 @@ impl ModelMethod {
         let step = recordings.iter().map(ModelRecording::longest_step_s).fold(0.0, f64::max);
         let rate = if is_even && is_affine { 0.0 } else { largest_rate(model, space, recordings, step) };
         let stiffness = Stiffness { rate, per_step: step * rate, is_affine };
-        let exponential =
-            Self { method: IntegrationMethod::Exponential, substeps: 1, stiffness, is_rough: false };
+        let exponential = Self { method: IntegrationMethod::Exponential, substeps: 1, stiffness, is_rough: false };
         if is_even && (is_affine || stiffness.per_step > STIFFNESS_MAX) {
             return exponential;
         }
@@ -76,51 +67,22 @@ impl ModelMethod {
         Self { method: IntegrationMethod::RungeKutta, substeps, stiffness, is_rough: needed > substeps }
     }
 
-    /// Returns the method with as many substeps as it needs for accuracy: trajectories of candidates that are near the measured signals
-    /// are compared with those of half the step.
-    pub(super) fn tried(
-        self,
-        model: &Model,
-        space: &ModelSpace,
-        recordings: &[ModelRecording],
-        settings: ModelSettings,
-    ) -> Result<Self> {
-        if self.method == IntegrationMethod::Exponential && self.stiffness.is_affine {
-            return Ok(self);
-        }
-        let part: Vec<ModelRecording> = recordings.iter().take(1).map(|of| of.first(SAMPLES_TRIED)).collect();
-        let problem = |method: Self| ModelProblem::with_method(model, space.clone(), part.clone(), (settings, method));
-        let mut tries = vec![self];
-        for substeps in [2, 4, 8, 16].into_iter().filter(|substeps| *substeps > self.substeps) {
-            tries.push(Self { substeps, ..self });
-        }
-        let explicit = whole((self.stiffness.per_step / STIFFNESS_MAX).ceil().min(1e6)).max(1);
-        if self.method == IntegrationMethod::Exponential && explicit <= SUBSTEPS_MAX {
-            tries.push(Self { method: IntegrationMethod::RungeKutta, substeps: explicit, ..self });
-        }
-        for method in &tries {
-            let own = problem(*method)?;
-            let Some(candidates) = near(&own)? else { continue };
-            let finer = problem(Self { substeps: 2 * method.substeps, ..*method })?;
-            if is_accurate(&own, &finer, &candidates) {
-                return Ok(*method);
-            }
-        }
-        Ok(Self { is_rough: true, ..self })
-    }
-
     /// Returns a description of the method and of the reason for it.
     #[must_use]
     pub fn described(&self) -> String {
         let Stiffness { per_step, is_affine, .. } = self.stiffness;
         let stiffness = crate::text::significant(per_step, 2);
         match self.method {
-            IntegrationMethod::Exponential if is_affine => "matrix exponentials, exact: the equations are affine".to_owned(),
+            IntegrationMethod::Exponential if is_affine => {
+                "matrix exponentials, exact: the equations are affine".to_owned()
+            }
             IntegrationMethod::Exponential if self.substeps > 1 => {
                 format!("exponential Runge–Kutta of order 4 with {} substeps (h|λ| = {stiffness})", self.substeps)
             }
             IntegrationMethod::Exponential => {
-                format!("exponential Runge–Kutta of order 4: the equations are stiff for the sampling period (h|λ| = {stiffness})")
+                format!(
+                    "exponential Runge–Kutta of order 4: the equations are stiff for the sampling period (h|λ| = {stiffness})"
+                )
             }
             IntegrationMethod::RungeKutta if self.substeps == 1 => {
                 format!("Runge–Kutta of order 4 (h|λ| = {stiffness})")
@@ -132,39 +94,6 @@ impl ModelMethod {
     }
 }
 
-/// Returns candidates in the bounds whose trajectories are nearest to the measured signals; `None` if all diverge.
-fn near(problem: &ModelProblem) -> Result<Option<Vec<Vec<f64>>>> {
-    let axes = &problem.space.free;
-    if axes.is_empty() {
-        let diverges = problem.simulate(&[], 0, problem.open_initial(0)).outputs.iter().flatten().any(|v| !v.is_finite());
-        return Ok((!diverges).then(|| vec![Vec::new()]));
-    }
-    let mut numbers = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(2);
-    let values: Vec<f64> = (0..NEAR.0 * axes.len()).map(|n| axes[n % axes.len()].at(numbers.random::<f64>())).collect();
-    let mut costs = vec![0.0; NEAR.0];
-    problem.costs(Candidates::new(&values, axes.len()), &mut costs)?;
-    let mut order: Vec<usize> = (0..NEAR.0).filter(|n| costs[*n].is_finite()).collect();
-    order.sort_by(|a, b| costs[*a].total_cmp(&costs[*b]));
-    let of = |n: usize| values[n * axes.len()..(n + 1) * axes.len()].to_vec();
-    Ok((!order.is_empty()).then(|| order.into_iter().take(NEAR.1).map(of).collect()))
-}
-
-/// Returns true if the trajectories of most candidates are those of half the step.
-fn is_accurate(own: &ModelProblem, finer: &ModelProblem, candidates: &[Vec<f64>]) -> bool {
-    let mut errors: Vec<f64> = Vec::new();
-    for candidate in candidates {
-        let [a, b] = [own, finer].map(|problem| problem.simulate(candidate, 0, problem.open_initial(0)).outputs);
-        for (output, (a, b)) in a.iter().zip(&b).enumerate() {
-            let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
-            let measured = own.recording(0).counted(output).unwrap_or_else(|| b.clone());
-            let size = standard_deviation(&measured).max(standard_deviation(b));
-            let error = rms(&difference) / size;
-            errors.push(if error.is_nan() { if size > 0.0 { f64::INFINITY } else { 0.0 } } else { error });
-        }
-    }
-    order_statistic(&mut errors, 0.5) < ERROR_MEDIAN && order_statistic(&mut errors, 0.8) < ERROR_MOST
-}
-
 /// Returns the largest magnitude of an eigenvalue of the Jacobian over candidates in the bounds and along their trajectories.
 fn largest_rate(model: &Model, space: &ModelSpace, recordings: &[ModelRecording], step: f64) -> f64 {
     let mut graph = model.graph.clone();
@@ -174,11 +103,8 @@ fn largest_rate(model: &Model, space: &ModelSpace, recordings: &[ModelRecording]
     let mut largest: f64 = 0.0;
     for candidate in 0..CANDIDATES {
         let recording = &recordings[candidate % recordings.len()];
-        let free: Vec<f64> = space
-            .free
-            .iter()
-            .map(|axis| axis.at(if candidate == 0 { 0.5 } else { numbers.random::<f64>() }))
-            .collect();
+        let free: Vec<f64> =
+            space.free.iter().map(|axis| axis.at(if candidate == 0 { 0.5 } else { numbers.random::<f64>() })).collect();
         let values = space.values(&free, candidate % recordings.len());
         let mut walk = Walk { model, graph: &graph, values: &values, memory: &mut memory };
         let mut x = walk.initial(recording);
@@ -207,7 +133,8 @@ fn jacobian(model: &Model, graph: &mut Graph) -> Vec<Id> {
     let one = graph.constant(1.0);
     let mut columns = Vec::new();
     for state in 0..model.states.len() {
-        let mut direction = Direction::new(|leaf| matches!(leaf, Leaf::State(n) if usize::from(n) == state).then_some(one));
+        let mut direction =
+            Direction::new(|leaf| matches!(leaf, Leaf::State(n) if usize::from(n) == state).then_some(one));
         columns.push(model.states.iter().map(|of| direction.derivative(graph, of.derivative)).collect::<Vec<Id>>());
     }
     (0..model.states.len()).flat_map(|row| columns.iter().map(move |column| column[row])).collect()
@@ -218,7 +145,13 @@ fn spectral_radius(entries: &[f64], size: usize) -> f64 {
         return 0.0;
     }
     let matrix = DMatrix::from_row_slice(size, size, entries);
-    matrix.complex_eigenvalues().iter().map(|value| value.re.hypot(value.im)).fold(0.0, f64::max)
+    // The row norm is a bound, in place of eigenvalues that do not converge.
+    let norm = entries.chunks(size.max(1)).map(|row| row.iter().map(|v| v.abs()).sum()).fold(0.0, f64::max);
+    let schur = if norm < 1e100 { Schur::try_new(matrix, f64::EPSILON, ITERATIONS_MAX) } else { None };
+    let largest = |schur: Schur<f64, nalgebra::Dyn>| {
+        schur.complex_eigenvalues().iter().map(|value| value.re.hypot(value.im)).fold(0.0, f64::max)
+    };
+    schur.map_or(norm, largest)
 }
 
 /// A model at fixed parameters, walked without reactions.
@@ -232,7 +165,8 @@ struct Walk<'a> {
 impl Walk<'_> {
     fn at(&mut self, roots: &[Id], x: &[f64], inputs: &[f64]) -> Vec<f64> {
         let signals: Vec<Id> = self.model.delayed.iter().map(|of| of.value).collect();
-        let delayed = if signals.is_empty() || inputs.is_empty() { Vec::new() } else { self.with(&signals, x, inputs, &[]) };
+        let delayed =
+            if signals.is_empty() || inputs.is_empty() { Vec::new() } else { self.with(&signals, x, inputs, &[]) };
         self.with(roots, x, inputs, &delayed)
     }
 
@@ -248,7 +182,7 @@ impl Walk<'_> {
     }
 
     fn initial(&mut self, recording: &ModelRecording) -> Vec<f64> {
-        let open = super::problem::open_initial(self.model, recording);
+        let open = open_initial(self.model, recording);
         let states = open_states(self.model);
         let mut x = vec![0.0; self.model.states.len()];
         for (n, state) in self.model.states.iter().enumerate() {

@@ -7,6 +7,7 @@ mod space;
 #[cfg(test)]
 mod tests;
 mod trajectory;
+mod trial;
 
 pub use method::{ModelMethod, Stiffness};
 pub use problem::{ModelProblem, ModelSettings};

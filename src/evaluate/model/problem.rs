@@ -1,15 +1,15 @@
 //! A model on recordings: programs, rows, costs of candidates.
 
 use super::method::ModelMethod;
-use super::recording::ModelRecording;
+use super::recording::{ModelRecording, open_initial};
 use super::space::ModelSpace;
 use crate::candidates::Candidates;
 use crate::criterion::{Criterion, Scale};
 use crate::evaluate::interpreter::{Clock, Job, Loss, Register, Rows, Work};
 use crate::model::graph::Leaf;
 use crate::model::program::{Program, Roots, compile};
-use crate::model::step::{Step, StepSettings, open_states};
-use crate::model::{InitialState, IntegrationMethod, Model};
+use crate::model::step::{Step, StepSettings};
+use crate::model::{IntegrationMethod, Model};
 use crate::numeric::{count, peak, standard_deviation};
 use crate::text::counted;
 use crate::{Error, Result};
@@ -44,7 +44,10 @@ impl Programs {
     fn new(model: &Model, settings: &StepSettings) -> Result<Self> {
         let too_large = || {
             let message = format!("the step of the model {} needs too many registers", model.name());
-            Error::data(message, "Leave out states or functions, or record at a higher rate so that fewer substeps are needed.")
+            Error::data(
+                message,
+                "Leave out states or functions, or record at a higher rate so that fewer substeps are needed.",
+            )
         };
         let mut step = Step::new(model, settings);
         let mut tangent = step.with_tangents();
@@ -96,39 +99,7 @@ pub struct ModelProblem {
     pub(super) recordings: Vec<Prepared>,
 }
 
-/// Returns the initial values of the states that are measured or free, in their units: the first sample, or 0.
-pub(super) fn open_initial(model: &Model, recording: &ModelRecording) -> Vec<f64> {
-    let value = |state: &usize| {
-        let state = &model.states[*state];
-        let InitialState::Measured(output) = state.initial else { return 0.0 };
-        let Some(first) = recording.measured[output].as_ref().and_then(|values| values.first()) else { return 0.0 };
-        let (factor, offset) = model.outputs[output].unit.unit.to(&state.unit.unit).unwrap_or((1.0, 0.0));
-        first * factor + offset
-    };
-    open_states(model).iter().map(value).collect()
-}
-
 impl ModelProblem {
-    /// Makes the problem of a model on recordings.
-    ///
-    /// # Errors
-    /// Returns `Usage` if there are no recordings or no free parameters, `Data` if no output varies, a signal has another length than the
-    /// time, or the model is too large.
-    pub fn new(model: &Model, space: ModelSpace, recordings: Vec<ModelRecording>, settings: ModelSettings) -> Result<Self> {
-        if recordings.is_empty() {
-            return Err(Error::usage("there are no recordings", "Give at least one recording."));
-        }
-        for recording in &recordings {
-            check(model, recording)?;
-        }
-        let guess = ModelMethod::of(model, &space, &recordings);
-        let method = match settings.method {
-            Some((method, substeps)) => ModelMethod { method, substeps, ..guess },
-            None => guess.tried(model, &space, &recordings, settings)?,
-        };
-        Self::with_method(model, space, recordings, (settings, method))
-    }
-
     /// Makes a problem with an integration method; the signals of the recordings fit the model.
     pub(super) fn with_method(
         model: &Model,
@@ -146,15 +117,13 @@ impl ModelProblem {
                 None => {
                     let is_first_order_hold = settings.is_first_order_hold;
                     let (method, substeps) = (method.method, method.substeps);
-                    programs.push(Programs::new(model, &StepSettings { method, substeps, step_s, is_first_order_hold })?);
+                    programs
+                        .push(Programs::new(model, &StepSettings { method, substeps, step_s, is_first_order_hold })?);
                     steps.push(step_s.map(f64::to_bits));
                     programs.len() - 1
                 }
             };
             prepared.push(prepare(model, recording, (&programs[index].program, index), &settings.criterion));
-        }
-        if prepared.iter().all(|recording| recording.factors.iter().all(|factor| *factor <= 0.0)) {
-            return Err(Error::data("no measured output varies", "Record while the inputs change."));
         }
         Ok(Self { model: model.clone(), space, settings, method, programs, recordings: prepared })
     }
@@ -283,24 +252,6 @@ impl ModelProblem {
     }
 }
 
-/// Checks that all signals have the length of the time.
-fn check(model: &Model, recording: &ModelRecording) -> Result<()> {
-    let samples = recording.len();
-    let fits = recording.inputs.len() == model.inputs.len()
-        && recording.measured.len() == model.outputs.len()
-        && recording.inputs.iter().chain(recording.measured.iter().flatten()).all(|signal| signal.len() == samples)
-        && (recording.step_s.len() == 1 || recording.step_s.len() == samples)
-        && (recording.counting.is_empty() || recording.counting.len() == samples);
-    let is_finite = |signal: &Vec<f64>| signal.iter().all(|value| value.is_finite());
-    let has_numbers = recording.inputs.iter().chain(recording.measured.iter().flatten()).all(is_finite)
-        && recording.step_s.iter().all(|step| *step > 0.0 && step.is_finite());
-    if samples >= 2 && fits && has_numbers {
-        return Ok(());
-    }
-    let message = "the signals of a recording do not fit the model";
-    Err(Error::data(message, "Give every input and output one finite value per sample, at least two samples, and positive steps."))
-}
-
 /// Makes rows, factors and initial values of a recording.
 fn prepare(
     model: &Model,
@@ -333,7 +284,14 @@ fn prepare(
     let weights = if is_plain { Vec::new() } else { weights };
     let open = open_initial(model, &recording);
     let clock = clock(&recording);
-    Prepared { rows: Rows { samples, uniforms, measured, weights, clock }, recording, loss, programs: index, factors, open }
+    Prepared {
+        rows: Rows { samples, uniforms, measured, weights, clock },
+        recording,
+        loss,
+        programs: index,
+        factors,
+        open,
+    }
 }
 
 /// Returns the steps of a recording, for operations with a memory.

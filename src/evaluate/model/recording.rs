@@ -1,6 +1,7 @@
 //! Recordings as a model needs them: its inputs and measured outputs, in its units.
 
-use crate::model::Model;
+use crate::model::step::open_states;
+use crate::model::{InitialState, Model};
 use crate::numeric::count;
 use crate::record::{Record, SignalRequest};
 use crate::setting::text;
@@ -27,6 +28,18 @@ pub fn signal_requests(model: &Model) -> Vec<SignalRequest> {
         is_optional: true,
     });
     inputs.chain(outputs).collect()
+}
+
+/// Returns the initial values of the states that are measured or free, in their units: the first sample, or 0.
+pub(super) fn open_initial(model: &Model, recording: &ModelRecording) -> Vec<f64> {
+    let value = |state: &usize| {
+        let state = &model.states[*state];
+        let InitialState::Measured(output) = state.initial else { return 0.0 };
+        let Some(first) = recording.measured[output].as_ref().and_then(|values| values.first()) else { return 0.0 };
+        let (factor, offset) = model.outputs[output].unit.unit.to(&state.unit.unit).unwrap_or((1.0, 0.0));
+        first * factor + offset
+    };
+    open_states(model).iter().map(value).collect()
 }
 
 /// A recording of a model: inputs and measured outputs of equal length, in the units of the model.

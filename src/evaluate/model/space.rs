@@ -26,11 +26,12 @@ impl ModelAxis {
         if self.is_logarithmic { value.ln() } else { value / (self.max - self.min) }
     }
 
-    /// Returns the value of a coordinate.
+    /// Returns the value of a coordinate, within the bounds.
     #[must_use]
     pub fn value(&self, coordinate: f64) -> f64 {
         let value = if self.is_logarithmic { coordinate.exp() } else { coordinate * (self.max - self.min) };
-        value.clamp(self.min, self.max)
+        // Not `clamp`, which panics where bounds are not ordered.
+        value.max(self.min).min(self.max)
     }
 
     /// Returns the derivative of the value with respect to the coordinate.
@@ -78,7 +79,8 @@ impl ModelSpace {
     pub fn per_recording(mut self, model: &Model, names: &[String], recordings: usize) -> Result<Self> {
         for name in names {
             let parameter = number(model, name)?;
-            let Some(at) = self.free.iter().position(|axis| axis.parameter == parameter && axis.recording.is_none()) else {
+            let Some(at) = self.free.iter().position(|axis| axis.parameter == parameter && axis.recording.is_none())
+            else {
                 continue;
             };
             if recordings > 1 {
@@ -97,7 +99,11 @@ impl ModelSpace {
         let parameter = number(model, name)?;
         let is_logarithmic = model.parameters()[parameter].is_logarithmic;
         if !(min < max && min.is_finite() && max.is_finite()) || (is_logarithmic && min <= 0.0) {
-            let hint = if is_logarithmic { "Give two positive bounds, the lower first." } else { "Give the lower bound first." };
+            let hint = if is_logarithmic {
+                "Give two positive bounds, the lower first."
+            } else {
+                "Give the lower bound first."
+            };
             return Err(Error::usage(format!("the bounds {min}:{max} of {name}"), hint));
         }
         for axis in self.free.iter_mut().filter(|axis| axis.parameter == parameter) {
@@ -126,7 +132,9 @@ impl ModelSpace {
         let mut values: Vec<f64> = self.fixed.iter().map(|value| value.unwrap_or(f64::NAN)).collect();
         for (axis, value) in self.free.iter().zip(free) {
             if axis.recording.is_none_or(|of| of == recording) {
-                values[axis.parameter] = *value;
+                if let Some(own) = values.get_mut(axis.parameter) {
+                    *own = *value;
+                }
             }
         }
         values

@@ -4,13 +4,10 @@
 
 use super::trajectory::Unknown;
 use super::*;
-use crate::candidates::Candidates;
-use crate::criterion::{Criterion, Norm, Scale};
-use crate::evaluate::{Initial, Level, Problem, Scalar};
-use crate::experiment::{Excitation, simulated};
+use crate::evaluate::Level;
 use crate::model::reference;
 use crate::model::{BuiltIn, IntegrationMethod, Model};
-use crate::motor::{Discretization, Extended, Parameter, Parameters, Space};
+use crate::motor::Parameters;
 use crate::numeric::{count, rms};
 
 /// Returns the inputs of a built-in model, its step \[s\], and the values of its parameters.
@@ -52,7 +49,13 @@ fn motor() -> Vec<f64> {
 }
 
 /// Makes a problem whose only candidate is given, and whose outputs are measured as zero.
-fn problem(model: &Model, (inputs, step_s): (&[Vec<f64>], f64), space: ModelSpace, method: IntegrationMethod, substeps: usize) -> ModelProblem {
+fn problem(
+    model: &Model,
+    (inputs, step_s): (&[Vec<f64>], f64),
+    space: ModelSpace,
+    method: IntegrationMethod,
+    substeps: usize,
+) -> ModelProblem {
     let time_s: Vec<f64> = (0..inputs[0].len()).map(|n| count(n) * step_s).collect();
     let recording = ModelRecording {
         measured: model.outputs().iter().map(|_| Some(time_s.clone())).collect(),
@@ -95,73 +98,6 @@ fn steps_follow_the_equations() {
                     let error = rms(&error) / rms(expected);
                     assert!(error < limit, "{} {} {method:?} {substeps}: {error:e}", of.name(), output.name);
                 }
-            }
-        }
-    }
-}
-
-#[test]
-fn the_motors_written_as_models_are_the_built_in_ones() {
-    let of = |parameter: Parameter, value: f64| (parameter, value);
-    let extended = [
-        of(Parameter::Coulomb, 0.02),
-        of(Parameter::Load, 0.005),
-        of(Parameter::DeadTime, 0.004),
-        of(Parameter::Offset, 0.1),
-        of(Parameter::BrushDrop, 0.3),
-        of(Parameter::Deadband, 0.2),
-        of(Parameter::Saturation, 5.0),
-        of(Parameter::NegativeGain, 0.9),
-    ];
-    let extended = extended.into_iter().fold(Extended::from(&Parameters::M2), |motor, (p, value)| motor.with(p, value));
-    for (of, motor) in [(BuiltIn::DcMotor, Extended::from(&Parameters::M2)), (BuiltIn::DcExtended, extended)] {
-        let model = of.model().unwrap();
-        let (inputs, step_s, values) = case(of);
-        let time_s: Vec<f64> = (0..inputs[0].len()).map(|n| count(n) * step_s).collect();
-        let torque = Some(inputs[1].clone()).filter(|torque| torque.iter().any(|value| *value != 0.0));
-        let excitation = Excitation { time_s, voltage: inputs[0].clone(), torque };
-        let record = simulated(motor, &excitation, Discretization::Zoh).unwrap();
-        let problem = problem(&model, (&inputs, step_s), fixed(&values), IntegrationMethod::Exponential, 1);
-        let found = problem.simulate(&[], 0, &[0.0, 0.0]).outputs;
-        for (found, expected) in found.iter().zip(record.measured()) {
-            let expected = expected.unwrap();
-            let error: Vec<f64> = found.iter().zip(expected).map(|(a, b)| a - b).collect();
-            // Rounding: the same steps in another order of operations.
-            assert!(rms(&error) < 1e-11 * rms(expected), "{}: {:e}", of.name(), rms(&error) / rms(expected));
-        }
-    }
-}
-
-#[test]
-fn costs_of_the_motor_are_those_of_its_own_kernel() {
-    let model = BuiltIn::DcMotor.model().unwrap();
-    let (inputs, step_s, _) = case(BuiltIn::DcMotor);
-    let time_s: Vec<f64> = (0..inputs[0].len()).map(|n| count(n) * step_s).collect();
-    let excitation = Excitation { time_s: time_s.clone(), voltage: inputs[0].clone(), torque: Some(inputs[1].clone()) };
-    let record = simulated(Extended::from(&Parameters::M2), &excitation, Discretization::Zoh).unwrap();
-    let recording = ModelRecording {
-        time_s,
-        step_s: vec![step_s],
-        inputs,
-        measured: record.measured().map(|signal| signal.map(<[f64]>::to_vec)).to_vec(),
-        counting: Vec::new(),
-        effective_sample_ratio: 1.0,
-    };
-    let space = ModelSpace::new(&model, 1);
-    let values: Vec<f64> =
-        (0..70 * 5).map(|n| space.free[n % 5].at((count(n) * 0.618_033_988_749_895).fract())).collect();
-    for norm in Norm::ALL {
-        for scale in [Scale::None, Scale::Peak, Scale::Std] {
-            let criterion = Criterion { norm, scale, ..Criterion::default() };
-            let settings = ModelSettings { criterion, ..ModelSettings::default() };
-            let own = ModelProblem::new(&model, space.clone(), vec![recording.clone()], settings).unwrap();
-            let mut costs = vec![0.0; 70];
-            own.costs(Candidates::new(&values, 5), &mut costs).unwrap();
-            let kernel = crate::evaluate::Model { discretization: Discretization::Zoh, initial: Initial::Measured };
-            let problem = Problem::new(std::slice::from_ref(&record), kernel, Space::table2(), criterion).unwrap();
-            for (row, cost) in values.chunks(5).zip(&costs) {
-                let expected = Scalar::cost(&problem, row);
-                assert!((cost / expected - 1.0).abs() < 1e-9, "{norm:?} {scale:?}: {cost} {expected}");
             }
         }
     }

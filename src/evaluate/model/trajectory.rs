@@ -86,7 +86,11 @@ impl ModelProblem {
         let program = if is_plain { &programs.program } else { &programs.tangent };
         let rows = Rows {
             samples: prepared.recording.len(),
-            uniforms: if is_plain { prepared.rows.uniforms.clone() } else { uniforms(program, &self.model, &prepared.recording) },
+            uniforms: if is_plain {
+                prepared.rows.uniforms.clone()
+            } else {
+                uniforms(program, &self.model, &prepared.recording)
+            },
             clock: prepared.rows.clock.clone(),
             ..Rows::default()
         };

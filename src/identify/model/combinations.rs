@@ -39,10 +39,13 @@ pub(super) fn described(problem: &ModelProblem, direction: &[f64]) -> String {
         }
         _ => {
             let sign = parts.first().map_or(1.0, |part| part.1.signum());
-            let steps: Vec<String> =
-                parts.iter().map(|(_, step, _)| significant(sign * step / smallest, 2)).collect();
+            let steps: Vec<String> = parts.iter().map(|(_, step, _)| significant(sign * step / smallest, 2)).collect();
             let of = if is_logarithmic { "their logarithms" } else { "their coordinates" };
-            format!("{} cannot be told apart: steps of {of} in the ratio {} leave the outputs unchanged", listed(&names, "and"), steps.join(" : "))
+            format!(
+                "{} cannot be told apart: steps of {of} in the ratio {} leave the outputs unchanged",
+                listed(&names, "and"),
+                steps.join(" : ")
+            )
         }
     }
 }

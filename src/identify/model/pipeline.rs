@@ -117,7 +117,12 @@ pub fn identify_model(
     let problem = ModelProblem::new(model, space, recordings.to_vec(), spec.settings())?;
     let found = search(&problem, spec, observe)?;
     let refined = match spec.is_polished {
-        true => Some(refine_model(&problem, &found.start.0, &found.start.1, (spec.estimates_initial, ModelWeights::default()))?),
+        true => Some(refine_model(
+            &problem,
+            &found.start.0,
+            &found.start.1,
+            (spec.estimates_initial, ModelWeights::default()),
+        )?),
         false => None,
     };
     Ok(result(&problem, spec, found, refined, begin))
@@ -170,9 +175,8 @@ fn search(
                 }
                 Ok(())
             };
-            let mut progress = |of: &crate::optimize::Progress| {
-                observe(ModelProgress { done: of.generation, of: of.generations })
-            };
+            let mut progress =
+                |of: &crate::optimize::Progress| observe(ModelProgress { done: of.generation, of: of.generations });
             let stop = minimize(&mut runs, budget, &mut evaluate, &mut progress)?;
             let [run] = runs;
             Some((search.search.name, run, stop))
@@ -182,7 +186,9 @@ fn search(
         let Some(best) = run.optimizer.best().map(|best| best.values.to_vec()) else {
             return Err(Error::not_identified("no candidate of the search was evaluated", "Give more generations."));
         };
-        let optima = spec.is_polished.then(|| model_optima(problem, settings, &[best.clone()], &mut |_, _| ControlFlow::Continue(())));
+        let optima = spec
+            .is_polished
+            .then(|| model_optima(problem, settings, &[best.clone()], &mut |_, _| ControlFlow::Continue(())));
         let optima = optima.transpose()?;
         let initial = (0..problem.recordings()).map(|n| problem.open_initial(n).to_vec()).collect();
         return Ok(Found {
@@ -213,7 +219,12 @@ fn search(
 const STUCK: f64 = 1e-3;
 
 /// Compares the refined estimate with the optima from other starts.
-fn verified(problem: &ModelProblem, spec: &ModelSpec, found: &Found, refined: Option<&ModelRefined>) -> ModelVerification {
+fn verified(
+    problem: &ModelProblem,
+    spec: &ModelSpec,
+    found: &Found,
+    refined: Option<&ModelRefined>,
+) -> ModelVerification {
     let none = ModelVerification { status: "not_applicable", starts: 0, arrivals: 0, cost_gap: None };
     let (Some(optima), Some(_)) = (&found.optima, refined) else { return none };
     let (starts, arrivals) = (optima.starts, optima.arrivals);
@@ -225,7 +236,9 @@ fn verified(problem: &ModelProblem, spec: &ModelSpec, found: &Found, refined: Op
             for (output, rms) in rms.iter().enumerate() {
                 let signal = problem.recording(recording).counted(output).unwrap_or_default();
                 let scale = crate::numeric::standard_deviation(&signal);
-                total += rms.filter(|_| scale > 0.0).map_or(0.0, |rms| (rms / scale).powi(2) * crate::numeric::count(signal.len()));
+                total += rms
+                    .filter(|_| scale > 0.0)
+                    .map_or(0.0, |rms| (rms / scale).powi(2) * crate::numeric::count(signal.len()));
             }
         }
         total
@@ -342,7 +355,8 @@ pub fn hold_out_model(
     let problem = ModelProblem::new(model, space, recordings.to_vec(), spec.settings())?;
     let initial: Vec<Vec<f64>> = (0..recordings.len()).map(|n| problem.open_initial(n).to_vec()).collect();
     let initial = match spec.estimates_initial && !initial.iter().all(Vec::is_empty) {
-        true => refine_model(&problem, &[], &initial, (true, ModelWeights::default())).map_or(initial, |refined| refined.initial),
+        true => refine_model(&problem, &[], &initial, (true, ModelWeights::default()))
+            .map_or(initial, |refined| refined.initial),
         false => initial,
     };
     found.held_out = (0..recordings.len()).map(|n| fitted(&problem, &[], n, &initial[n])).collect();

@@ -1,9 +1,9 @@
 //! The result of an identification with a user's model.
 
+use crate::analysis::ResidualTest;
 use crate::estimate::model::ModelUncertainty;
 use crate::evaluate::model::{ModelMethod, ModelSpace};
 use crate::identify::trust_level::Trust;
-use crate::analysis::ResidualTest;
 use crate::optimize::Stop;
 use crate::warning::Warning;
 use serde::Serialize;

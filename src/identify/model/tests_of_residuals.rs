@@ -26,7 +26,8 @@ pub(super) fn fitted(problem: &ModelProblem, values: &[f64], recording: usize, i
         fit_percent.push(percent(kept.iter().map(|e| e * e).sum(), squares_about(mean(&signal), &signal)));
         residual_sigma.push(Some(rms(&kept)));
         let tested = own.effective_sample_ratio >= EFFECTIVE_RATIO_MIN;
-        residuals.push(tested.then(|| tested_residuals(&all, &kept, (&regressors, &own.counting), rms(&signal))).flatten());
+        residuals
+            .push(tested.then(|| tested_residuals(&all, &kept, (&regressors, &own.counting), rms(&signal))).flatten());
     }
     ModelFit { simulated, fit_percent, residual_sigma, residuals, initial: initial.to_vec() }
 }

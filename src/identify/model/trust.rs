@@ -86,16 +86,22 @@ fn poor_fit(model: &Model, found: &ModelIdentification, is_noise: bool) -> Optio
 /// Returns the next step for the first reason.
 fn next(found: &ModelIdentification, code: &str) -> Text {
     match code {
-        "poor_fit" | "residuals" => "Add the effect that the model lacks, or check units and signs of the signals.".into(),
+        "poor_fit" | "residuals" => {
+            "Add the effect that the model lacks, or check units and signs of the signals.".into()
+        }
         "search_stuck" | "search_inconclusive" => text!("Narrow the " [Bounds] ", or try another " [Seed] "."),
         "not_polished" => text!("Leave out " [Polish = "none"] "."),
         "not_converged" => "Check the bounds, or fix parameters that the recordings hardly show.".into(),
         "not_identifiable" => match found.estimates.iter().find(|e| !e.fixed && e.value.is_none()) {
-            Some(first) => text!("Fix one of them, as " [Fix = "{}=VALUE", first.name] ", or write the combination as one parameter."),
+            Some(first) => {
+                text!("Fix one of them, as " [Fix = "{}=VALUE", first.name] ", or write the combination as one parameter.")
+            }
             None => "Write the combination as one parameter.".into(),
         },
         "at_bound" => match found.estimates.iter().find(|e| e.at_bound.is_some()) {
-            Some(first) => text!("Widen its bounds, as " [Bounds = "{}=MIN:MAX", first.name] ", if other values are plausible."),
+            Some(first) => {
+                text!("Widen its bounds, as " [Bounds = "{}=MIN:MAX", first.name] ", if other values are plausible.")
+            }
             None => text!("Widen the " [Bounds] "."),
         },
         _ => "Record at a higher rate.".into(),

@@ -4,9 +4,9 @@ use super::document::{Document, Entry};
 use super::names::{Names, undelayed};
 use super::read::depends_on_states;
 use super::{InitialState, Model};
+use crate::Result;
 use crate::model::graph::{Direction, Id, Leaf};
 use crate::text::{listed, quoted};
-use crate::Result;
 use std::collections::HashSet;
 
 /// Checks that a signal does not depend on states.
@@ -23,7 +23,9 @@ pub(super) fn signal(names: &Names<'_>, section: &str, entry: &Entry<'_>) -> Res
 
 /// Checks a complete model.
 pub(super) fn model(document: &Document<'_>, model: &Model) -> Result<()> {
-    for (section, count) in [("states", model.states.len()), ("outputs", model.outputs.len()), ("parameters", model.parameters.len())] {
+    for (section, count) in
+        [("states", model.states.len()), ("outputs", model.outputs.len()), ("parameters", model.parameters.len())]
+    {
         if count == 0 {
             let hint = format!("Add a section [{section}].");
             return Err(document.error(0, format!("the model has no {section}"), hint));

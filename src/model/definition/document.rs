@@ -57,7 +57,9 @@ impl<'a> Document<'a> {
             None => Ok(Vec::new()),
             Some(value) => match value.get_ref().as_table() {
                 Some(table) => Ok(entries(table)),
-                None => Err(self.error(value.span().start, format!("{name} is not a section"), format!("Write [{name}]."))),
+                None => {
+                    Err(self.error(value.span().start, format!("{name} is not a section"), format!("Write [{name}].")))
+                }
             },
         }
     }
@@ -107,7 +109,11 @@ impl<'a> Document<'a> {
     /// Returns the truth value of an entry.
     pub fn flag(&self, entry: &Entry<'_>) -> Result<bool> {
         entry.value.get_ref().as_bool().ok_or_else(|| {
-            self.error(entry.value.span().start, format!("{} is neither true nor false", entry.key), "Write true or false.")
+            self.error(
+                entry.value.span().start,
+                format!("{} is neither true nor false", entry.key),
+                "Write true or false.",
+            )
         })
     }
 

@@ -71,9 +71,11 @@ impl Scope {
     fn condition(&mut self, expression: &Expression) -> Lowered<Condition> {
         match self.value(expression)? {
             Value::Condition(condition) => Ok(condition),
-            Value::Number(_) => {
-                Err(Fault::new(expression.at, "a number stands where a condition is expected", "Write a comparison such as w < 0."))
-            }
+            Value::Number(_) => Err(Fault::new(
+                expression.at,
+                "a number stands where a condition is expected",
+                "Write a comparison such as w < 0.",
+            )),
         }
     }
 
@@ -130,7 +132,11 @@ impl Scope {
     fn binary(&mut self, operator: Operator, at: usize, [left, right]: [&Expression; 2]) -> Lowered<Value> {
         if matches!(operator, Operator::And | Operator::Or) {
             let both = Box::new([self.condition(left)?, self.condition(right)?]);
-            return Ok(Value::Condition(if operator == Operator::And { Condition::And(both) } else { Condition::Or(both) }));
+            return Ok(Value::Condition(if operator == Operator::And {
+                Condition::And(both)
+            } else {
+                Condition::Or(both)
+            }));
         }
         let (a, b) = (self.quantity(left)?, self.quantity(right)?);
         let dimensions = [a.dimension, b.dimension];
@@ -172,11 +178,17 @@ impl Scope {
             (Some(Dimension::ONE) | None, _) => Some(Dimension::ONE),
             (Some(base), Some(value)) => {
                 let halves = 2.0 * value;
-                let whole = (halves.fract() == 0.0 && halves.abs() <= 32.0).then(|| crate::numeric::whole(halves.abs()));
-                let halves = whole.and_then(|whole| i32::try_from(whole).ok()).map(|n| if value < 0.0 { -n } else { n });
+                let whole =
+                    (halves.fract() == 0.0 && halves.abs() <= 32.0).then(|| crate::numeric::whole(halves.abs()));
+                let halves =
+                    whole.and_then(|whole| i32::try_from(whole).ok()).map(|n| if value < 0.0 { -n } else { n });
                 let dimension = halves.and_then(|halves| base.power(halves));
                 Some(dimension.ok_or_else(|| {
-                    Fault::new(at, format!("the power {value} of the unit {base}"), "Divide the base by a constant of its unit.")
+                    Fault::new(
+                        at,
+                        format!("the power {value} of the unit {base}"),
+                        "Divide the base by a constant of its unit.",
+                    )
                 })?)
             }
             (Some(base), None) => {
@@ -237,7 +249,9 @@ impl Scope {
             Function::Sqrt => {
                 let halved = values[0].dimension.map(|own| own.power(1));
                 let halved = halved.map(|own| {
-                    own.ok_or_else(|| Fault::new(at, "the root of a unit of quarters", "Correct the unit of the argument."))
+                    own.ok_or_else(|| {
+                        Fault::new(at, "the root of a unit of quarters", "Correct the unit of the argument.")
+                    })
                 });
                 (Unary::Sqrt, halved.transpose()?)
             }
@@ -298,10 +312,17 @@ impl Scope {
             return Err(Fault::new(arguments[0].at, "the first argument of stick is not a state", hint));
         };
         let limit = self.quantity(&arguments[1])?;
-        let known = self.reactions.iter().position(|reaction| (reaction.state, reaction.limit) == (usize::from(state), limit.id));
+        let known = self
+            .reactions
+            .iter()
+            .position(|reaction| (reaction.state, reaction.limit) == (usize::from(state), limit.id));
         let index = known.unwrap_or(self.reactions.len());
         if index >= REACTIONS_MAX {
-            return Err(Fault::new(at, format!("more than {REACTIONS_MAX} stick functions"), "Add their limits in one."));
+            return Err(Fault::new(
+                at,
+                format!("more than {REACTIONS_MAX} stick functions"),
+                "Add their limits in one.",
+            ));
         }
         if known.is_none() {
             self.reactions.push(Reaction { state: usize::from(state), limit: limit.id });

@@ -168,8 +168,12 @@ impl Model {
     /// Returns the number of operations of the right-hand sides and outputs, shared ones once.
     #[must_use]
     pub fn operations(&self) -> usize {
-        let roots: Vec<Id> =
-            self.states.iter().map(|state| state.derivative).chain(self.outputs.iter().map(|output| output.value)).collect();
+        let roots: Vec<Id> = self
+            .states
+            .iter()
+            .map(|state| state.derivative)
+            .chain(self.outputs.iter().map(|output| output.value))
+            .collect();
         let is_operation = |id: &Id| self.graph.operands(*id).next().is_some();
         self.graph.needed(&roots).iter().filter(|id| is_operation(id)).count()
     }

@@ -41,7 +41,13 @@ pub(super) fn in_si(graph: &mut Graph, leaf: Leaf, unit: &Unit) -> Id {
 
 impl<'d> Names<'d> {
     pub fn new(document: &'d Document<'d>) -> Self {
-        Self { document, scope: Scope::default(), declared: HashMap::new(), definitions: HashMap::new(), open: Vec::new() }
+        Self {
+            document,
+            scope: Scope::default(),
+            declared: HashMap::new(),
+            definitions: HashMap::new(),
+            open: Vec::new(),
+        }
     }
 
     /// Reserves a name.
@@ -59,7 +65,10 @@ impl<'d> Names<'d> {
         }
         if let Some(before) = self.declared.get(name) {
             let line = self.document.error(*before, "", "").line().unwrap_or(0);
-            return error(format!("{} is declared twice", quoted(name)), &format!("It is declared in line {line} already."));
+            return error(
+                format!("{} is declared twice", quoted(name)),
+                &format!("It is declared in line {line} already."),
+            );
         }
         self.declared.insert(name.to_owned(), entry.at);
         Ok(())
@@ -125,7 +134,13 @@ impl<'d> Names<'d> {
     }
 
     /// Returns the value of the expression of an entry, of the given dimension if there is one.
-    pub fn value(&mut self, entry: &Entry<'_>, dimension: Option<Dimension>, what: &str, has_reactions: bool) -> Result<Quantity> {
+    pub fn value(
+        &mut self,
+        entry: &Entry<'_>,
+        dimension: Option<Dimension>,
+        what: &str,
+        has_reactions: bool,
+    ) -> Result<Quantity> {
         let (expression, place) = self.parse(entry)?;
         self.resolve_names(&expression, place)?;
         self.scope.has_reactions = has_reactions;

@@ -4,10 +4,10 @@ use super::document::{Document, Entry};
 use super::names::Names;
 use super::sections::{constants, definitions, delays, inputs, parameters, required, unit};
 use super::{Equation, InitialState, Model, ModelOutput, ModelState, NodeId, check};
+use crate::Result;
 use crate::model::graph::{Dependency, Graph, Id, Leaf};
 use crate::text::{nearest, quoted};
 use crate::units::Dimension;
-use crate::Result;
 
 /// Largest number of items of a section.
 pub(crate) const DECLARED_MAX: usize = 64;
@@ -108,7 +108,11 @@ fn outputs(names: &mut Names<'_>) -> Result<(Vec<ModelOutput>, Vec<Id>)> {
     let (mut outputs, mut nodes): (Vec<ModelOutput>, Vec<Id>) = Default::default();
     for entry in document.section("outputs")? {
         if outputs.iter().any(|output| output.name == entry.key) {
-            return Err(document.error(entry.at, format!("{} is there twice", quoted(entry.key)), "Name it otherwise."));
+            return Err(document.error(
+                entry.at,
+                format!("{} is there twice", quoted(entry.key)),
+                "Name it otherwise.",
+            ));
         }
         let [value, written, column, average, _] =
             document.fields(&entry, ["value", "unit", "column", "average", "description"])?;

@@ -141,7 +141,8 @@ pub(super) fn definitions<'d>(names: &mut Names<'d>) -> Result<Vec<(String, [Opt
 pub(super) fn delays(names: &mut Names<'_>, of: Vec<(String, [Option<Entry<'_>>; 2])>) -> Result<Vec<DelayedSignal>> {
     let mut delayed = Vec::new();
     for (name, times) in of {
-        let [delay, latency] = times.map(|time| time.map(|time| number_of(names, &time, crate::units::Dimension::TIME, "a delay")));
+        let [delay, latency] =
+            times.map(|time| time.map(|time| number_of(names, &time, crate::units::Dimension::TIME, "a delay")));
         let zero = names.scope.graph.constant(0.0);
         let value = names.scope.names.get(&super::names::undelayed(&name)).map_or(zero, |quantity| quantity.id);
         let (delay, latency) = (delay.transpose()?.unwrap_or(zero), latency.transpose()?.unwrap_or(zero));

@@ -49,7 +49,8 @@ pub(super) fn tokens(text: &str) -> Result<Vec<(usize, Token)>, Fault> {
         if let Some((sign, hint)) = FOREIGN.iter().find(|(sign, _)| rest.starts_with(sign)) {
             return Err(Fault::new(at, format!("\"{sign}\" is not an operator"), *hint));
         }
-        let (token, length) = if c.is_ascii_digit() || (c == '.' && rest[1..].starts_with(|c: char| c.is_ascii_digit())) {
+        let (token, length) = if c.is_ascii_digit() || (c == '.' && rest[1..].starts_with(|c: char| c.is_ascii_digit()))
+        {
             number(rest).map_err(|fault| Fault { at: at + fault.at, ..fault })?
         } else if c.is_ascii_alphabetic() || c == '_' {
             let length = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(rest.len());

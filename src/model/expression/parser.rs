@@ -39,7 +39,9 @@ pub(crate) fn parse(text: &str) -> Result<Expression, Fault> {
         (at, token) => {
             let hint = match token {
                 Token::Sign(")") => "Remove it, or add the bracket that it closes.",
-                Token::Sign(",") => "Only the arguments of a function are separated by commas; write decimals with a point.",
+                Token::Sign(",") => {
+                    "Only the arguments of a function are separated by commas; write decimals with a point."
+                }
                 _ => "Write an operator between two values.",
             };
             Err(Fault::new(*at, format!("{} is not expected here", token.shown()), hint))
@@ -115,7 +117,11 @@ impl Parser {
                 return Err(Fault::new(at, "a value is missing at the end", "Complete the expression."));
             }
             Token::Sign(sign) => {
-                return Err(Fault::new(at, format!("a value is missing before \"{sign}\""), "Complete the expression."));
+                return Err(Fault::new(
+                    at,
+                    format!("a value is missing before \"{sign}\""),
+                    "Complete the expression.",
+                ));
             }
         };
         Ok(Expression { at, kind })

@@ -40,8 +40,20 @@ pub(super) fn binary(operator: Binary, x: f64, y: f64) -> f64 {
         Binary::Multiply => x * y,
         Binary::Divide => x / y,
         Binary::Power => libm::pow(x, y),
-        Binary::Min => if x < y { x } else { y },
-        Binary::Max => if x > y { x } else { y },
+        Binary::Min => {
+            if x < y {
+                x
+            } else {
+                y
+            }
+        }
+        Binary::Max => {
+            if x > y {
+                x
+            } else {
+                y
+            }
+        }
         Binary::Atan2 => libm::atan2(x, y),
     }
 }

@@ -27,7 +27,9 @@ impl Graph {
             let may_open = id == root || opens(id);
             let parts = match self.node(id) {
                 Node::Binary(Binary::Add, a, b) if may_open => [Some((a, factor)), Some((b, factor))],
-                Node::Binary(Binary::Subtract, a, b) if may_open => [Some((a, factor)), Some((b, self.negative(factor)))],
+                Node::Binary(Binary::Subtract, a, b) if may_open => {
+                    [Some((a, factor)), Some((b, self.negative(factor)))]
+                }
                 Node::Unary(Unary::Negative, a) => [Some((a, self.negative(factor))), None],
                 Node::Binary(Binary::Multiply, a, b) if self.is_fixed(a) || self.is_fixed(b) => {
                     let (own, rest) = if self.is_fixed(a) { (a, b) } else { (b, a) };
@@ -75,9 +77,12 @@ impl Graph {
     pub fn with_collected_terms(&mut self, roots: &[Id]) -> Vec<Id> {
         let uses = self.uses(roots);
         let is_used_once = |id: Id| uses.get(id as usize).is_none_or(|uses| *uses <= 1);
-        roots.iter().map(|root| {
-            let terms = self.terms(*root, &is_used_once);
-            self.sum(&terms)
-        }).collect()
+        roots
+            .iter()
+            .map(|root| {
+                let terms = self.terms(*root, &is_used_once);
+                self.sum(&terms)
+            })
+            .collect()
     }
 }

@@ -132,7 +132,8 @@ impl Compiler<'_> {
             }
             let body = &mut self.program.body;
             let made = body.iter().position(|one| one.writes() && one.target == value);
-            let is_shared = next.iter().enumerate().any(|(other, of)| other != number && *of == value) || next.contains(&state);
+            let is_shared =
+                next.iter().enumerate().any(|(other, of)| other != number && *of == value) || next.contains(&state);
             let in_place = made.filter(|made| {
                 let later = &body[made + 1..];
                 !self.pinned[usize::from(value)] && !is_shared && !later.iter().any(|one| one.read().contains(&state))

@@ -55,7 +55,9 @@ impl Affine {
                     Some(_) => &mut affine.rest[row],
                 };
                 let value = match (leaf, term.rest) {
-                    (Some(Node::Leaf(Leaf::State(_) | Leaf::Input(_) | Leaf::Memory(_))) | None, _) | (_, None) => term.factor,
+                    (Some(Node::Leaf(Leaf::State(_) | Leaf::Input(_) | Leaf::Memory(_))) | None, _) | (_, None) => {
+                        term.factor
+                    }
                     (_, Some(rest)) => graph.multiply(term.factor, rest),
                 };
                 *place = graph.add(*place, value);

@@ -202,7 +202,12 @@ impl Step {
         sources.retain(|(_, column)| !is_zero(&self.graph, column));
         sources.extend(affine.reactions.iter().enumerate().map(|(n, column)| (Source::Reaction(n), column.clone())));
         let extras = Extras {
-            roots: affine.states.concat().into_iter().chain(sources.iter().flat_map(|(_, column)| column.clone())).collect(),
+            roots: affine
+                .states
+                .concat()
+                .into_iter()
+                .chain(sources.iter().flat_map(|(_, column)| column.clone()))
+                .collect(),
             step_s: step_s / count(settings.substeps.max(1)),
             states: model.states.len(),
             sources: sources.into_iter().map(|(source, _)| source).collect(),
@@ -210,7 +215,8 @@ impl Step {
             rows: affine.nonlinear_rows(&self.graph),
         };
         let (first, graph) = (self.parameters, &mut self.graph);
-        let leaf = |graph: &mut Graph, of: fn(u16) -> Leaf, n: usize| graph.leaf(of(u16::try_from(n).unwrap_or(u16::MAX)));
+        let leaf =
+            |graph: &mut Graph, of: fn(u16) -> Leaf, n: usize| graph.leaf(of(u16::try_from(n).unwrap_or(u16::MAX)));
         let own = model.inputs.len();
         let start = |graph: &mut Graph, n: usize| match n.checked_sub(own) {
             None => leaf(graph, Leaf::Input, n),
@@ -218,9 +224,8 @@ impl Step {
         };
         let start: Vec<Id> = (0..inputs).map(|n| start(graph, n)).collect();
         let is_line = |n: usize| settings.is_first_order_hold && n < model.inputs.len();
-        let end: Vec<Id> = (0..inputs)
-            .map(|n| if is_line(n) { leaf(graph, Leaf::NextInput, n) } else { start[n] })
-            .collect();
+        let end: Vec<Id> =
+            (0..inputs).map(|n| if is_line(n) { leaf(graph, Leaf::NextInput, n) } else { start[n] }).collect();
         let mut x: Vec<Id> = (0..model.states.len()).map(|n| leaf(graph, Leaf::State, n)).collect();
         let mut milestones = Vec::new();
         let substeps = settings.substeps.max(1);

@@ -114,7 +114,10 @@ impl Step {
             }
         });
         let initial: Vec<Id> = initial.collect();
-        let delays = model.delayed.iter().map(|of| Memory { kind: MemoryKind::Delay, operands: vec![of.value, of.delay, of.latency] });
+        let delays = model
+            .delayed
+            .iter()
+            .map(|of| Memory { kind: MemoryKind::Delay, operands: vec![of.value, of.delay, of.latency] });
         let mut memories: Vec<Memory> = delays.collect();
         let mut outputs = Vec::new();
         for output in &model.outputs {
@@ -161,9 +164,8 @@ impl Step {
         let (states, all) = (self.next.len(), self.all_parameters());
         let graph = &mut step.graph;
         let rates: Vec<Id> = (0..all).map(|n| parameter(graph, all + n)).collect();
-        let slopes: Vec<Id> = (states..2 * states)
-            .map(|n| graph.leaf(Leaf::State(u16::try_from(n).unwrap_or(u16::MAX))))
-            .collect();
+        let slopes: Vec<Id> =
+            (states..2 * states).map(|n| graph.leaf(Leaf::State(u16::try_from(n).unwrap_or(u16::MAX)))).collect();
         let own = step.memories.len();
         let of_memories: Vec<Id> = (own..2 * own).map(|n| memory(graph, n)).collect();
         let mut direction = Direction::new(|leaf| match leaf {

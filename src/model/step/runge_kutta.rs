@@ -66,9 +66,8 @@ impl Step {
         };
         let share = graph.constant(1.0 / crate::numeric::count(substeps));
         let step = graph.multiply(share, step);
-        let mut x: Vec<Id> = (0..model.states.len())
-            .map(|n| graph.leaf(Leaf::State(u16::try_from(n).unwrap_or(u16::MAX))))
-            .collect();
+        let mut x: Vec<Id> =
+            (0..model.states.len()).map(|n| graph.leaf(Leaf::State(u16::try_from(n).unwrap_or(u16::MAX)))).collect();
         let mut milestones = Vec::new();
         for substep in 0..substeps {
             let begin = x.clone();

@@ -54,7 +54,11 @@ impl SignalRequest {
 }
 
 /// Selects the columns of time and of the signals; also returns the names of the signals that are missing.
-pub(super) fn chosen(headings: &[Heading], spec: &TableSpec<'_>, time: Option<Used>) -> Result<(Vec<Used>, Vec<String>)> {
+pub(super) fn chosen(
+    headings: &[Heading],
+    spec: &TableSpec<'_>,
+    time: Option<Used>,
+) -> Result<(Vec<Used>, Vec<String>)> {
     let (mut used, mut missing): (Vec<Used>, Vec<String>) = (time.into_iter().collect(), Vec::new());
     if used.is_empty() && !spec.timed {
         missing.push("time".to_owned());
@@ -76,7 +80,9 @@ pub(super) fn chosen(headings: &[Heading], spec: &TableSpec<'_>, time: Option<Us
         missing.push(outputs.collect::<Vec<_>>().join(" or "));
     }
     for (n, column) in used.iter().enumerate() {
-        let same = |other: &&Used| column.at.is_some() && other.at == column.at && other.column.quantity != column.column.quantity;
+        let same = |other: &&Used| {
+            column.at.is_some() && other.at == column.at && other.column.quantity != column.column.quantity
+        };
         let Some(other) = used[..n].iter().find(same) else { continue };
         // A signal may be an input and an output, or two outputs of one sensor; time is neither.
         if other.column.quantity == Quantity::Time {
@@ -92,7 +98,10 @@ pub(super) fn lacking(headings: &[Heading], missing: &[String]) -> Error {
     let message = format!("no column for {}; the heading has {}", missing.join(" and "), listed(headings));
     let requests: Vec<String> =
         missing.iter().map(|name| format!("{}=HEADING:UNIT", name.split(" or ").next().unwrap_or(name))).collect();
-    Error::data(message, text!("Rename the headings, or name the columns of the signals: " [Columns = "{}", requests.join(",")] "."))
+    Error::data(
+        message,
+        text!("Rename the headings, or name the columns of the signals: " [Columns = "{}", requests.join(",")] "."),
+    )
 }
 
 fn one(headings: &[Heading], spec: &TableSpec<'_>, number: u8, signal: &SignalRequest) -> Result<Option<Used>> {
@@ -114,7 +123,8 @@ fn requested(
 ) -> Result<Used> {
     if let Some((at, Suffix { formula, unit })) = locate(headings, &request.name) {
         let own = || unit_of(&headings[at], signal).flatten();
-        let unit = unit.or_else(|| if formula == Formula::AS_IT_IS { headings[at].unit.clone().or_else(own) } else { None });
+        let unit =
+            unit.or_else(|| if formula == Formula::AS_IT_IS { headings[at].unit.clone().or_else(own) } else { None });
         return column(number, signal, Some(at), &headings[at].name, (formula, unit));
     }
     let (formula, unit) =
@@ -125,7 +135,11 @@ fn requested(
 }
 
 /// Selects the only column whose heading fits a signal.
-fn recognized(headings: &[Heading], spec: &TableSpec<'_>, (number, signal): (u8, &SignalRequest)) -> Result<Option<Used>> {
+fn recognized(
+    headings: &[Heading],
+    spec: &TableSpec<'_>,
+    (number, signal): (u8, &SignalRequest),
+) -> Result<Option<Used>> {
     let taken: Vec<usize> = spec.requests.iter().filter_map(|r| locate(headings, &r.name)).map(|(at, ..)| at).collect();
     let free = || headings.iter().enumerate().filter(|(at, _)| !taken.contains(at));
     let exact = free().find(|(_, heading)| heading.name == signal.heading() || heading.name == signal.name);
@@ -178,7 +192,8 @@ fn column(
     let unit_named = unit.is_some() || matches!(formula, Formula::Levels(_));
     let unit = unit.filter(|unit| !unit.is_empty()).unwrap_or_else(|| signal.unit_text.clone());
     let Some((factor, offset)) = signal.conversion(&unit) else {
-        let message = format!("{} is in {}, which does not convert to {}", quoted(heading), excerpt(&unit), signal.unit_text);
+        let message =
+            format!("{} is in {}, which does not convert to {}", quoted(heading), excerpt(&unit), signal.unit_text);
         let hint = text!("Name its unit: " [Columns = "{}={}:{}", signal.name, name_of(heading), signal.unit_text] ".");
         return Err(Error::data(message, hint).in_column(heading));
     };
@@ -195,6 +210,7 @@ fn column(
         }
         formula => (formula, factor),
     };
-    let column = Column { quantity: Quantity::Signal(number), heading: heading.to_owned(), conversion, unit, unit_named };
+    let column =
+        Column { quantity: Quantity::Signal(number), heading: heading.to_owned(), conversion, unit, unit_named };
     Ok(Used { at, column, formula, factor })
 }

@@ -209,7 +209,8 @@ impl Signals {
             self.source.notes.push("speed is the central difference of the position".to_owned());
         }
         let signals = std::mem::take(&mut self.list).into_iter();
-        let (signals, list): (Vec<_>, Vec<_>) = signals.partition(|(quantity, _)| matches!(quantity, Quantity::Signal(_)));
+        let (signals, list): (Vec<_>, Vec<_>) =
+            signals.partition(|(quantity, _)| matches!(quantity, Quantity::Signal(_)));
         self.list = list;
         let samples = Samples {
             named: signals.into_iter().map(|signal| named(signal, &self.inputs)).collect(),

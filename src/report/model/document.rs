@@ -28,7 +28,7 @@ pub fn model_document(records: &[Record], model: &Model, spec: &ModelSpec, found
         .space
         .free
         .iter()
-        .map(|axis| (model.parameters()[axis.parameter].name.clone(), json!([axis.min, axis.max])))
+        .filter_map(|axis| Some((model.parameters().get(axis.parameter)?.name.clone(), json!([axis.min, axis.max]))))
         .collect();
     let searched: Map<String, Value> = named(model, found, &found.searched.values).into_iter().collect();
     let uncertainty = found.uncertainty.as_ref();
@@ -120,7 +120,7 @@ fn parameters(estimates: &[ModelEstimate]) -> Map<String, Value> {
 /// Returns values of the free parameters by name.
 fn named(model: &Model, found: &ModelIdentification, values: &[f64]) -> Vec<(String, Value)> {
     let name = |axis: &crate::evaluate::model::ModelAxis| {
-        let own = &model.parameters()[axis.parameter].name;
+        let own = model.parameters().get(axis.parameter).map_or("", |parameter| parameter.name.as_str()).to_owned();
         axis.recording.map_or_else(|| own.clone(), |recording| format!("{own}[{recording}]"))
     };
     found.space.free.iter().zip(values).map(|(axis, value)| (name(axis), json!(value))).collect()

@@ -6,7 +6,9 @@ use crate::model::{Equation, Formula, FormulaKind};
 pub(super) fn equation(of: &Equation) -> String {
     let left = name(&of.name);
     let left = match of.section {
-        "states" => format!("<mfrac><mrow><mi mathvariant=\"normal\">d</mi>{left}</mrow><mrow><mi mathvariant=\"normal\">d</mi><mi>t</mi></mrow></mfrac>"),
+        "states" => format!(
+            "<mfrac><mrow><mi mathvariant=\"normal\">d</mi>{left}</mrow><mrow><mi mathvariant=\"normal\">d</mi><mi>t</mi></mrow></mfrac>"
+        ),
         _ => left,
     };
     let right = of.formula().map_or_else(|| text(&of.text), |formula| row(&formula, 0));
@@ -16,8 +18,18 @@ pub(super) fn equation(of: &Equation) -> String {
 /// Returns a name: the first letter, or a Greek one, with the other letters as an index.
 fn name(name: &str) -> String {
     const GREEK: [(&str, &str); 12] = [
-        ("alpha", "α"), ("beta", "β"), ("gamma", "γ"), ("delta", "δ"), ("theta", "θ"), ("lambda", "λ"), ("mu", "μ"),
-        ("phi", "φ"), ("psi", "ψ"), ("tau", "τ"), ("omega", "ω"), ("pi", "π"),
+        ("alpha", "α"),
+        ("beta", "β"),
+        ("gamma", "γ"),
+        ("delta", "δ"),
+        ("theta", "θ"),
+        ("lambda", "λ"),
+        ("mu", "μ"),
+        ("phi", "φ"),
+        ("psi", "ψ"),
+        ("tau", "τ"),
+        ("omega", "ω"),
+        ("pi", "π"),
     ];
     let greek = GREEK.iter().find_map(|(word, letter)| Some((*letter, name.strip_prefix(word)?)));
     let whole = name.chars().count() > 4 || name.contains('_');

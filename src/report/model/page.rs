@@ -27,9 +27,11 @@ pub fn model_page(
         sections.push(section("Warnings", reported));
     }
     let charts = (1..).zip(recordings.iter().zip(&found.fits));
-    let charts = charts.map(|(n, (recording, fit))| Part::Chart(chart(&format!("response-{n}"), model, recording, fit)));
+    let charts =
+        charts.map(|(n, (recording, fit))| Part::Chart(chart(&format!("response-{n}"), model, recording, fit)));
     sections.push(section("Measured and modelled", charts.collect()));
-    let mut estimates = vec![Part::Table(parameters(model, found)), Part::Text(verdict(found)), Part::Table(fits(model, found))];
+    let mut estimates =
+        vec![Part::Table(parameters(model, found)), Part::Text(verdict(found)), Part::Table(fits(model, found))];
     estimates.extend(found.combinations.iter().map(|text| Part::Text(format!("{}.", capital(text)))));
     estimates.extend(correlations(found).map(Part::Figure));
     sections.push(section("Estimates", estimates));
@@ -93,7 +95,8 @@ fn remark(estimate: &ModelEstimate) -> &'static str {
 }
 
 fn card(model: &Model, estimate: &ModelEstimate) -> Card {
-    let description = model.parameters().iter().find(|own| own.name == estimate.name).map(|own| own.description.clone());
+    let description =
+        model.parameters().iter().find(|own| own.name == estimate.name).map(|own| own.description.clone());
     let remark = remark(estimate).to_owned();
     let (symbol, name) = (estimate.name.clone(), description.unwrap_or_default());
     let Some(value) = estimate.value else {
@@ -130,7 +133,7 @@ fn fits(model: &Model, found: &ModelIdentification) -> Table {
     }
     let mut table = Table::new("fit", "Fit", &heads);
     for (n, output) in model.outputs().iter().enumerate() {
-        let tests: Vec<_> = found.fits.iter().filter_map(|fit| fit.residuals[n].as_ref()).collect();
+        let tests: Vec<_> = found.fits.iter().filter_map(|fit| fit.residuals.get(n)?.as_ref()).collect();
         let verdict = |pass: &dyn Fn(&crate::analysis::ResidualTest) -> Option<bool>| {
             let all: Vec<bool> = tests.iter().filter_map(|test| pass(test)).collect();
             match (all.is_empty(), all.iter().all(|pass| *pass)) {
@@ -139,10 +142,15 @@ fn fits(model: &Model, found: &ModelIdentification) -> Table {
                 _ => "no".to_owned(),
             }
         };
-        let sigma = found.residual_sigma[n].map_or_else(dash, |s| format!("{} {}", significant(s, 3), output.unit.text));
+        let sigma = found
+            .residual_sigma
+            .get(n)
+            .copied()
+            .flatten()
+            .map_or_else(dash, |s| format!("{} {}", significant(s, 3), output.unit.text));
         let mut cells = vec![
             output.name.clone(),
-            found.fit_percent[n].map_or_else(dash, |fit| decimals(fit, 3)),
+            found.fit_percent.get(n).copied().flatten().map_or_else(dash, |fit| decimals(fit, 3)),
             sigma,
             verdict(&|test| Some(test.whiteness.is_white)),
             verdict(&|test| test.voltage.map(|input| input.is_independent)),
@@ -159,7 +167,10 @@ fn fits(model: &Model, found: &ModelIdentification) -> Table {
 fn verdict(found: &ModelIdentification) -> String {
     let of = &found.verification;
     match of.status {
-        "agrees" => format!("{} of {} descents from starts spread over the bounds ended in this optimum, the lowest.", of.arrivals, of.starts),
+        "agrees" => format!(
+            "{} of {} descents from starts spread over the bounds ended in this optimum, the lowest.",
+            of.arrivals, of.starts
+        ),
         "search_stuck" => "The search is stuck: a better optimum exists.".to_owned(),
         "reference_failed" => format!("Only {} of {} descents ended in the lowest optimum.", of.arrivals, of.starts),
         _ => "No other search verifies the result.".to_owned(),
@@ -169,11 +180,8 @@ fn verdict(found: &ModelIdentification) -> String {
 fn correlations(found: &ModelIdentification) -> Option<crate::report::page::Figure> {
     let uncertainty = found.uncertainty.as_ref()?;
     let names: Vec<String> = found.estimates.iter().filter(|e| !e.fixed).map(|e| e.name.clone()).collect();
-    let values: Vec<Vec<f64>> = uncertainty
-        .correlation
-        .iter()
-        .map(|row| row.iter().map(|value| value.unwrap_or(f64::NAN)).collect())
-        .collect();
+    let values: Vec<Vec<f64>> =
+        uncertainty.correlation.iter().map(|row| row.iter().map(|value| value.unwrap_or(f64::NAN)).collect()).collect();
     let is_shown = names.len() > 1 && names.len() <= 24 && names.len() == values.len();
     is_shown.then(|| crate::report::page::Figure {
         id: "correlation".to_owned(),
@@ -217,7 +225,10 @@ fn chart(id: &str, model: &Model, recording: &ModelRecording, fit: &ModelFit) ->
             ],
         ));
         let series = vec![Series::new("model", 1, Form::Dots, curve(&difference))];
-        residuals.push(Panel { limits: [Vec::new(), vec![-band, band]], ..Panel::new(&format!("residual of {label}"), series) });
+        residuals.push(Panel {
+            limits: [Vec::new(), vec![-band, band]],
+            ..Panel::new(&format!("residual of {label}"), series)
+        });
     }
     panels.extend(residuals);
     Chart {
@@ -226,8 +237,9 @@ fn chart(id: &str, model: &Model, recording: &ModelRecording, fit: &ModelFit) ->
         panels,
         is_grid: false,
         alternative: "inputs, measured and modelled outputs and their residuals over time".to_owned(),
-        caption: "Bands and dashed lines: \u{b1}1.96 times the root mean square of the residuals, measured minus modelled."
-            .to_owned(),
+        caption:
+            "Bands and dashed lines: \u{b1}1.96 times the root mean square of the residuals, measured minus modelled."
+                .to_owned(),
     }
 }
 
@@ -262,4 +274,3 @@ fn bounds(model: &Model) -> Table {
     }
     table
 }
-

@@ -76,8 +76,14 @@ pub fn made_of_signals(calls: &mut Calls) {
     let all = signals();
     for (time_s, other) in all.iter().flat_map(|a| all.iter().map(move |b| (a, b))) {
         let one = Some(other.clone());
-        let samples =
-            Samples { time_s: time_s.clone(), voltage: other.clone(), torque: None, current: one.clone(), speed: one, ..Samples::default() };
+        let samples = Samples {
+            time_s: time_s.clone(),
+            voltage: other.clone(),
+            torque: None,
+            current: one.clone(),
+            speed: one,
+            ..Samples::default()
+        };
         ask!(calls, (time_s, other); "record::Record::new" => Record::new(samples.clone()));
         for torque in [Some(vec![f64::NAN]), Some(Vec::new())] {
             let samples = Samples { torque, voltage: Vec::new(), ..samples.clone() };

@@ -187,7 +187,8 @@ fn problems_that_the_device_does_not_serve_are_evaluated_on_the_cpu() {
         let time_s = (0..50_u32).map(|n| f64::from(n) * 1e-3 + if n == 20 { uneven } else { 0.0 }).collect();
         let speed = (0..50_u32).map(f64::from).collect();
         let voltage = vec![1.0; 50];
-        Record::new(Samples { time_s, voltage, torque: None, current: None, speed: Some(speed), ..Samples::default() }).unwrap()
+        Record::new(Samples { time_s, voltage, torque: None, current: None, speed: Some(speed), ..Samples::default() })
+            .unwrap()
     };
     let problem = |uneven: f64, extension: Parameter, max: f64| {
         let space = Space::table2_with(&[(extension, 1.0, max)], &[]).unwrap();

@@ -1,0 +1,295 @@
+//! Calls of `model`, `units`, and of what evaluates, estimates and shows users' models.
+
+use crate::arguments::{COUNTS, FEW, NUMBERS, texts};
+use crate::calls::{Calls, ask, drive};
+use motorfit::candidates::Candidates;
+use motorfit::estimate::model::{ModelWeights, model_optima, refine_model};
+use motorfit::evaluate::model::{ModelAxis, ModelProblem, ModelRecording, ModelSettings, ModelSpace, signal_requests};
+use motorfit::experiment::white_noise;
+use motorfit::identify::model::{ModelSpec, hold_out_model, identify_model};
+use motorfit::model::{BuiltIn, Function, IntegrationMethod, Model};
+use motorfit::record::{
+    ReadOptions, Reading, Record, Samples, parse_signal_columns, read_bytes, read_signal_inputs, step_lengths,
+};
+use motorfit::report::{Reproduced, model_check_document, model_check_page, model_document, model_page};
+use motorfit::setting::Setting;
+use motorfit::settings::{Given, Value, model_reading, model_spec};
+use motorfit::units::{Dimension, parse_unit};
+use std::ops::ControlFlow;
+use std::path::Path;
+
+/// Returns a small recording of the DC motor as a model.
+fn recording() -> ModelRecording {
+    let time_s: Vec<f64> = (0..60).map(|n| f64::from(n) * 1e-3).collect();
+    let wave = |rate: f64| -> Vec<f64> { time_s.iter().map(|t| (rate * t).sin()).collect() };
+    ModelRecording {
+        step_s: vec![1e-3],
+        inputs: vec![wave(200.0), vec![0.0; 60]],
+        measured: vec![Some(wave(150.0)), Some(wave(90.0))],
+        counting: Vec::new(),
+        effective_sample_ratio: 1.0,
+        time_s,
+    }
+}
+
+pub fn languages(calls: &mut Calls) {
+    let good = BuiltIn::DcMotor.source();
+    for word in texts() {
+        let text = good.replace("(v - R*i - K*w)/L", &word.replace(['"', '\\'], "'"));
+        ask!(calls, word;
+            "model::Model::parse" => Model::parse(&word),
+            "model::Model::parse" => Model::parse(&text),
+            "model::Model::parse" => Model::parse(&good.replace("V*s/rad", &word)),
+            "model::Model::open" => Model::open(Path::new(&word)),
+            "record::parse_signal_columns" => parse_signal_columns(&word, &["vd", &word]),
+            "record::read_signal_inputs" => read_signal_inputs(Path::new(&word), &ReadOptions::default()),
+        );
+        drive!(calls, word; "units::parse_unit" => parse_unit(&word).map(|unit| unit.to(&unit)));
+        if let Ok(unit) = parse_unit(&word) {
+            drive!(calls, word; "units::Unit::to" => unit.to(&unit));
+        }
+    }
+    for halves in [i32::MIN, -7, -1, 0, 1, 3, 1000, i32::MAX] {
+        let large = (0..40).fold(Dimension::TIME, |all, _| all.times(all));
+        drive!(calls, halves;
+            "units::Dimension::power" => [Dimension::TIME, large].map(|of| of.power(halves)),
+            "units::Dimension::times" => large.times(large),
+            "units::Dimension::per" => Dimension::ONE.per(large).per(large),
+        );
+    }
+    for of in BuiltIn::ALL {
+        let Some(model) = calls.ask("model::BuiltIn::model", &of, || of.model()) else { continue };
+        drive!(calls, of;
+            "model::BuiltIn::source" => of.source(),
+            "model::Model::text" => model.text().len(),
+            "model::Model::name" => model.name().len(),
+            "model::Model::digest" => model.digest(),
+            "model::Model::parameters" => model.parameters().len(),
+            "model::Model::inputs" => model.inputs().len(),
+            "model::Model::states" => model.states().len(),
+            "model::Model::outputs" => model.outputs().len(),
+            "model::Model::equations" => model.equations().len(),
+            "model::Model::is_affine" => model.is_affine(),
+            "model::Model::reactions" => model.reactions(),
+            "model::Model::operations" => model.operations(),
+            "evaluate::model::signal_requests" => signal_requests(&model).len(),
+            "report::model_check_document" => model_check_document(&model),
+            "report::model_check_page" => model_check_page(&model, &[of.source().to_owned()]),
+        );
+        for equation in model.equations() {
+            drive!(calls, equation; "model::Equation::formula" => equation.formula());
+            if let Some(formula) = equation.formula() {
+                drive!(calls, equation; "model::Formula::kind" => format!("{:?}", formula.kind()));
+            }
+        }
+    }
+    for function in Function::ALL {
+        drive!(calls, function; "model::Function::arguments" => function.arguments());
+    }
+}
+
+pub fn signals(calls: &mut Calls) {
+    for number in NUMBERS {
+        drive!(calls, number; "experiment::white_noise" => white_noise(3, number, 1, 2));
+        ask!(calls, number;
+            "record::step_lengths" => step_lengths(&[0.0, number, 1.0]),
+            "record::step_lengths" => step_lengths(&[number]),
+        );
+        for other in FEW {
+            let axis =
+                |is_logarithmic| ModelAxis { parameter: 0, recording: None, min: number, max: other, is_logarithmic };
+            drive!(calls, (number, other);
+                "evaluate::model::ModelAxis::coordinate" => [true, false].map(|log| axis(log).coordinate(other)),
+                "evaluate::model::ModelAxis::value" => [true, false].map(|log| axis(log).value(other)),
+                "evaluate::model::ModelAxis::slope" => [true, false].map(|log| axis(log).slope(other)),
+                "evaluate::model::ModelAxis::at" => [true, false].map(|log| axis(log).at(other)),
+            );
+        }
+    }
+    let model = BuiltIn::DcMotor.model().unwrap();
+    let good = recording();
+    drive!(calls, good;
+        "evaluate::model::ModelRecording::len" => good.len(),
+        "evaluate::model::ModelRecording::is_empty" => good.is_empty(),
+        "evaluate::model::ModelRecording::regular_step_s" => good.regular_step_s(),
+        "evaluate::model::ModelRecording::longest_step_s" => good.longest_step_s(),
+        "evaluate::model::ModelRecording::count" => good.count(),
+    );
+    for n in COUNTS {
+        drive!(calls, n;
+            "evaluate::model::ModelRecording::counts" => good.counts(n),
+            "evaluate::model::ModelRecording::counted" => good.counted(n),
+        );
+    }
+    let options = ReadOptions { signals: signal_requests(&model), ..ReadOptions::default() };
+    for text in [
+        "time_s,voltage,current,speed\n0,1,2,3\n1,2,3,4\n2,3,4,5\n",
+        "t,v\n0,1\n",
+        "time_s,voltage_A,i\n0,1,2\n1,1,2\n",
+    ] {
+        let read = calls.ask("record::read_bytes", &text, || read_bytes(text.as_bytes(), None, &options));
+        for record in read.into_iter().flatten() {
+            ask!(calls, text; "evaluate::model::ModelRecording::new" => ModelRecording::new(&model, &record));
+        }
+    }
+    let plain = Record::new(Samples {
+        time_s: vec![0.0, 1.0],
+        voltage: vec![1.0; 2],
+        speed: Some(vec![1.0; 2]),
+        ..Samples::default()
+    });
+    let plain = plain.unwrap();
+    ask!(calls, plain; "evaluate::model::ModelRecording::new" => ModelRecording::new(&model, &plain));
+    for word in texts() {
+        let mut given = Given::default();
+        for setting in [Setting::Bounds, Setting::Fix, Setting::PerRecording, Setting::With] {
+            given.put(setting, Value::List(vec![word.clone()]));
+        }
+        given.put(Setting::Columns, Value::Text(word.clone()));
+        given.put(Setting::Method, Value::Text(word.clone()));
+        for setting in [Setting::Bounds, Setting::Fix, Setting::With, Setting::Method, Setting::Columns] {
+            drive!(calls, word; "settings::Given::without" => given.without(setting).has(setting));
+            let one = given.without(setting);
+            calls.call("settings::model_spec", &word, || model_spec(&one).is_ok());
+            calls.call("settings::model_reading", &word, || model_reading(&one, &model).map(|_: Reading| ()).is_ok());
+        }
+        let names = [word.clone()];
+        for number in FEW {
+            ask!(calls, (&word, number);
+                "evaluate::model::ModelSpace::with_bounds" => ModelSpace::new(&model, 1).with_bounds(&model, &word, [number, 1.0]),
+                "evaluate::model::ModelSpace::with_bounds" => ModelSpace::new(&model, 1).with_bounds(&model, "R", [number, 1.0]),
+                "evaluate::model::ModelSpace::with_fixed" => ModelSpace::new(&model, 1).with_fixed(&model, "R", number),
+            );
+        }
+        ask!(calls, word; "evaluate::model::ModelSpace::per_recording" => ModelSpace::new(&model, 2).per_recording(&model, &names, 2));
+    }
+}
+
+/// Returns recordings of which most do not fit the model.
+fn mangled() -> Vec<ModelRecording> {
+    let good = recording();
+    let mut all = vec![good.clone()];
+    let mut with = |change: &dyn Fn(&mut ModelRecording)| {
+        let mut own = good.clone();
+        change(&mut own);
+        all.push(own);
+    };
+    with(&|of| of.time_s.clear());
+    with(&|of| of.inputs.clear());
+    with(&|of| of.measured.clear());
+    with(&|of| of.measured.fill(None));
+    with(&|of| of.step_s.clear());
+    with(&|of| of.counting = vec![false; 60]);
+    with(&|of| of.counting = vec![true; 3]);
+    with(&|of| of.inputs[0].truncate(1));
+    with(&|of| of.effective_sample_ratio = f64::NAN);
+    for number in NUMBERS {
+        with(&|of| of.step_s = vec![number]);
+        with(&|of| of.inputs[0][3] = number);
+        with(&|of| of.measured[0] = Some(vec![number; 60]));
+    }
+    all
+}
+
+pub fn problems(calls: &mut Calls) {
+    let model = BuiltIn::DcMotor.model().unwrap();
+    let settings = |method| ModelSettings { method, ..ModelSettings::default() };
+    let mut spaces = vec![drive_space(calls, &model)];
+    spaces.push(ModelSpace { free: Vec::new(), fixed: Vec::new() });
+    spaces.push(ModelSpace { free: Vec::new(), fixed: vec![None; 5] });
+    spaces.push(ModelSpace { free: Vec::new(), fixed: vec![Some(f64::NAN); 5] });
+    for parameter in [5, usize::MAX] {
+        let axis = ModelAxis { parameter, recording: None, min: 1.0, max: 2.0, is_logarithmic: true };
+        spaces.push(ModelSpace { free: vec![axis], fixed: vec![Some(1.0); 5] });
+    }
+    ask!(calls, "none"; "evaluate::model::ModelProblem::new" => ModelProblem::new(&model, spaces[0].clone(), Vec::new(), settings(None)));
+    for recording in mangled() {
+        for space in &spaces {
+            let made = || ModelProblem::new(&model, space.clone(), vec![recording.clone()], settings(None));
+            let Some(problem) = calls.ask("evaluate::model::ModelProblem::new", &recording, made) else { continue };
+            one(calls, &problem);
+        }
+    }
+    for substeps in [0, 1, 3, 64] {
+        for method in IntegrationMethod::ALL {
+            let with = settings(Some((method, substeps)));
+            ask!(calls, substeps; "evaluate::model::ModelProblem::new" => ModelProblem::new(&model, spaces[0].clone(), vec![recording()], with));
+        }
+    }
+}
+
+fn drive_space(calls: &mut Calls, model: &Model) -> ModelSpace {
+    drive!(calls, "spaces"; "evaluate::model::ModelSpace::new" => [0, 1, 3].map(|n| ModelSpace::new(model, n).free.len()));
+    ModelSpace::new(model, 1)
+}
+
+fn one(calls: &mut Calls, problem: &ModelProblem) {
+    let axes = problem.space().free.len();
+    drive!(calls, axes;
+        "evaluate::model::ModelProblem::model" => problem.model().name().len(),
+        "evaluate::model::ModelProblem::space" => problem.space().free.len(),
+        "evaluate::model::ModelProblem::method" => problem.method().substeps,
+        "evaluate::model::ModelMethod::described" => problem.method().described(),
+        "evaluate::model::ModelProblem::criterion" => problem.criterion().norm,
+        "evaluate::model::ModelProblem::recordings" => problem.recordings(),
+        "evaluate::model::ModelProblem::work" => problem.work(),
+        "evaluate::model::ModelProblem::counted" => problem.counted(),
+    );
+    for n in [0, 1, usize::MAX] {
+        calls.may_panic("evaluate::model::ModelProblem::recording", || problem.recording(n).len());
+        calls.may_panic("evaluate::model::ModelProblem::open_initial", || problem.open_initial(n).len());
+    }
+    for number in FEW {
+        let values = vec![number; axes];
+        let mut costs = [0.0];
+        if axes > 0 {
+            ask!(calls, number;
+                "evaluate::model::ModelProblem::costs" => problem.costs(Candidates::new(&values, axes), &mut costs),
+                "evaluate::model::ModelProblem::costs" => problem.costs(Candidates::new(&values, 1), &mut costs),
+            );
+            assert!(!costs[0].is_nan());
+        }
+        calls.may_panic("evaluate::model::ModelProblem::simulate", || {
+            problem.simulate(&values, 0, &[number; 2]).outputs.len()
+        });
+        calls.may_panic("evaluate::model::ModelProblem::simulate", || problem.simulate(&[], 0, &[]).outputs.len());
+    }
+    let middle: Vec<f64> = problem.space().free.iter().map(|axis| axis.at(0.5)).collect();
+    ask!(calls, middle;
+        "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![0.0; 2]], (true, ModelWeights::default())),
+        "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![f64::NAN; 2]], (false, ModelWeights::Signals)),
+        "estimate::model::refine_model" => refine_model(problem, &[], &[], (true, ModelWeights::Signals)),
+        "estimate::model::model_optima" => model_optima(problem, (true, u64::MAX), &[middle.clone()], &mut |_, _| ControlFlow::Continue(())),
+        "estimate::model::model_optima" => model_optima(problem, (false, 0), &[vec![]], &mut |_, _| ControlFlow::Break(())),
+    );
+}
+
+pub fn identifications(calls: &mut Calls) {
+    let model = BuiltIn::DcMotor.model().unwrap();
+    let other = BuiltIn::Pmsm.model().unwrap();
+    let how = Reproduced { command: "x".to_owned(), options: Vec::new() };
+    for recording in mangled() {
+        for is_polished in [true, false] {
+            let spec = ModelSpec { is_polished, ..ModelSpec::default() };
+            drive!(calls, recording;
+                "identify::model::ModelSpec::settings" => spec.settings().is_first_order_hold,
+            );
+            ask!(calls, recording; "identify::model::ModelSpec::space" => spec.space(&model, 1));
+            let all = [recording.clone()];
+            let found = calls.ask("identify::model::identify_model", &recording, || {
+                identify_model(&model, &all, &spec, &mut |_| ControlFlow::Continue(()))
+            });
+            let Some(mut found) = found else { continue };
+            ask!(calls, recording;
+                "identify::model::hold_out_model" => hold_out_model(&model, &mut found, &all, &spec),
+                "identify::model::hold_out_model" => hold_out_model(&model, &mut found, &[], &spec),
+            );
+            for of in [&model, &other] {
+                drive!(calls, recording;
+                    "report::model_document" => model_document(&[], of, &spec, &found),
+                    "report::model_page" => model_page(&[], (of, &all), &found, &how),
+                );
+            }
+        }
+    }
+}
