@@ -30,9 +30,10 @@
 //!
 //! # Modules
 //!
-//! Data flow one way: record → motor → criterion → optimize → experiment → evaluate → estimate → device → analysis → identify →
-//! settings → study → report. A module uses only those before it. All may use the base modules: errors, limits, tables of
-//! names, names of settings, texts, files, numerics, candidates and channels.
+//! Data flow one way: record → motor → model → criterion → optimize → experiment → evaluate → estimate → device → analysis →
+//! identify → settings → study → report. A module uses only those before it. All may use the base modules: errors, limits, tables
+//! of names, names of settings, texts, units, files, numerics, candidates and channels. [`model`] has the equations of other
+//! machines than the DC motor.
 //!
 //! # Example
 //!

@@ -122,7 +122,7 @@ fn estimates_of_the_motor_are_those_of_its_own_pipeline() {
     voltage[..50].fill(0.0);
     let time_s = (0..1000).map(|n| count(n) * STEP_S).collect();
     let excitation = Excitation { time_s, voltage: voltage.clone(), torque: None };
-    let clean = simulated(Parameters::M2, &excitation, Discretization::Zoh).unwrap();
+    let clean = simulated(&Parameters::M2, &excitation, Discretization::Zoh).unwrap();
     let record = with_noise(&clean, noise_of(&clean, Noise::Decibels(40.0)), 3).unwrap();
     // Both from rest, without initial states to estimate.
     let text = BuiltIn::DcMotor.source().replace("\"measured\"", "0");
@@ -251,7 +251,7 @@ fn what_cannot_be_told_apart_is_named() {
         );
         let model = Model::parse(&text).unwrap();
         let input = square(600, 100, 1.0, 0.0);
-        let states = integrated(&[input.clone()], (0.01, 20), [0.0], |[x], u| [(3.0 * u[0] - x) / 0.5]);
+        let states = integrated(std::slice::from_ref(&input), (0.01, 20), [0.0], |[x], u| [(3.0 * u[0] - x) / 0.5]);
         let measured = noisy(states.iter().map(|x| x[0]).collect(), 1, 0);
         run(&model, &[recording(0.01, vec![input], vec![measured])], &ModelSpec::default())
     };
@@ -297,6 +297,7 @@ i = { value = "i", unit = "A" }
 "#;
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list")]
 fn bad_models_give_the_place_and_a_remedy() {
     Model::parse(GOOD).unwrap();
     let deep = format!("e = \"{}v{}\"", "(".repeat(150), ")".repeat(150));

@@ -177,8 +177,14 @@ fn the_reference_is_generated_from_the_tables() {
 
 fn limits() -> Vec<Limit> {
     let records = motorfit::record::limits();
-    [records, motorfit::optimize::LIMITS.to_vec(), motorfit::device::LIMITS.to_vec(), motorfit::study::limits()]
-        .concat()
+    [
+        records,
+        motorfit::optimize::LIMITS.to_vec(),
+        motorfit::device::LIMITS.to_vec(),
+        motorfit::study::limits(),
+        motorfit::model::LIMITS.to_vec(),
+    ]
+    .concat()
 }
 
 /// A value at each limit is accepted, and the next one gives an error with the number of the table.

@@ -12,7 +12,7 @@ pub(crate) mod reference;
 pub(crate) mod step;
 
 pub use definition::{
-    Equation, InitialState, Model, ModelInput, ModelOutput, ModelParameter, ModelState, NodeId, WrittenUnit,
+    Equation, InitialState, LIMITS, Model, ModelInput, ModelOutput, ModelParameter, ModelState, NodeId, WrittenUnit,
 };
 pub use expression::Function;
 pub use formula::{Formula, FormulaKind};

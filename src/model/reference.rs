@@ -11,6 +11,12 @@ use crate::numeric::count;
 /// Returns the outputs at each sample, shape `[outputs][samples]`, in their units. `inputs` have the shape `[inputs][samples]` and are
 /// held over each step of `step_s` seconds, which is divided by `substeps`. `open` are the initial values of states that
 /// are measured or free, in their units.
+#[expect(
+    clippy::too_many_arguments,
+    clippy::too_many_lines,
+    clippy::float_cmp,
+    reason = "an oracle in one piece; held inputs are equal"
+)]
 pub(crate) fn simulate(
     model: &Model,
     values: &[f64],

@@ -62,6 +62,7 @@ const DRIVERS: &[Driver] = &[
     estimate::identifiable_recordings,
     models::languages,
     models::signals,
+    models::settings,
     models::problems,
     models::identifications,
 ];

@@ -1,7 +1,5 @@
 //! One instruction on all lanes.
 
-#![expect(clippy::needless_range_loop, reason = "a part indexes several registers alike; that is what vectorizes")]
-
 use super::functions::{atan, atan2, exp, log, power, sine, tanh};
 use super::register::{Register, Vector, WIDTH};
 use crate::model::graph::Unary;
@@ -51,6 +49,7 @@ fn choose(a: &Vector, b: &Vector, [then, otherwise]: [&Vector; 2], holds: impl F
 }
 
 /// Executes an instruction that writes a register.
+#[expect(clippy::too_many_lines, reason = "a table of the operations")]
 #[inline(always)]
 pub(super) fn execute<const C: usize, const FMA: bool>(
     instruction: &Instruction,

@@ -131,10 +131,10 @@ impl ModelSpace {
     pub fn values(&self, free: &[f64], recording: usize) -> Vec<f64> {
         let mut values: Vec<f64> = self.fixed.iter().map(|value| value.unwrap_or(f64::NAN)).collect();
         for (axis, value) in self.free.iter().zip(free) {
-            if axis.recording.is_none_or(|of| of == recording) {
-                if let Some(own) = values.get_mut(axis.parameter) {
-                    *own = *value;
-                }
+            if axis.recording.is_none_or(|of| of == recording)
+                && let Some(own) = values.get_mut(axis.parameter)
+            {
+                *own = *value;
             }
         }
         values

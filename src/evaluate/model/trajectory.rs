@@ -55,10 +55,10 @@ impl ModelProblem {
         loop {
             let left = &unknowns[from..];
             if left.len() <= Register::<1>::LANES {
-                self.part::<1>(&values, recording, open, (left, from), &mut result);
+                self.part::<1>((&values, open), recording, (left, from), &mut result);
             } else {
                 let part = &left[..left.len().min(Register::<2>::LANES)];
-                self.part::<2>(&values, recording, open, (part, from), &mut result);
+                self.part::<2>((&values, open), recording, (part, from), &mut result);
             }
             from += left.len().min(Register::<2>::LANES);
             if from >= unknowns.len() {
@@ -70,9 +70,8 @@ impl ModelProblem {
     /// Simulates with the derivatives of some directions, of which the first has the number `first`.
     fn part<const C: usize>(
         &self,
-        values: &[f64],
+        (values, open): (&[f64], &[f64]),
         recording: usize,
-        open: &[f64],
         (unknowns, first): (&[Unknown], usize),
         result: &mut Trajectory,
     ) where

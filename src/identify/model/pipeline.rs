@@ -186,9 +186,9 @@ fn search(
         let Some(best) = run.optimizer.best().map(|best| best.values.to_vec()) else {
             return Err(Error::not_identified("no candidate of the search was evaluated", "Give more generations."));
         };
-        let optima = spec
-            .is_polished
-            .then(|| model_optima(problem, settings, &[best.clone()], &mut |_, _| ControlFlow::Continue(())));
+        let optima = spec.is_polished.then(|| {
+            model_optima(problem, settings, std::slice::from_ref(&best), &mut |_, _| ControlFlow::Continue(()))
+        });
         let optima = optima.transpose()?;
         let initial = (0..problem.recordings()).map(|n| problem.open_initial(n).to_vec()).collect();
         return Ok(Found {

@@ -9,6 +9,21 @@ mod sections;
 
 pub(crate) use document::TEXT_MAX;
 
+use crate::limit::{Limit, limit_of};
+
+/// Size limits of models.
+pub const LIMITS: [Limit; 5] = [
+    limit_of("bytes of a model", document::TEXT_MAX, "refused"),
+    limit_of("bytes of an expression of a model", document::EXPRESSION_MAX, "refused, with line and column"),
+    limit_of("items of a section of a model", read::DECLARED_MAX, "refused, with line and column"),
+    limit_of("operations of a model", lower::NODES_MAX, "refused, with line and column"),
+    limit_of(
+        "levels of brackets of an expression",
+        crate::model::expression::DEPTH_MAX,
+        "refused, with line and column",
+    ),
+];
+
 use super::graph::{Graph, Id};
 use super::step::Affine;
 use crate::units::Unit;

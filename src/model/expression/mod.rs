@@ -8,7 +8,7 @@ mod lexer;
 mod parser;
 
 pub use functions::Function;
-pub(crate) use parser::parse;
+pub(crate) use parser::{DEPTH_MAX, parse};
 
 /// Error in an expression: the byte at which it is, the message and a hint.
 #[derive(Debug, Clone, PartialEq, Eq)]

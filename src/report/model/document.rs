@@ -18,12 +18,6 @@ fn by_output<T: serde::Serialize>(model: &Model, values: &[T]) -> Value {
 /// Returns the JSON document of an identification with a model.
 #[must_use]
 pub fn model_document(records: &[Record], model: &Model, spec: &ModelSpec, found: &ModelIdentification) -> Value {
-    let reasons: Vec<Value> = found
-        .trust
-        .reasons
-        .iter()
-        .map(|reason| json!({"code": reason.code, "message": reason.message.spelled(command_line)}))
-        .collect();
     let bounds: Map<String, Value> = found
         .space
         .free
@@ -42,11 +36,7 @@ pub fn model_document(records: &[Record], model: &Model, spec: &ModelSpec, found
     };
     json!({
         "motorfit": env!("CARGO_PKG_VERSION"),
-        "trust": {
-            "level": found.trust.level.name(),
-            "reasons": reasons,
-            "next": found.trust.next.as_ref().map(|next| next.spelled(command_line)),
-        },
+        "trust": trust(found),
         "model": {"name": model.name(), "sha256": model.digest()},
         "records": records,
         "method": crate::named::Named::name(&spec.method),
@@ -94,6 +84,14 @@ pub fn model_document(records: &[Record], model: &Model, spec: &ModelSpec, found
         "history": found.history,
         "seconds": found.seconds,
     })
+}
+
+fn trust(found: &ModelIdentification) -> Value {
+    let reasons = found.trust.reasons.iter();
+    let reasons: Vec<Value> =
+        reasons.map(|reason| json!({"code": reason.code, "message": reason.message.spelled(command_line)})).collect();
+    let next = found.trust.next.as_ref().map(|next| next.spelled(command_line));
+    json!({"level": found.trust.level.name(), "reasons": reasons, "next": next})
 }
 
 /// Returns the parameters by name; one of single recordings has a list.

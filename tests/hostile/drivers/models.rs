@@ -140,6 +140,10 @@ pub fn signals(calls: &mut Calls) {
     });
     let plain = plain.unwrap();
     ask!(calls, plain; "evaluate::model::ModelRecording::new" => ModelRecording::new(&model, &plain));
+}
+
+pub fn settings(calls: &mut Calls) {
+    let model = BuiltIn::DcMotor.model().unwrap();
     for word in texts() {
         let mut given = Given::default();
         for setting in [Setting::Bounds, Setting::Fix, Setting::PerRecording, Setting::With] {
@@ -259,7 +263,7 @@ fn one(calls: &mut Calls, problem: &ModelProblem) {
         "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![0.0; 2]], (true, ModelWeights::default())),
         "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![f64::NAN; 2]], (false, ModelWeights::Signals)),
         "estimate::model::refine_model" => refine_model(problem, &[], &[], (true, ModelWeights::Signals)),
-        "estimate::model::model_optima" => model_optima(problem, (true, u64::MAX), &[middle.clone()], &mut |_, _| ControlFlow::Continue(())),
+        "estimate::model::model_optima" => model_optima(problem, (true, u64::MAX), std::slice::from_ref(&middle), &mut |_, _| ControlFlow::Continue(())),
         "estimate::model::model_optima" => model_optima(problem, (false, 0), &[vec![]], &mut |_, _| ControlFlow::Break(())),
     );
 }
