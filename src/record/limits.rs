@@ -1,6 +1,6 @@
 //! Size limits of recordings, of the files that they are read from and of their preparation.
 
-use super::heading::REQUEST_MAX;
+use super::requests::REQUEST_MAX;
 use super::{SAMPLES_MAX, import, prepare};
 use crate::limit::{Limit, limit_of};
 

@@ -10,12 +10,13 @@ mod limits;
 mod lines;
 mod prepare;
 mod reading;
+mod requests;
 mod samples;
 mod stored;
 mod time;
 
 pub use diagnose::{FINDINGS, Finding, Severity, can_cause_poor_fit, diagnose};
-pub use heading::{ColumnRequest, Quantity, parse_columns, parse_signal_columns};
+pub use heading::Quantity;
 pub use import::{
     BadRows, FORMATS, Format, ReadOptions, SignalRequest, parse_number, read, read_bytes, read_inputs, read_joined,
     read_recording, read_signal_inputs, write_csv,
@@ -24,6 +25,7 @@ pub use limits::limits;
 pub use lines::Lines;
 pub use prepare::{FilterKind, LowPass, Mask, Offset, Preparation, parse_masks};
 pub use reading::{Reading, parse_crop, parse_offset};
+pub use requests::{ColumnRequest, parse_columns, parse_signal_columns};
 pub use samples::{NamedSignal, Samples};
 pub(crate) use time::rounded;
 pub use time::{Gaps, Steps, TIME_JITTER_UNIFORM, step_lengths};

@@ -3,7 +3,7 @@
 use super::execute::execute;
 use super::memory::{Clock, Memory};
 use super::register::{Register, WIDTH};
-use crate::evaluate::{Level, at_level};
+use crate::evaluate::Level;
 use crate::model::graph::{Leaf, evaluate};
 use crate::model::program::{Instruction, Operation, Program, Uniforms};
 
@@ -154,7 +154,8 @@ fn remember<const C: usize>(
 macro_rules! runs {
     ($($module:ident $c:literal)*) => { $(
         mod $module {
-            use super::{Job, Work, at_level, run};
+            use crate::evaluate::at_level;
+            use crate::evaluate::interpreter::run::{Job, Work, run};
 
             at_level! {
                 pub(super) fn avx512(job: &Job<'_>, work: &mut Work<$c>) = avx512 { run::<$c, true>(job, work) } else avx2

@@ -67,6 +67,12 @@ impl ModelMethod {
         Self { method: IntegrationMethod::RungeKutta, substeps, stiffness, is_rough: needed > substeps }
     }
 
+    /// Returns true if steps are exact: affine equations with matrix exponentials.
+    #[must_use]
+    pub fn is_exact(&self) -> bool {
+        self.method == IntegrationMethod::Exponential && self.stiffness.is_affine
+    }
+
     /// Returns a description of the method and of the reason for it.
     #[must_use]
     pub fn described(&self) -> String {

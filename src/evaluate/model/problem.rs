@@ -20,7 +20,7 @@ use rayon::prelude::*;
 pub struct ModelSettings {
     /// Criterion of a search.
     pub criterion: Criterion,
-    /// True if inputs are straight lines between samples, false if they are constant.
+    /// True if inputs are linear between samples, false if they are constant.
     pub is_first_order_hold: bool,
     /// Integration method and number of substeps; `None` chooses them.
     pub method: Option<(IntegrationMethod, usize)>,

@@ -37,6 +37,9 @@ impl ModelProblem {
     }
 
     /// Returns the initial values of the open states of a recording, as measured or 0.
+    ///
+    /// # Panics
+    /// Panics if there is no such recording.
     #[must_use]
     pub fn open_initial(&self, recording: usize) -> &[f64] {
         &self.recordings[recording].open

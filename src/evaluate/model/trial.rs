@@ -48,6 +48,23 @@ impl ModelProblem {
         }
         Ok(problem)
     }
+
+    /// Returns the problem with another number of substeps.
+    ///
+    /// # Errors
+    /// Returns `Data` if the steps become too large for a program.
+    pub fn with_substeps(&self, substeps: usize) -> Result<Self> {
+        let method = ModelMethod { substeps: substeps.clamp(1, SUBSTEPS_MAX), ..*self.method() };
+        let recordings = (0..self.recordings()).map(|n| self.recording(n).clone()).collect();
+        Self::with_method(self.model(), self.space().clone(), recordings, (self.settings, method))
+    }
+
+    /// Returns the problem with its steps marked as too long for the accuracy of the estimates.
+    #[must_use]
+    pub fn with_rough_steps(mut self) -> Self {
+        self.method.is_rough = true;
+        self
+    }
 }
 
 /// Returns the method with as many substeps as it needs for accuracy: trajectories of candidates that are near the measured signals
@@ -58,7 +75,7 @@ fn tried(
     (space, recordings): (&ModelSpace, &[ModelRecording]),
     settings: ModelSettings,
 ) -> Result<ModelMethod> {
-    if guess.method == IntegrationMethod::Exponential && guess.stiffness.is_affine {
+    if guess.is_exact() {
         return Ok(guess);
     }
     let part: Vec<ModelRecording> = recordings.iter().take(1).map(|of| of.first(SAMPLES_TRIED)).collect();

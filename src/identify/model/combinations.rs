@@ -1,4 +1,4 @@
-//! Names of the combinations of parameters that recordings do not tell apart.
+//! Names of the combinations of parameters that recordings cannot distinguish.
 
 use crate::evaluate::model::ModelProblem;
 use crate::numeric::peak;

@@ -40,7 +40,7 @@ pub struct ModelSpec {
     pub per_recording: Vec<String>,
     /// True if the initial values of states that are measured or free are estimated.
     pub estimates_initial: bool,
-    /// True if inputs are straight lines between samples.
+    /// True if inputs are linear between samples.
     pub is_first_order_hold: bool,
     /// Integration method and number of substeps; `None` chooses them.
     pub integration: Option<(IntegrationMethod, usize)>,
@@ -116,14 +116,14 @@ pub fn identify_model(
     let space = spec.space(model, recordings.len())?;
     let problem = ModelProblem::new(model, space, recordings.to_vec(), spec.settings())?;
     let found = search(&problem, spec, observe)?;
-    let refined = match spec.is_polished {
-        true => Some(refine_model(
-            &problem,
-            &found.start.0,
-            &found.start.1,
-            (spec.estimates_initial, ModelWeights::default()),
-        )?),
-        false => None,
+    let (problem, refined) = match spec.is_polished {
+        true => {
+            let how = (spec.estimates_initial, ModelWeights::default());
+            let refined = refine_model(&problem, &found.start.0, &found.start.1, how)?;
+            let (problem, refined) = with_fine_steps(problem, refined, how)?;
+            (problem, Some(refined))
+        }
+        false => (problem, None),
     };
     Ok(result(&problem, spec, found, refined, begin))
 }
@@ -131,7 +131,35 @@ pub fn identify_model(
 /// Largest number of candidates between two looks at an interruption.
 const SLICE: usize = 1 << 14;
 
-/// What a search found.
+/// Largest number of substeps of a refinement, and the largest change of an estimate by half the step, in standard errors.
+const SUBSTEPS_MAX: usize = 64;
+const CHANGE_MAX: f64 = 0.1;
+
+/// Repeats a refinement with half the step until the estimates do not depend on it: an error of the integration that a search does not
+/// see can be many standard errors. If they still change at the finest step, the method is marked as rough.
+fn with_fine_steps(
+    mut problem: ModelProblem,
+    mut refined: ModelRefined,
+    how: (bool, ModelWeights),
+) -> Result<(ModelProblem, ModelRefined)> {
+    while !problem.method().is_exact() {
+        if 2 * problem.method().substeps > SUBSTEPS_MAX {
+            return Ok((problem.with_rough_steps(), refined));
+        }
+        let finer = problem.with_substeps(2 * problem.method().substeps)?;
+        let next = refine_model(&finer, &refined.values, &refined.initial, how)?;
+        let errors = next.uncertainty.std_error.iter();
+        let changes = errors.zip(next.values.iter().zip(&refined.values));
+        let largest = changes.filter_map(|(error, (new, old))| Some((new - old).abs() / (*error)?)).fold(0.0, f64::max);
+        (problem, refined) = (finer, next);
+        if largest < CHANGE_MAX {
+            break;
+        }
+    }
+    Ok((problem, refined))
+}
+
+/// The outcome of a search.
 struct Found {
     method: &'static str,
     values: Vec<f64>,

@@ -89,7 +89,7 @@ pub struct ModelIdentification {
     pub cost: f64,
     /// Uncertainty; `None` without a refinement.
     pub uncertainty: Option<ModelUncertainty>,
-    /// Combinations of parameters that the recordings do not tell apart, as sentences.
+    /// Combinations of parameters that the recordings cannot distinguish, as sentences.
     pub combinations: Vec<String>,
     /// True if the refinement converged.
     pub converged: bool,

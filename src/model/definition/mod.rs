@@ -33,7 +33,7 @@ use crate::units::Unit;
 pub struct WrittenUnit {
     /// The unit as written in the model.
     pub text: String,
-    /// Its dimension and factor.
+    /// The dimension and the factor of the unit.
     pub unit: Unit,
 }
 

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 /// Marks a scalar that is a uniform while the number of constants is not known.
 const UNIFORM: u16 = 0x8000;
 
-/// What a program computes.
+/// The values that a program computes.
 pub(crate) struct Roots<'a> {
     /// New values of the states.
     pub next: &'a [Id],
@@ -69,7 +69,7 @@ pub(crate) fn compile(graph: &mut Graph, roots: &Roots<'_>) -> Compiled {
 /// State of a compilation. Registers are virtual: each is written once.
 pub(super) struct Compiler<'g> {
     pub graph: &'g mut Graph,
-    /// How often each node is used.
+    /// Number of uses of each node.
     pub uses: Vec<u32>,
     registers: HashMap<Id, u16>,
     /// True for each register that keeps its value during the samples.

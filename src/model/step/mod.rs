@@ -38,7 +38,7 @@ pub(crate) struct StepSettings {
     pub substeps: usize,
     /// Length of the step \[s\]; `None` if it differs between samples and is an input, after all others.
     pub step_s: Option<f64>,
-    /// True if inputs are straight lines between samples, false if they are constant.
+    /// True if inputs are linear between samples, false if they are constant.
     pub is_first_order_hold: bool,
 }
 
@@ -66,7 +66,7 @@ pub(crate) struct Step {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Memory {
     pub kind: MemoryKind,
-    /// Its operands; for a derivative the operands alternate with their derivatives.
+    /// The operands; for a derivative they alternate with their derivatives.
     pub operands: Vec<Id>,
 }
 

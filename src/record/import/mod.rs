@@ -32,7 +32,8 @@ pub use named::SignalRequest;
 pub use parse::parse_number;
 pub use write::write_csv;
 
-use super::heading::{ColumnRequest, Quantity};
+use super::heading::Quantity;
+use super::requests::ColumnRequest;
 use super::{Gaps, Record, Samples, Source, time};
 use crate::numeric::extremes;
 use crate::setting::text;

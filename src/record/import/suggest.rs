@@ -3,7 +3,8 @@
 use super::columns::{Heading, TableSpec, choose};
 use super::lacking::is_drive;
 use super::request::name_of;
-use crate::record::heading::{Quantity, parse_columns};
+use crate::record::heading::Quantity;
+use crate::record::requests::parse_columns;
 
 /// Number of rows from which units are guessed.
 pub(super) const ROWS: usize = 3000;

@@ -233,12 +233,17 @@ fn one(calls: &mut Calls, problem: &ModelProblem) {
         "evaluate::model::ModelProblem::model" => problem.model().name().len(),
         "evaluate::model::ModelProblem::space" => problem.space().free.len(),
         "evaluate::model::ModelProblem::method" => problem.method().substeps,
+        "evaluate::model::ModelMethod::is_exact" => problem.method().is_exact(),
+        "evaluate::model::ModelProblem::with_rough_steps" => problem.clone().with_rough_steps().method().is_rough,
         "evaluate::model::ModelMethod::described" => problem.method().described(),
         "evaluate::model::ModelProblem::criterion" => problem.criterion().norm,
         "evaluate::model::ModelProblem::recordings" => problem.recordings(),
         "evaluate::model::ModelProblem::work" => problem.work(),
         "evaluate::model::ModelProblem::counted" => problem.counted(),
     );
+    for n in COUNTS {
+        ask!(calls, n; "evaluate::model::ModelProblem::with_substeps" => problem.with_substeps(n));
+    }
     for n in [0, 1, usize::MAX] {
         calls.may_panic("evaluate::model::ModelProblem::recording", || problem.recording(n).len());
         calls.may_panic("evaluate::model::ModelProblem::open_initial", || problem.open_initial(n).len());
