@@ -31,12 +31,12 @@ impl Dimension {
         Self(std::array::from_fn(|n| self.0[n].saturating_sub(other.0[n])))
     }
 
-    /// Returns the dimension of a power with the exponent `halves/2`; `None` if an exponent is not a multiple of a half.
+    /// Returns the dimension of a power with the exponent `halves/2`; `None` if an exponent is not a multiple of a half or too large.
     #[must_use]
     pub fn power(self, halves: i32) -> Option<Self> {
         let mut result = [0; BASES];
         for (result, own) in result.iter_mut().zip(self.0) {
-            let doubled = i32::from(own) * halves;
+            let doubled = i32::from(own).checked_mul(halves)?;
             *result = (doubled % 2 == 0).then(|| i8::try_from(doubled / 2).ok()).flatten()?;
         }
         Some(Self(result))

@@ -217,11 +217,11 @@ fn thermal(seed: u64) -> Machine {
 
 #[test]
 fn parameters_of_simulated_machines_are_found_within_their_errors() {
-    // 40 dB, 20 machines of each model. Of n intervals a share of 0.95 ± 3.5 √(0.95·0.05/n) covers the truth.
+    // 40 dB, 10 machines of each model. Of n intervals a share of 0.95 ± 3.5 √(0.95·0.05/n) covers the truth.
     for (of, machine) in [(BuiltIn::Pmsm, pmsm as fn(u64) -> Machine), (BuiltIn::DcThermal, thermal)] {
         let model = of.model().unwrap();
         let (mut covered, mut all, mut squares) = (0.0, 0.0, 0.0);
-        for seed in 0..20 {
+        for seed in 0..10 {
             let (recording, truth) = machine(seed);
             let found = run(&model, &[recording], &ModelSpec::default());
             let uncertainty = found.uncertainty.as_ref().unwrap();

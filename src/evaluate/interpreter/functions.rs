@@ -200,7 +200,6 @@ pub(super) fn atan2<const FMA: bool>(y: f64, x: f64) -> f64 {
 }
 
 #[cfg(test)]
-#[allow(clippy::float_cmp, reason = "limits are exact")]
 mod tests {
     use super::*;
 
@@ -237,6 +236,7 @@ mod tests {
     }
 
     #[test]
+    #[expect(clippy::float_cmp, reason = "limits are exact")]
     fn limits_of_functions() {
         assert_eq!([exp::<true>(-1e4), exp::<true>(f64::NEG_INFINITY), exp::<true>(0.0)], [0.0, 0.0, 1.0]);
         assert!(exp::<true>(1e4) > 1e307 && exp::<true>(f64::NAN).is_nan());

@@ -8,6 +8,7 @@ use motorfit::evaluate::model::{ModelAxis, ModelProblem, ModelRecording, ModelSe
 use motorfit::experiment::white_noise;
 use motorfit::identify::model::{ModelSpec, hold_out_model, identify_model};
 use motorfit::model::{BuiltIn, Function, IntegrationMethod, Model};
+use motorfit::named::Named;
 use motorfit::record::{
     ReadOptions, Reading, Record, Samples, parse_signal_columns, read_bytes, read_signal_inputs, step_lengths,
 };
@@ -44,6 +45,11 @@ pub fn languages(calls: &mut Calls) {
             "record::parse_signal_columns" => parse_signal_columns(&word, &["vd", &word]),
             "record::read_signal_inputs" => read_signal_inputs(Path::new(&word), &ReadOptions::default()),
         );
+        ask!(calls, word;
+            "model::BuiltIn::named" => <BuiltIn as Named>::named("model", &word),
+            "model::Function::named" => <Function as Named>::named("function", &word),
+            "model::IntegrationMethod::named" => <IntegrationMethod as Named>::named("method", &word),
+        );
         drive!(calls, word; "units::parse_unit" => parse_unit(&word).map(|unit| unit.to(&unit)));
         if let Ok(unit) = parse_unit(&word) {
             drive!(calls, word; "units::Unit::to" => unit.to(&unit));
@@ -60,6 +66,7 @@ pub fn languages(calls: &mut Calls) {
     for of in BuiltIn::ALL {
         let Some(model) = calls.ask("model::BuiltIn::model", &of, || of.model()) else { continue };
         drive!(calls, of;
+            "model::BuiltIn::name" => of.name(),
             "model::BuiltIn::source" => of.source(),
             "model::Model::text" => model.text().len(),
             "model::Model::name" => model.name().len(),
@@ -84,7 +91,13 @@ pub fn languages(calls: &mut Calls) {
         }
     }
     for function in Function::ALL {
-        drive!(calls, function; "model::Function::arguments" => function.arguments());
+        drive!(calls, function;
+            "model::Function::arguments" => function.arguments(),
+            "model::Function::name" => function.name(),
+        );
+    }
+    for method in IntegrationMethod::ALL {
+        drive!(calls, method; "model::IntegrationMethod::name" => method.name());
     }
 }
 
@@ -207,6 +220,9 @@ pub fn problems(calls: &mut Calls) {
         spaces.push(ModelSpace { free: vec![axis], fixed: vec![Some(1.0); 5] });
     }
     ask!(calls, "none"; "evaluate::model::ModelProblem::new" => ModelProblem::new(&model, spaces[0].clone(), Vec::new(), settings(None)));
+    for (space, n) in spaces.iter().flat_map(|space| COUNTS.map(|n| (space, n))) {
+        drive!(calls, n; "evaluate::model::ModelSpace::values" => [&[][..], &[1.0; 9]].map(|free| space.values(free, n).len()));
+    }
     for recording in mangled() {
         for space in &spaces {
             let made = || ModelProblem::new(&model, space.clone(), vec![recording.clone()], settings(None));
