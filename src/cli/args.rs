@@ -149,7 +149,7 @@ pub(crate) struct IdentifyArgs {
     #[command(flatten)]
     pub recordings: Recordings,
     /// Equations of another machine in place of the DC motor: a file (TOML), or a built-in model (see motorfit model list)
-    #[arg(long, value_name = "MODEL", conflicts_with = "with", help_heading = "Problem")]
+    #[arg(long, value_name = "MODEL", conflicts_with = "with", help_heading = "Problem", hide_short_help = true)]
     pub model: Option<PathBuf>,
     /// Held-out recordings, which are simulated but not fitted; repeatable
     #[arg(long, value_name = "RECORD", help_heading = "Validation")]
@@ -306,8 +306,8 @@ pub(crate) struct SimulateArgs {
     pub model: Option<PathBuf>,
     /// Parameters of the motor: R=…,L=…,K=…,B=…,J=… in SI units, or m2 for the paper's motor M2; parameters of
     /// extensions may follow (see identify --with): m2,Tc=0.01,td=0.004
-    #[arg(long, value_name = "VALUES")]
-    #[arg(default_value_if("model", ArgPredicate::IsPresent, ""), required_unless_present = "model")]
+    #[arg(long, value_name = "VALUES", required = false, required_unless_present = "model")]
+    #[arg(default_value_if("model", ArgPredicate::IsPresent, ""))]
     pub parameters: String,
     /// Input: step:VOLTS@SECONDS, or a CSV file with columns time and voltage (optionally load torque)
     #[arg(long, value_name = "INPUT")]

@@ -47,9 +47,9 @@ pub use linear::Parameters;
 pub use matrix::{Matrix2, inverse, matrix_logarithm, product, times};
 pub use parameter::{DefaultBounds, Parameter};
 pub use response::{StepResponse, response};
-pub(crate) use sensor::{MovingAverage, MovingAverages};
 #[cfg(feature = "gpu")]
 pub(crate) use sensor::WINDOW_MAX;
+pub(crate) use sensor::{MovingAverage, MovingAverages};
 pub use settings::{InputHistory, SimulationSettings};
 pub use simulate::{SimulationInput, simulate, walk};
 pub use space::{Axis, PER_RECORDING_MAX, RECORDING_MAX, Scope, Space};

@@ -304,6 +304,7 @@ impl Limits {
 
     /// Returns true if a value of a parameter is within its limits, or the parameter has none.
     #[must_use]
+    #[cfg(feature = "report")]
     pub(crate) fn permit(&self, parameter: Parameter, value: f64) -> bool {
         self.of(parameter).is_none_or(|[low, high]| (low..=high).contains(&value))
     }
