@@ -238,7 +238,8 @@ fn parameters_of_simulated_machines_are_found_within_their_errors() {
         let (share, spread): (f64, f64) = (covered / all, squares / all);
         let margin = 3.5 * (0.95_f64 * 0.05 / all).sqrt();
         assert!((share - 0.95).abs() < margin, "{}: {share} covered", of.name());
-        assert!((0.7..1.4).contains(&spread), "{}: mean square {spread}", of.name());
+        // The parameters of a machine are correlated: 80 errors spread like some 25 independent ones.
+        assert!((0.4..1.6).contains(&spread), "{}: mean square {spread}", of.name());
     }
 }
 

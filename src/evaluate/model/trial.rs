@@ -59,10 +59,10 @@ impl ModelProblem {
         Self::with_method(self.model(), self.space().clone(), recordings, (self.settings, method))
     }
 
-    /// Returns the problem with its steps marked as too long for the accuracy of the estimates.
+    /// Returns the problem with its steps marked as too long, or short enough, for the accuracy of the estimates.
     #[must_use]
-    pub fn with_rough_steps(mut self) -> Self {
-        self.method.is_rough = true;
+    pub fn with_rough_steps(mut self, is_rough: bool) -> Self {
+        self.method.is_rough = is_rough;
         self
     }
 }

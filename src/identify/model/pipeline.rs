@@ -132,7 +132,7 @@ pub fn identify_model(
 const SLICE: usize = 1 << 14;
 
 /// Largest number of substeps of a refinement, and the largest change of an estimate by half the step, in standard errors.
-const SUBSTEPS_MAX: usize = 64;
+const SUBSTEPS_MAX: usize = 16;
 const CHANGE_MAX: f64 = 0.1;
 
 /// Repeats a refinement with half the step until the estimates do not depend on it: an error of the integration that a search does not
@@ -144,7 +144,7 @@ fn with_fine_steps(
 ) -> Result<(ModelProblem, ModelRefined)> {
     while !problem.method().is_exact() {
         if 2 * problem.method().substeps > SUBSTEPS_MAX {
-            return Ok((problem.with_rough_steps(), refined));
+            return Ok((problem.with_rough_steps(true), refined));
         }
         let finer = problem.with_substeps(2 * problem.method().substeps)?;
         let next = refine_model(&finer, &refined.values, &refined.initial, how)?;
@@ -153,6 +153,7 @@ fn with_fine_steps(
         let largest = changes.filter_map(|(error, (new, old))| Some((new - old).abs() / (*error)?)).fold(0.0, f64::max);
         (problem, refined) = (finer, next);
         if largest < CHANGE_MAX {
+            problem = problem.with_rough_steps(false);
             break;
         }
     }

@@ -250,7 +250,7 @@ fn one(calls: &mut Calls, problem: &ModelProblem) {
         "evaluate::model::ModelProblem::space" => problem.space().free.len(),
         "evaluate::model::ModelProblem::method" => problem.method().substeps,
         "evaluate::model::ModelMethod::is_exact" => problem.method().is_exact(),
-        "evaluate::model::ModelProblem::with_rough_steps" => problem.clone().with_rough_steps().method().is_rough,
+        "evaluate::model::ModelProblem::with_rough_steps" => problem.clone().with_rough_steps(true).method().is_rough,
         "evaluate::model::ModelMethod::described" => problem.method().described(),
         "evaluate::model::ModelProblem::criterion" => problem.criterion().norm,
         "evaluate::model::ModelProblem::recordings" => problem.recordings(),
