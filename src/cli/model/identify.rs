@@ -22,6 +22,9 @@ pub(in crate::cli) fn run(args: &IdentifyArgs, path: &Path, style: &Style) -> Re
     let model = Model::open(path)?;
     let given = args.search.0.and(&args.problem.0).and(&args.device.0);
     let spec = settings::model_spec(&given)?;
+    if given.text(Setting::Device).is_some_and(|device| device.starts_with("gpu")) {
+        return Err(Error::usage("--device gpu: models are evaluated on the CPU", "Leave out --device."));
+    }
     let reading = settings::model_reading(&args.recordings.reading.0.and(&args.problem.0), &model)?;
     if args.svg.is_some() {
         return Err(Error::usage("--svg does not draw models yet", "Use --out, whose report has the charts."));
