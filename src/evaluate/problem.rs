@@ -49,6 +49,10 @@ impl Problem {
         if records.is_empty() {
             return Err(crate::Error::usage("no recording was given", "Give at least one."));
         }
+        if records.iter().any(Record::is_of_model) {
+            let hint = "Read it without signals of a model, or evaluate it with the model.";
+            return Err(crate::Error::data("the recording holds the signals of a model, not of a DC motor", hint));
+        }
         check_scopes(&space, records.len())?;
         // A resampled voltage has a slope over each step, which only a first-order hold represents. The other recordings, under
         // a zero-order hold, then get slopes of zero.

@@ -283,6 +283,12 @@ impl Record {
         [current, self.samples.speed.as_deref()]
     }
 
+    /// Returns true if the recording holds the signals of a user's model instead of those of a DC motor.
+    #[must_use]
+    pub fn is_of_model(&self) -> bool {
+        !self.samples.named.is_empty()
+    }
+
     /// Returns the input quantity: the voltage, or the current if no voltage was recorded.
     #[must_use]
     pub fn driver(&self) -> Quantity {

@@ -1,17 +1,17 @@
 //! Settings of an identification with a user's model.
 
-use super::given::Given;
+use super::given::{Fault, Given};
 use super::parse;
 use super::read::{Read, reading};
-use crate::criterion::Criterion;
+use crate::criterion::{Criterion, Noise};
 use crate::evaluate::Initial;
 use crate::evaluate::model::signal_requests;
 use crate::identify::model::ModelSpec;
 use crate::identify::{Method, Polish};
 use crate::model::{IntegrationMethod, Model};
 use crate::motor::Discretization;
-use crate::record::{Reading, parse_signal_columns};
-use crate::setting::{Setting, text};
+use crate::record::{Mask, Offset, Reading, parse_signal_columns};
+use crate::setting::{Setting, Text, text};
 use crate::text::excerpt;
 use crate::{Error, Result};
 
@@ -24,6 +24,23 @@ pub fn model_reading(given: &Given, model: &Model) -> Read<Reading> {
     let names: Vec<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
     let columns = given.read(Setting::Columns, |text| parse_signal_columns(text, &names))?.unwrap_or_default();
     let mut reading = reading(&given.without(Setting::Columns))?;
+    if reading.preparation.offset != Offset::None {
+        let message = text!([Offset] " names the signals of a DC motor");
+        return wrong(
+            Setting::Offset,
+            message,
+            text!("Subtract it in the columns: " [Columns = "NAME=HEADING-0.02"] "."),
+        );
+    }
+    let is_of_all = |mask: &Mask| matches!(mask, Mask::Time { channels: [true, true], .. });
+    if !reading.preparation.mask.iter().all(is_of_all) {
+        let message = text!([Mask] " finds or names the signals of a DC motor");
+        return wrong(
+            Setting::Mask,
+            message,
+            text!("Give times, which exclude all outputs, as " [Mask = "0.2:0.3"] "."),
+        );
+    }
     reading.options.columns = columns;
     reading.options.signals = signals;
     Ok(reading)
@@ -38,6 +55,10 @@ pub fn model_spec(given: &Given) -> Read<ModelSpec> {
     let name = given.text(Setting::Method).unwrap_or(Method::Auto.name());
     let polish: Polish = given.choice(Setting::Polish)?.unwrap_or_default();
     let initial: Initial = given.choice(Setting::Initial)?.unwrap_or_default();
+    if initial == Initial::Zero {
+        let message = text!([Initial](" is zero, but a model states its initial values"));
+        return wrong(Setting::Initial, message, "Write initial = 0 for the states in the model.".into());
+    }
     given.items(Setting::With, |items| none(items, Setting::With, "a model has its own equations"))?;
     let discretization: Option<Discretization> = given.choice(Setting::Discretization)?;
     let integration = match discretization {
@@ -45,10 +66,14 @@ pub fn model_spec(given: &Given) -> Read<ModelSpec> {
         Some(Discretization::Rk4) => Some((IntegrationMethod::RungeKutta, 1)),
         Some(other) => {
             let message = text!([Discretization](" is {}", other.name()));
-            let error = Error::usage(message, "Choose zoh, foh or rk4 for a model.");
-            return Err(super::Fault { setting: Setting::Discretization, error });
+            return wrong(Setting::Discretization, message, "Choose zoh, foh or rk4 for a model.".into());
         }
     };
+    let noise = given.read(Setting::Noise, parse::noise)?.unwrap_or_default();
+    if matches!(noise, Noise::Sigma(_)) {
+        let message = text!([Noise] " names the channels of a DC motor");
+        return wrong(Setting::Noise, message, text!("Give a ratio for all outputs, as " [Noise = "40dB"] "."));
+    }
     Ok(ModelSpec {
         method: given.items(Setting::Set, |items| super::read::method(name, items))?,
         is_polished: polish != Polish::None,
@@ -59,7 +84,7 @@ pub fn model_spec(given: &Given) -> Read<ModelSpec> {
             norm: given.choice(Setting::Criterion)?.unwrap_or_default(),
             scale: given.choice(Setting::Scale)?.unwrap_or_default(),
             time_origin_s: given.number(Setting::TimeOrigin),
-            noise: given.read(Setting::Noise, parse::noise)?.unwrap_or_default(),
+            noise,
         },
         bounds: given.items(Setting::Bounds, bounds)?,
         fixed: given.items(Setting::Fix, values)?,
@@ -68,6 +93,10 @@ pub fn model_spec(given: &Given) -> Read<ModelSpec> {
         is_first_order_hold: discretization == Some(Discretization::Foh),
         integration,
     })
+}
+
+fn wrong<T>(setting: Setting, message: Text, hint: Text) -> Read<T> {
+    Err(Fault { setting, error: Error::usage(message, hint) })
 }
 
 /// Returns an error if there are items.

@@ -5,7 +5,7 @@
 
 use super::columns::{Heading, NONE, TableSpec, Used, listed};
 use super::formula::{Formula, Suffix};
-use super::request::{expression, locate, name_of, wrong};
+use super::request::{expression, locate, name_of};
 use crate::record::Column;
 use crate::record::heading::Quantity;
 use crate::record::requests::ColumnRequest;
@@ -48,7 +48,10 @@ impl SignalRequest {
         let readings = [unit.to_owned(), unit.replace('_', "/"), unit.replace('_', "*"), unit.replace("Nm", "N*m")];
         let by_table = readings.iter().filter_map(|unit| parse_unit(unit).ok()).find_map(|unit| unit.to(&self.unit));
         by_table.or_else(|| {
-            let factor = self.known()?.factor(unit)?;
+            let known = self.known()?;
+            let factor = known.factor(unit)?;
+            // The column of a known quantity fits a signal of its dimension only.
+            parse_unit(known.unit()).ok().filter(|own| own.dimension == self.unit.dimension)?;
             Some((factor / self.unit.factor, -self.unit.offset / self.unit.factor))
         })
     }
@@ -128,8 +131,15 @@ fn requested(
             unit.or_else(|| if formula == Formula::AS_IT_IS { headings[at].unit.clone().or_else(own) } else { None });
         return column(number, signal, Some(at), &headings[at].name, (formula, unit));
     }
-    let (formula, unit) =
-        expression(headings, spec, request).map_err(|fault| wrong(headings, spec, request, &fault))?;
+    let Ok((formula, unit)) = expression(headings, spec, request) else {
+        let message =
+            format!("{} for {}: neither a column nor an expression of columns", quoted(&request.name), signal.name);
+        let hint = format!(
+            "Give the exact heading, capitals included, or its number as #2; the headings are {}.",
+            listed(headings)
+        );
+        return Err(Error::data(message, hint));
+    };
     let end = request.name.len() - unit.map_or(0, |unit| unit.len() + 1);
     let unit = unit.map(|unit| unit.trim().to_owned());
     column(number, signal, None, request.name[..end].trim(), (Formula::Expression(formula), unit))
@@ -143,7 +153,8 @@ fn recognized(
 ) -> Result<Option<Used>> {
     let taken: Vec<usize> = spec.requests.iter().filter_map(|r| locate(headings, &r.name)).map(|(at, ..)| at).collect();
     let free = || headings.iter().enumerate().filter(|(at, _)| !taken.contains(at));
-    let exact = free().find(|(_, heading)| heading.name == signal.heading() || heading.name == signal.name);
+    let named = |name: &str| free().find(|(_, heading)| heading.name == name);
+    let exact = named(signal.heading()).or_else(|| named(&signal.name));
     let mut fitting = free().filter(|(_, heading)| unit_of(heading, signal).is_some());
     let Some((at, heading)) = exact.or_else(|| fitting.next()) else { return Ok(None) };
     let other = fitting.find(|(other, _)| *other != at && exact.is_none());
@@ -204,9 +215,8 @@ fn column(
         Formula::Linear { scale, offset: own } if is_shifted => {
             (Formula::Linear { scale: scale * factor, offset: own * factor + offset }, 1.0)
         }
-        formula if is_shifted => {
+        _ if is_shifted => {
             let message = format!("the zero of {} is not that of {}", excerpt(&unit), signal.unit_text);
-            let _ = formula;
             return Err(Error::usage(message, text!("Write the conversion in the formula of " [Columns] ".")));
         }
         formula => (formula, factor),

@@ -173,7 +173,7 @@ pub(super) fn name_of(heading: &str) -> String {
 }
 
 /// Returns the error for a request that is neither a column nor an expression.
-pub(super) fn wrong(headings: &[Heading], spec: &TableSpec<'_>, request: &ColumnRequest, fault: &Fault) -> Error {
+fn wrong(headings: &[Heading], spec: &TableSpec<'_>, request: &ColumnRequest, fault: &Fault) -> Error {
     let (quantity, name) = (request.quantity, quoted(&request.name));
     let is_bare = !request.name.contains(['*', '/', '+', '^', '(', ')']);
     let what = match fault {

@@ -167,12 +167,17 @@ impl Preparation {
         let Response { noise_power, memory } = cascade.response();
         let independent = record.effective_sample_ratio() * noise_power;
         let at_rest = record.starts_at_rest();
-        let filtered = |signal: &[f64]| cascade.apply(signal, if at_rest { 0.0 } else { signal[0] });
+        let filtered = |signal: &[f64]| cascade.apply(signal, if at_rest { 0.0 } else { first(signal) });
         let slope = if record.slope.is_empty() { Vec::new() } else { filtered(&record.slope) };
         let pass = |samples: &mut Samples| samples.change(|_, signal| *signal = filtered(signal));
         let record = Record { excluded, independent, slope, ..record.changed(pass, note)? };
         Ok(record.without_first(if at_rest { 0 } else { memory }))
     }
+}
+
+/// Returns the first value of a signal; 0 for one that was not recorded.
+fn first(signal: &[f64]) -> f64 {
+    signal.first().copied().unwrap_or(0.0)
 }
 
 /// Lowest rate \[Hz\], that of the longest period of a recording.
@@ -224,9 +229,11 @@ fn rest_means(record: &Record) -> Vec<(Quantity, f64)> {
 impl Record {
     /// Returns true if all outputs are zero at the first sample, within their noise or 1 % of their peaks.
     fn starts_at_rest(&self) -> bool {
+        let named = self.samples.named.iter().filter(|signal| !signal.is_input).map(|signal| signal.values.as_slice());
         self.measured()
             .into_iter()
             .flatten()
+            .chain(named)
             .all(|signal| signal[0].abs() <= (0.01 * peak(signal)).max(5.0 * noise_sigma(signal)))
     }
 

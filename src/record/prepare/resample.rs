@@ -43,7 +43,8 @@ pub(super) fn decimated(record: &Record, every: usize, at_rest: bool) -> Result<
     let cutoff_hz = EDGE * 0.5 / (record.period_s() * factor);
     let filter = LowPass { kind, order: ORDER, cutoff_hz }.design(record.period_s())?;
     let from: Vec<usize> = (0..record.len()).step_by(every).collect();
-    let pass = |signal: &[f64]| filter.apply(signal, if at_rest { 0.0 } else { signal[0] });
+    let pass =
+        |signal: &[f64]| filter.apply(signal, if at_rest { 0.0 } else { signal.first().copied().unwrap_or(0.0) });
     let picked = |signal: &[f64]| {
         let filtered = pass(signal);
         from.iter().map(|&n| filtered[n]).collect::<Vec<f64>>()
@@ -142,6 +143,10 @@ fn cubic(time_s: &[f64], signal: &[f64], n: usize, t: f64) -> f64 {
 
 /// Converts lines over irregular steps (means and rises) to lines over the periods of a grid.
 fn on_grid(time_s: &[f64], [mean, slope]: [&[f64]; 2], grid: &[f64], period_s: f64) -> [Vec<f64>; 2] {
+    // A recording of a model has its inputs among the named signals.
+    if mean.is_empty() {
+        return [Vec::new(), Vec::new()];
+    }
     let mut n = 0;
     let mut lines = [Vec::with_capacity(grid.len()), Vec::with_capacity(grid.len())];
     for &start in grid {
