@@ -6,7 +6,7 @@
 
 use motorfit::candidates::Candidates;
 use motorfit::criterion::{Criterion, Noise, Norm, Scale};
-use motorfit::evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
+use motorfit::evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace, signal_requests};
 use motorfit::evaluate::{Initial, Problem, Scalar};
 use motorfit::experiment::{Excitation, noise_of, simulated, white_noise, with_noise};
 use motorfit::identify::model::{ModelIdentification, ModelSpec, identify_model};
@@ -14,6 +14,7 @@ use motorfit::identify::{IdentifySpec, TrustLevel, identify};
 use motorfit::model::{BuiltIn, IntegrationMethod, Model};
 use motorfit::motor::{Discretization, Extended, Parameter, Parameters, Space};
 use motorfit::numeric::{count, rms};
+use motorfit::record::{Preparation, ReadOptions, read_bytes};
 use std::ops::ControlFlow;
 
 fn square(samples: usize, period: usize, high: f64, low: f64) -> Vec<f64> {
@@ -133,8 +134,8 @@ fn estimates_of_the_motor_are_those_of_its_own_pipeline() {
     let errors = &own.uncertainty.as_ref().unwrap().std_error;
     for ((found, own), error) in found.values.iter().zip(&own.values).zip(errors) {
         let error = error.unwrap();
-        // Both end within 1e-4 standard errors of the optimum.
-        assert!((found - own).abs() < 1e-4 * error, "{found} {own} {error}");
+        // Both end within a fraction of 1e-6 standard errors of the optimum.
+        assert!((found - own).abs() < 1e-6 * error, "{found} {own} {error}");
     }
     for (found, own) in found.uncertainty.as_ref().unwrap().std_error.iter().zip(errors) {
         assert!((found.unwrap() / own.unwrap() - 1.0).abs() < 1e-3, "{found:?} {own:?}");
@@ -277,6 +278,39 @@ fn what_cannot_be_told_apart_is_named() {
         assert_eq!(found.trust.level, TrustLevel::Check, "{:?}", found.trust);
         assert!(found.estimates.iter().any(|estimate| estimate.value.is_none()), "{equation}");
     }
+}
+
+#[test]
+fn signals_in_motion_are_prepared_as_they_are() {
+    let text = GOOD.replacen("{ unit = \"V\" }", "{ unit = \"V\", column = \"voltage\" }", 1);
+    let model = Model::parse(&text).unwrap();
+    let options = ReadOptions { signals: signal_requests(&model), ..ReadOptions::default() };
+    let rows: String = (0..400).map(|n| format!("{},12000,-3\n", count(n) * 0.01)).collect();
+    let read = |heading: &str| read_bytes(format!("{heading}\n{rows}").as_bytes(), None, &options);
+    let record = read("time_s,Spannung [mV],i").unwrap().remove(0);
+    for preparation in [
+        Preparation { filter: Some("butterworth:5:2".parse().unwrap()), ..Preparation::default() },
+        Preparation { decimate: Some(4), ..Preparation::default() },
+        Preparation { rate_hz: Some(30.0), ..Preparation::default() },
+        Preparation { rate_hz: Some(250.0), ..Preparation::default() },
+    ] {
+        let prepared = preparation.apply(&record).unwrap().remove(0);
+        let found = ModelRecording::new(&model, &prepared).unwrap();
+        // A constant stays one: a filter does not begin at zero. Rounding and the ripple of 0.05 dB.
+        let largest =
+            |values: &[f64], constant: f64| values.iter().map(|v| (v / constant - 1.0).abs()).fold(0.0, f64::max);
+        assert!(largest(&found.inputs[0], 12.0) < 0.01, "{preparation:?}");
+        assert!(largest(found.measured[0].as_ref().unwrap(), -3.0) < 0.01, "{preparation:?}");
+    }
+    // A column of a known quantity has its dimension, and a signal of another one does not take it.
+    let error = read("time_s,voltage [A],i").unwrap_err();
+    assert!(error.to_string().contains("does not convert to V"), "{error}");
+    let error = read("time_s,u,j").unwrap_err();
+    assert!(error.to_string().contains("no column for i"), "{error}");
+    // A few samples are not enough for a test of the residuals.
+    let few = recording(0.1, vec![square(30, 5, 1.0, -1.0)], vec![noisy(square(30, 7, 2.0, 1.0), 1, 0)]);
+    let found = run(&Model::parse(GOOD).unwrap(), &[few], &ModelSpec::default());
+    assert!(found.trust.reasons.iter().any(|reason| reason.code == "few_samples"), "{:?}", found.trust);
 }
 
 /// A model that is right, to which each case does something wrong.

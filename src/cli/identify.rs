@@ -3,8 +3,8 @@
 use super::args::IdentifyArgs;
 use super::prelude::*;
 use super::terminal::Stream;
-use super::{next, plot};
-use motorfit::analysis::{split, suspicions};
+use super::{next, output, plot};
+use motorfit::analysis::suspicions;
 use motorfit::estimate::ReferenceKind;
 use motorfit::identify::{Identification, IdentifySpec, Polish, Status, TrustLevel, hold_out, identify_with};
 use motorfit::motor::{Discretization, Input, Scope};
@@ -12,8 +12,8 @@ use motorfit::optimize::Stop;
 use motorfit::record::{Quantity, Record};
 use motorfit::report::figures;
 use motorfit::report::{
-    characteristics_lines, command_line, identify_document, identify_page, noise_floor_text, selection_table,
-    selection_text, verdicts,
+    characteristics_lines, identify_document, identify_page, noise_floor_text, selection_table, selection_text,
+    verdicts,
 };
 
 pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
@@ -29,14 +29,7 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
         // A measured current is continuous: a first-order hold describes it better than a zero-order hold.
         spec.model.discretization = Discretization::Foh;
     }
-    let records = match args.split {
-        None => records,
-        Some(fraction) if fraction > 0.0 && fraction < 1.0 => split(records, fraction, &mut held_out)?,
-        Some(fraction) => {
-            let remedy = "Give a fraction between 0 and 1, as in --split 0.7.";
-            return Err(Error::usage(format!("--split is {fraction}"), remedy));
-        }
-    };
+    let records = inputs::fitted_part(records, args.split, &mut held_out)?;
     if args.svg.as_deref().is_some_and(inputs::is_stdio) && (args.json || records.len() > 1) {
         let message = "--svg - writes one drawing to stdout, which has another document or several drawings here";
         return Err(Error::usage(message, "Name a file with --svg."));
@@ -64,7 +57,10 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     if args.json {
         data(&document())?;
     } else if !args.svg.as_deref().is_some_and(inputs::is_stdio) {
-        show(&(trust_line(&found, next.as_deref()) + &table(&records, &spec, &found, style)))?;
+        show(
+            &(output::trust_line(&found.trust, WITHOUT_REASONS, next.as_deref())
+                + &table(&records, &spec, &found, style)),
+        )?;
         if args.plot {
             data(&plots(&records, &found)?)?;
         }
@@ -160,24 +156,10 @@ fn curves(records: &[Record], found: &Identification) -> String {
     out::curves(&heads.map(str::to_owned), &columns)
 }
 
+/// Words on a result that nothing contradicts.
+const WITHOUT_REASONS: &str = "no test of the residuals, the search or the recordings contradicts the standard errors";
 /// Width of printed tables \[characters\].
 const WIDTH: usize = 100;
-
-/// Returns the level of trust with its reasons, and the recommended next command if there is one.
-fn trust_line(found: &Identification, next: Option<&str>) -> String {
-    let trust = &found.trust;
-    let reasons: Vec<String> = trust.reasons.iter().map(|reason| reason.message.spelled(command_line)).collect();
-    let reasons = if reasons.is_empty() {
-        "no test of the residuals, the search or the recordings contradicts the standard errors".to_owned()
-    } else {
-        reasons.join("; ")
-    };
-    let mut text = format!("  {STRONG}trust     {}{STRONG:#}: {}\n", trust.level.name(), printable(&reasons));
-    if let Some(next) = next {
-        let _ = writeln!(text, "  next      {next}");
-    }
-    text + "\n"
-}
 
 fn table(records: &[Record], spec: &IdentifySpec, found: &Identification, style: &Style) -> String {
     let mut text = String::new();

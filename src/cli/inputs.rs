@@ -3,6 +3,7 @@
 use super::args::{DeviceArgs, ProblemArgs};
 use super::cache;
 use super::output::Style;
+use motorfit::analysis::split;
 use motorfit::criterion::Scale;
 use motorfit::device::DeviceSpec;
 use motorfit::identify::IdentifySpec;
@@ -32,6 +33,22 @@ pub(super) fn records_with(paths: &[PathBuf], reading: &Reading) -> Result<Vec<R
         }
     }
     Ok(records)
+}
+
+/// Returns the parts of recordings that are fitted, the fraction `--split` of each; the rest is held out.
+pub(super) fn fitted_part(
+    records: Vec<Record>,
+    fraction: Option<f64>,
+    held_out: &mut Vec<Record>,
+) -> Result<Vec<Record>> {
+    match fraction {
+        None => Ok(records),
+        Some(fraction) if fraction > 0.0 && fraction < 1.0 => split(records, fraction, held_out),
+        Some(fraction) => {
+            let remedy = "Give a fraction between 0 and 1, as in --split 0.7.";
+            Err(Error::usage(format!("--split is {fraction}"), remedy))
+        }
+    }
 }
 
 /// Returns true for `-`, which stands for stdin and stdout.

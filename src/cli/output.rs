@@ -6,6 +6,7 @@ use super::terminal::{Stream, fitted};
 use anstyle::{AnsiColor, Style as Paint};
 use clap::error::{ContextKind, ContextValue};
 use motorfit::file::with_similar_name;
+use motorfit::identify::Trust;
 use motorfit::record::Severity;
 use motorfit::report::command_line;
 use motorfit::text::{nearest as nearest_of, printable};
@@ -161,4 +162,12 @@ fn nearest(error: &clap::Error) -> Option<&str> {
     }
     let values: Vec<&str> = values.iter().map(String::as_str).collect();
     nearest_of(given, &values)
+}
+
+/// Returns the level of trust with its reasons, or `otherwise` without any, and the next step if there is one.
+pub(super) fn trust_line(trust: &Trust, otherwise: &str, next: Option<&str>) -> String {
+    let reasons: Vec<String> = trust.reasons.iter().map(|reason| reason.message.spelled(command_line)).collect();
+    let reasons = if reasons.is_empty() { otherwise.to_owned() } else { reasons.join("; ") };
+    let next = next.map_or(String::new(), |next| format!("  next      {next}\n"));
+    format!("  {STRONG}trust     {}{STRONG:#}: {}\n{next}\n", trust.level.name(), printable(&reasons))
 }

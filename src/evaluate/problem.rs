@@ -11,7 +11,7 @@ use crate::motor::{
     Discretization, Extended, ExtendedWalk, Input, Method, ModelFeatures, Parameter, Parameters, Scope,
     SimulationSettings, Space, walk,
 };
-use crate::record::{Quantity, Record, is_driven_by_current};
+use crate::record::{Quantity, Record, check_of_motor, is_driven_by_current};
 use crate::setting::text;
 use std::sync::{Arc, OnceLock};
 
@@ -49,10 +49,7 @@ impl Problem {
         if records.is_empty() {
             return Err(crate::Error::usage("no recording was given", "Give at least one."));
         }
-        if records.iter().any(Record::is_of_model) {
-            let hint = "Read it without signals of a model, or evaluate it with the model.";
-            return Err(crate::Error::data("the recording holds the signals of a model, not of a DC motor", hint));
-        }
+        check_of_motor(records)?;
         check_scopes(&space, records.len())?;
         // A resampled voltage has a slope over each step, which only a first-order hold represents. The other recordings, under
         // a zero-order hold, then get slopes of zero.

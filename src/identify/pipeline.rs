@@ -25,7 +25,7 @@ use crate::estimate::robust_uncertainty;
 use crate::evaluate::Scalar;
 use crate::motor::{Input, Parameter, Scope, Space, With};
 use crate::optimize::Progress;
-use crate::record::Record;
+use crate::record::{Record, check_of_motor};
 use crate::warning::Warning;
 use crate::{Error, ErrorKind, Result};
 use std::ops::ControlFlow;
@@ -53,6 +53,7 @@ pub fn identify_with(
     observe: &mut (dyn FnMut(&Progress) -> ControlFlow<()> + Send),
 ) -> Result<Identification> {
     let started = Instant::now();
+    check_of_motor(records)?;
     let mut result = with_threads(spec.threads, || run(records, spec, observe))?;
     result.seconds = started.elapsed().as_secs_f64();
     Ok(result)

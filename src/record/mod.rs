@@ -53,6 +53,15 @@ pub fn driver(records: &[Record]) -> Quantity {
     records.first().map_or(Quantity::Voltage, Record::driver)
 }
 
+/// Checks that recordings hold the signals of a DC motor.
+pub(crate) fn check_of_motor(records: &[Record]) -> Result<()> {
+    if !records.iter().any(Record::is_of_model) {
+        return Ok(());
+    }
+    let hint = "Read it without signals of a model, or evaluate it with the model.";
+    Err(Error::data("the recording holds the signals of a model, not of a DC motor", hint))
+}
+
 /// A column of a file with the meaning that was assigned to it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Column {

@@ -1,9 +1,8 @@
 //! `identify` with a user's model.
 
 use crate::cli::args::IdentifyArgs;
-use crate::cli::plot;
 use crate::cli::prelude::*;
-use motorfit::analysis::split;
+use crate::cli::{output, plot};
 use motorfit::evaluate::model::ModelRecording;
 use motorfit::identify::TrustLevel;
 use motorfit::identify::model::{
@@ -11,10 +10,11 @@ use motorfit::identify::model::{
 };
 use motorfit::model::Model;
 use motorfit::optimize::{Progress, Stop};
-use motorfit::record::{Reading, Record};
+use motorfit::record::Record;
 use motorfit::report::{command_line, model_document, model_page};
-use std::path::PathBuf;
 
+/// Words on a result that nothing contradicts.
+const WITHOUT_REASONS: &str = "no test of the residuals or the search contradicts the standard errors";
 /// Width of printed plots \[characters\].
 const WIDTH: usize = 100;
 
@@ -27,18 +27,14 @@ pub(in crate::cli) fn run(args: &IdentifyArgs, path: &Path, style: &Style) -> Re
     }
     let reading = settings::model_reading(&args.recordings.reading.0.and(&args.problem.0), &model)?;
     if args.svg.is_some() {
-        return Err(Error::usage("--svg does not draw models yet", "Use --out, whose report has the charts."));
+        return Err(Error::usage(
+            "--svg draws the DC motor only",
+            "Use --out, whose report has the charts of the model.",
+        ));
     }
-    let records = read(&args.recordings.records, &reading)?;
-    let mut held_out = read(&args.validate, &reading)?;
-    let records = match args.split {
-        None => records,
-        Some(fraction) if fraction > 0.0 && fraction < 1.0 => split(records, fraction, &mut held_out)?,
-        Some(fraction) => {
-            let remedy = "Give a fraction between 0 and 1, as in --split 0.7.";
-            return Err(Error::usage(format!("--split is {fraction}"), remedy));
-        }
-    };
+    let records = inputs::records_with(&args.recordings.records, &reading)?;
+    let mut held_out = inputs::records_with(&args.validate, &reading)?;
+    let records = inputs::fitted_part(records, args.split, &mut held_out)?;
     let of = |records: &[Record]| records.iter().map(|r| ModelRecording::new(&model, r)).collect::<Result<Vec<_>>>();
     let (recordings, others) = (of(&records)?, of(&held_out)?);
     let out = args.out.as_deref().map(Out::take).transpose()?;
@@ -61,7 +57,11 @@ pub(in crate::cli) fn run(args: &IdentifyArgs, path: &Path, style: &Style) -> Re
     if args.json {
         data(&document)?;
     } else {
-        show(&(trust_line(&found) + &table(&records, &model, &spec, &found, style)))?;
+        let next = found.trust.next.as_ref().map(|next| next.spelled(command_line));
+        show(
+            &(output::trust_line(&found.trust, WITHOUT_REASONS, next.as_deref())
+                + &table(&records, &model, &spec, &found, style)),
+        )?;
         if args.plot {
             data(&plots(&model, &recordings, &found))?;
         }
@@ -74,10 +74,6 @@ pub(in crate::cli) fn run(args: &IdentifyArgs, path: &Path, style: &Style) -> Re
         TrustLevel::Check | TrustLevel::Poor if args.strict => Outcome::Untrusted,
         _ => Outcome::Done,
     })
-}
-
-fn read(paths: &[PathBuf], reading: &Reading) -> Result<Vec<Record>> {
-    inputs::records_with(paths, reading)
 }
 
 fn report(
@@ -125,21 +121,6 @@ fn curves(model: &Model, recordings: &[ModelRecording], found: &ModelIdentificat
         }
     }
     out::curves(&heads, &columns)
-}
-
-fn trust_line(found: &ModelIdentification) -> String {
-    let trust = &found.trust;
-    let reasons: Vec<String> = trust.reasons.iter().map(|reason| reason.message.spelled(command_line)).collect();
-    let reasons = if reasons.is_empty() {
-        "no test of the residuals or the search contradicts the standard errors".to_owned()
-    } else {
-        reasons.join("; ")
-    };
-    let mut text = format!("  {STRONG}trust     {}{STRONG:#}: {}\n", trust.level.name(), printable(&reasons));
-    if let Some(next) = &trust.next {
-        let _ = writeln!(text, "  next      {}", next.spelled(command_line));
-    }
-    text + "\n"
 }
 
 fn table(records: &[Record], model: &Model, spec: &ModelSpec, found: &ModelIdentification, style: &Style) -> String {

@@ -108,10 +108,12 @@ fn noises(fit: &Fit<'_>, descent: &Descent<'_>) -> (Vec<Vec<Option<Whiteness>>>,
     let outputs = fit.problem.model().outputs().len();
     let mut whiteness = vec![vec![None; outputs]; fit.problem.recordings()];
     let mut noises = Vec::new();
+    let values = fit.values(&descent.at);
+    let simulated = |n: usize| fit.problem.simulate(&values, n, &fit.initial(&descent.at, n));
+    let simulated: Vec<_> = (0..fit.problem.recordings()).map(simulated).collect();
     for block in &descent.normal.blocks {
         let recording = fit.problem.recording(block.recording);
-        let found =
-            fit.problem.simulate(&fit.values(&descent.at), block.recording, &fit.initial(&descent.at, block.recording));
+        let found = &simulated[block.recording];
         let signal = recording.measured[block.output].as_deref().unwrap_or_default();
         let residuals: Vec<f64> = signal
             .iter()

@@ -20,11 +20,11 @@ pub enum ModelWeights {
 
 /// Rounds of weights at most, and the relative change of σ that ends them.
 const ROUNDS: usize = 30;
-const SIGMA_CHANGE: f64 = 1e-5;
+const SIGMA_CHANGE: f64 = 1e-7;
 /// Simulations of a round at most.
 const SIMULATIONS: usize = 60;
 /// Length of the last step \[standard errors\].
-const STEP: f64 = 1e-4;
+const STEP: f64 = 1e-6;
 /// Smallest σ relative to the deviation of the signal: below, residuals are rounding errors.
 const SIGMA_MIN: f64 = 1e-9;
 /// Growth of the residuals of an output, against weights by the signals, at which maximum-likelihood weights sacrifice it.

@@ -128,11 +128,13 @@ impl<const C: usize> Memory<C> {
             let value = first.value.lane(lane);
             return [value * time, first.rate.lane(lane) * time, value];
         }
-        let mut back = 0;
-        while back < self.n && back + 1 < size && self.times[(self.n - back) % size] > time + 1e-12 * self.time {
-            back += 1;
+        // The last sample of the ring that is not later, by bisection; the oldest if all are.
+        let (mut oldest, mut later) = (self.n - self.n.min(size - 1), self.n + 1);
+        while oldest + 1 < later {
+            let middle = usize::midpoint(oldest, later);
+            if self.times[middle % size] > time + 1e-12 * self.time { later = middle } else { oldest = middle }
         }
-        let at = (self.n - back) % size;
+        let at = oldest % size;
         let since = time - self.times[at];
         let (past, sums) = (&self.past[at], &self.integrals[at]);
         let value = past.value.lane(lane);

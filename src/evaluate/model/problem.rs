@@ -79,6 +79,8 @@ impl Programs {
 pub(super) struct Prepared {
     pub recording: ModelRecording,
     pub rows: Rows,
+    /// Rows of the program with derivatives.
+    pub tangent_rows: Rows,
     pub loss: Loss,
     /// Index of its programs.
     pub programs: usize,
@@ -123,7 +125,7 @@ impl ModelProblem {
                     programs.len() - 1
                 }
             };
-            prepared.push(prepare(model, recording, (&programs[index].program, index), &settings.criterion));
+            prepared.push(prepare(model, recording, (&programs[index], index), &settings.criterion));
         }
         Ok(Self { model: model.clone(), space, settings, method, programs, recordings: prepared })
     }
@@ -256,7 +258,7 @@ impl ModelProblem {
 fn prepare(
     model: &Model,
     recording: ModelRecording,
-    (program, index): (&Program, usize),
+    (programs, index): (&Programs, usize),
     criterion: &Criterion,
 ) -> Prepared {
     let (samples, outputs) = (recording.len(), model.outputs.len());
@@ -280,12 +282,13 @@ fn prepare(
         (_, true) => Loss::Squares,
         _ => Loss::WeightedSquares,
     };
-    let uniforms = uniforms(program, model, &recording);
+    let [own, of_tangent] = [&programs.program, &programs.tangent].map(|program| uniforms(program, model, &recording));
     let weights = if is_plain { Vec::new() } else { weights };
     let open = open_initial(model, &recording);
     let clock = clock(&recording);
     Prepared {
-        rows: Rows { samples, uniforms, measured, weights, clock },
+        tangent_rows: Rows { samples, uniforms: of_tangent, clock: clock.clone(), ..Rows::default() },
+        rows: Rows { samples, uniforms: own, measured, weights, clock },
         recording,
         loss,
         programs: index,
@@ -303,7 +306,7 @@ fn clock(recording: &ModelRecording) -> Clock {
 }
 
 /// Computes the uniforms of a program on a recording.
-pub(super) fn uniforms(program: &Program, model: &Model, recording: &ModelRecording) -> Vec<f64> {
+fn uniforms(program: &Program, model: &Model, recording: &ModelRecording) -> Vec<f64> {
     let samples = recording.len();
     let step = model.inputs.len();
     Rows::uniforms(&program.uniforms, samples, &|n, leaf| match leaf {

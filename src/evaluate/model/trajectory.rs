@@ -3,7 +3,7 @@
 //! Each lane of a tangent program carries one direction: a free parameter in its coordinate, or the initial value of an open state.
 //! All lanes compute the same values.
 
-use super::problem::{ModelProblem, Programs, uniforms};
+use super::problem::{ModelProblem, Programs};
 use crate::evaluate::interpreter::{Job, Loss, Register, Rows, Work};
 use crate::model::step::WithRate;
 
@@ -85,18 +85,11 @@ impl ModelProblem {
         let mut work = Work::<C>::default();
         self.load_tangents(&mut work, programs, (values, open), unknowns);
         let is_plain = unknowns.is_empty();
-        let program = if is_plain { &programs.program } else { &programs.tangent };
-        let rows = Rows {
-            samples: prepared.recording.len(),
-            uniforms: if is_plain {
-                prepared.rows.uniforms.clone()
-            } else {
-                uniforms(program, &self.model, &prepared.recording)
-            },
-            clock: prepared.rows.clock.clone(),
-            ..Rows::default()
+        let (program, rows) = match is_plain {
+            true => (&programs.program, &prepared.rows),
+            false => (&programs.tangent, &prepared.tangent_rows),
         };
-        work.go(&Job { program, rows: &rows, loss: Loss::Keep });
+        work.go(&Job { program, rows, loss: Loss::Keep });
         let (outputs, width) = (self.model.outputs.len(), program.outputs);
         if result.outputs.is_empty() {
             let value = |output: usize| (0..rows.samples).map(|n| work.outputs[n * width + output].lane(0)).collect();

@@ -1,6 +1,7 @@
 //! Identification with a user's model: search, refinement, residual tests, trust.
 
 mod combinations;
+mod estimates;
 mod pipeline;
 mod result;
 mod tests_of_residuals;

@@ -1,7 +1,8 @@
 //! The stages of an identification with a user's model: problem, search, refinement, tests, trust.
 
 use super::combinations::described;
-use super::result::{ModelEstimate, ModelIdentification, ModelSearch, ModelVerification};
+use super::estimates::estimates;
+use super::result::{ModelIdentification, ModelSearch, ModelVerification};
 use super::tests_of_residuals::{fitted, over_all};
 use super::trust::trust;
 use crate::candidates::Candidates;
@@ -116,6 +117,8 @@ pub fn identify_model(
     let space = spec.space(model, recordings.len())?;
     let problem = ModelProblem::new(model, space, recordings.to_vec(), spec.settings())?;
     let found = search(&problem, spec, observe)?;
+    // With the steps of the search: others have another lowest sum of squares.
+    let verification = verified(&problem, spec, &found);
     let (problem, refined) = match spec.is_polished {
         true => {
             let how = (spec.estimates_initial, ModelWeights::default());
@@ -125,7 +128,7 @@ pub fn identify_model(
         }
         false => (problem, None),
     };
-    Ok(result(&problem, spec, found, refined, begin))
+    Ok(result(&problem, spec, (found, verification), refined, begin))
 }
 
 /// Largest number of candidates between two looks at an interruption.
@@ -168,6 +171,7 @@ struct Found {
     /// Values and initial states from which the refinement begins.
     start: (Vec<f64>, Vec<Vec<f64>>),
     optima: Option<ModelOptima>,
+    is_of_multistart: bool,
     stop: Stop,
     evaluations: u64,
     history: Vec<f64>,
@@ -226,6 +230,7 @@ fn search(
             start: (best.clone(), initial),
             values: best,
             optima,
+            is_of_multistart: false,
             stop,
             evaluations: run.evaluations,
             history: run.history,
@@ -240,6 +245,7 @@ fn search(
         stop: if optima.is_interrupted { Stop::Interrupted } else { Stop::BudgetSpent },
         evaluations: optima.evaluations,
         history: Vec::new(),
+        is_of_multistart: true,
         optima: Some(optima),
     })
 }
@@ -247,16 +253,17 @@ fn search(
 /// Sum of squares above the lowest, relative to it, from which a search was stuck.
 const STUCK: f64 = 1e-3;
 
-/// Compares the refined estimate with the optima from other starts.
-fn verified(
-    problem: &ModelProblem,
-    spec: &ModelSpec,
-    found: &Found,
-    refined: Option<&ModelRefined>,
-) -> ModelVerification {
+/// Compares the optimum of a search with those of descents from other starts.
+fn verified(problem: &ModelProblem, spec: &ModelSpec, found: &Found) -> ModelVerification {
     let none = ModelVerification { status: "not_applicable", starts: 0, arrivals: 0, cost_gap: None };
-    let (Some(optima), Some(_)) = (&found.optima, refined) else { return none };
+    let Some(optima) = found.optima.as_ref().filter(|_| spec.is_polished) else { return none };
     let (starts, arrivals) = (optima.starts, optima.arrivals);
+    let is_conclusive = arrivals >= ARRIVALS || problem.space().free.is_empty();
+    if found.is_of_multistart {
+        // Its optimum is the lowest one by itself.
+        let status = if is_conclusive { "agrees" } else { "reference_failed" };
+        return ModelVerification { status, starts, arrivals, cost_gap: Some(0.0) };
+    }
     // The descent of the search's own optimum, with the weights of the multistart.
     let own = refine_model(problem, &found.start.0, &found.start.1, (spec.estimates_initial, ModelWeights::Signals));
     let squares = |refined: &ModelRefined| {
@@ -275,8 +282,8 @@ fn verified(
     let cost_gap = own.ok().map(|own| squares(&own) / optima.cost - 1.0).filter(|gap| gap.is_finite());
     let status = match cost_gap {
         Some(gap) if gap > STUCK => "search_stuck",
-        _ if arrivals < ARRIVALS && !problem.space().free.is_empty() => "reference_failed",
-        _ => "agrees",
+        _ if is_conclusive => "agrees",
+        _ => "reference_failed",
     };
     ModelVerification { status, starts, arrivals, cost_gap }
 }
@@ -284,11 +291,10 @@ fn verified(
 fn result(
     problem: &ModelProblem,
     spec: &ModelSpec,
-    found: Found,
+    (found, verification): (Found, ModelVerification),
     refined: Option<ModelRefined>,
     begin: Instant,
 ) -> ModelIdentification {
-    let verification = verified(problem, spec, &found, refined.as_ref());
     let values = refined.as_ref().map_or_else(|| found.values.clone(), |refined| refined.values.clone());
     let initial = refined.as_ref().map_or_else(|| found.start.1.clone(), |refined| refined.initial.clone());
     let fits: Vec<_> =
@@ -332,39 +338,6 @@ fn result(
     };
     result.trust = trust(problem.model(), &result, spec.is_polished);
     result
-}
-
-/// Returns the estimates in the order of the model.
-fn estimates(problem: &ModelProblem, values: &[f64], refined: Option<&ModelRefined>) -> Vec<ModelEstimate> {
-    let space = problem.space();
-    let mut estimates = Vec::new();
-    for (number, parameter) in problem.model().parameters().iter().enumerate() {
-        let named = |value| ModelEstimate {
-            name: parameter.name.clone(),
-            recording: None,
-            value,
-            unit: parameter.unit.text.clone(),
-            std_error: None,
-            ci95: None,
-            at_bound: None,
-            fixed: false,
-        };
-        if let Some(value) = space.fixed[number] {
-            estimates.push(ModelEstimate { fixed: true, ..named(Some(value)) });
-        }
-        for (n, axis) in space.free.iter().enumerate().filter(|(_, axis)| axis.parameter == number) {
-            let uncertainty = refined.map(|refined| &refined.uncertainty);
-            let is_open = uncertainty.is_some_and(|of| of.unidentifiable.iter().any(|d| d[n].abs() >= 0.05));
-            estimates.push(ModelEstimate {
-                recording: axis.recording,
-                std_error: uncertainty.and_then(|of| of.std_error[n]),
-                ci95: uncertainty.and_then(|of| of.ci95[n]),
-                at_bound: refined.and_then(|refined| refined.at_bound[n]),
-                ..named((!is_open).then_some(values[n]))
-            });
-        }
-    }
-    estimates
 }
 
 /// Simulates held-out recordings with the result; initial values that are measured or free are estimated from each.

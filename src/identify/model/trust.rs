@@ -13,6 +13,9 @@ const FIT_MIN: f64 = 80.0;
 /// Smallest acceptable fit of the best output, also if the residuals are noise \[%\].
 const FIT_OF_BEST_MIN: f64 = 30.0;
 
+/// Number of samples up to which residuals are not tested for whiteness.
+const SAMPLES_FEW: usize = 40;
+
 /// Determines the level of trust in a result.
 pub(super) fn trust(model: &Model, found: &ModelIdentification, is_polished: bool) -> Trust {
     let mut all: Vec<(TrustLevel, TrustReason)> = Vec::new();
@@ -34,6 +37,10 @@ pub(super) fn trust(model: &Model, found: &ModelIdentification, is_polished: boo
         add(Check, "not_polished", "without a polish there are no standard errors".into());
     } else if !found.converged {
         add(Poor, "not_converged", "the refinement has not converged".into());
+    }
+    let most = found.fits.iter().flat_map(|fit| fit.simulated.first()).map(Vec::len).max().unwrap_or(0);
+    if is_polished && most <= SAMPLES_FEW {
+        add(Check, "few_samples", format!("{most} samples are too few to test the residuals").into());
     }
     let tested = found.fits.iter().flat_map(|fit| &fit.residuals).flatten().next().is_some();
     if is_polished && tested && !is_noise {
@@ -104,6 +111,7 @@ fn next(found: &ModelIdentification, code: &str) -> Text {
             }
             None => text!("Widen the " [Bounds] "."),
         },
+        "few_samples" => "Record longer, or at a higher rate.".into(),
         _ => "Record at a higher rate.".into(),
     }
 }

@@ -67,6 +67,10 @@ const SEGMENT_MIN: usize = 20;
 
 /// Applies masks to a recording, which may be cut into several.
 pub(super) fn apply(masks: &[Mask], record: Record) -> Result<Vec<Record>> {
+    if masks.contains(&Mask::Auto) && record.is_of_model() {
+        let hint = "Mask times, which exclude all outputs.";
+        return Err(Error::usage(text!([Mask = "auto"] " finds faults of the signals of a DC motor only"), hint));
+    }
     let mut notes = Vec::new();
     let mut record = record;
     if masks.contains(&Mask::Auto)

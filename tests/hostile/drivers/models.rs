@@ -7,10 +7,12 @@ use motorfit::estimate::model::{ModelWeights, model_optima, refine_model};
 use motorfit::evaluate::model::{ModelAxis, ModelProblem, ModelRecording, ModelSettings, ModelSpace, signal_requests};
 use motorfit::experiment::white_noise;
 use motorfit::identify::model::{ModelSpec, hold_out_model, identify_model};
+use motorfit::identify::{IdentifySpec, identify};
 use motorfit::model::{BuiltIn, Function, IntegrationMethod, Model};
 use motorfit::named::Named;
 use motorfit::record::{
-    ReadOptions, Reading, Record, Samples, parse_signal_columns, read_bytes, read_signal_inputs, step_lengths,
+    Mask, Offset, Preparation, ReadOptions, Reading, Record, Samples, diagnose, parse_signal_columns, read_bytes,
+    read_signal_inputs, step_lengths, write_csv,
 };
 use motorfit::report::{Reproduced, model_check_document, model_check_page, model_document, model_page};
 use motorfit::setting::Setting;
@@ -143,6 +145,7 @@ pub fn signals(calls: &mut Calls) {
         let read = calls.ask("record::read_bytes", &text, || read_bytes(text.as_bytes(), None, &options));
         for record in read.into_iter().flatten() {
             ask!(calls, text; "evaluate::model::ModelRecording::new" => ModelRecording::new(&model, &record));
+            of_a_motor(calls, &record);
         }
     }
     let plain = Record::new(Samples {
@@ -153,6 +156,30 @@ pub fn signals(calls: &mut Calls) {
     });
     let plain = plain.unwrap();
     ask!(calls, plain; "evaluate::model::ModelRecording::new" => ModelRecording::new(&model, &plain));
+}
+
+/// Calls functions of the DC motor with the signals of a model.
+fn of_a_motor(calls: &mut Calls, record: &Record) {
+    drive!(calls, record;
+        "record::Record::is_of_model" => record.is_of_model(),
+        "record::diagnose" => diagnose(record),
+        "record::write_csv" => write_csv(record),
+    );
+    let one = std::slice::from_ref(record);
+    ask!(calls, record; "identify::identify" => identify(one, &IdentifySpec::default()));
+    for rate_hz in [0.7, 1.0, 3.0] {
+        let preparation = Preparation {
+            rate_hz: Some(rate_hz),
+            offset: Offset::Auto,
+            mask: vec![Mask::Auto],
+            ..Preparation::default()
+        };
+        ask!(calls, rate_hz; "record::Preparation::apply" => preparation.apply(record));
+    }
+    let filter = "butterworth:0.1:1".parse().ok();
+    for decimate in [None, Some(1), Some(2)] {
+        ask!(calls, decimate; "record::Preparation::apply" => Preparation { filter, decimate, ..Preparation::default() }.apply(record));
+    }
 }
 
 pub fn settings(calls: &mut Calls) {
