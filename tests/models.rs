@@ -307,6 +307,11 @@ fn signals_in_motion_are_prepared_as_they_are() {
     assert!(error.to_string().contains("does not convert to V"), "{error}");
     let error = read("time_s,u,j").unwrap_err();
     assert!(error.to_string().contains("no column for i"), "{error}");
+    // Filters commute with linear equations only, and a resampled input is known by its means.
+    let mut filtered = recording(0.1, vec![square(300, 50, 1.0, -1.0)], vec![noisy(square(300, 70, 2.0, 1.0), 1, 0)]);
+    filtered.effective_sample_ratio = 0.8;
+    let found = run(&Model::parse(GOOD).unwrap(), &[filtered], &ModelSpec::default());
+    assert!(found.trust.reasons.iter().any(|reason| reason.code == "filtered"), "{:?}", found.trust);
     // A few samples are not enough for a test of the residuals.
     let few = recording(0.1, vec![square(30, 5, 1.0, -1.0)], vec![noisy(square(30, 7, 2.0, 1.0), 1, 0)]);
     let found = run(&Model::parse(GOOD).unwrap(), &[few], &ModelSpec::default());

@@ -38,13 +38,14 @@ pub struct Trust {
 }
 
 /// The codes of reasons with their meanings.
-pub static REASONS: [(&str, &str); 30] = [
+pub static REASONS: [(&str, &str); 31] = [
     ("poor_fit", "The residuals of a channel are large and far above its noise."),
     ("recording_missed", "The model does not fit a channel of one recording of a joint fit."),
     ("search_stuck", "A better optimum is known."),
     ("sign_reversed", "A channel has the opposite sign of the others."),
     ("units", "The magnitudes are implausible for a motor, but plausible in another unit."),
     ("recordings_differ", "The recordings are not of one motor under one condition."),
+    ("filtered", "The signals of a model were filtered or resampled, which biases estimates of nonlinear equations."),
     ("not_accurate", "Steps of the integration are too long for the equations of a model."),
     ("not_converged", "The refinement has not converged."),
     ("search_inconclusive", "The global search is inconclusive."),

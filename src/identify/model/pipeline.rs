@@ -336,7 +336,7 @@ fn result(
         history: found.history,
         seconds: begin.elapsed().as_secs_f64(),
     };
-    result.trust = trust(problem.model(), &result, spec.is_polished);
+    result.trust = trust(problem, &result, spec.is_polished);
     result
 }
 

@@ -1,6 +1,7 @@
 //! The level of trust in a result with a user's model.
 
 use super::result::ModelIdentification;
+use crate::evaluate::model::ModelProblem;
 use crate::identify::trust_level::{Trust, TrustLevel, TrustReason};
 use crate::model::Model;
 use crate::setting::{Text, text};
@@ -17,7 +18,8 @@ const FIT_OF_BEST_MIN: f64 = 30.0;
 const SAMPLES_FEW: usize = 40;
 
 /// Determines the level of trust in a result.
-pub(super) fn trust(model: &Model, found: &ModelIdentification, is_polished: bool) -> Trust {
+pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_polished: bool) -> Trust {
+    let model = problem.model();
     let mut all: Vec<(TrustLevel, TrustReason)> = Vec::new();
     let mut add = |level, code, message: Text| all.push((level, TrustReason { code, message }));
     let is_noise = is_noise(found);
@@ -37,6 +39,10 @@ pub(super) fn trust(model: &Model, found: &ModelIdentification, is_polished: boo
         add(Check, "not_polished", "without a polish there are no standard errors".into());
     } else if !found.converged {
         add(Poor, "not_converged", "the refinement has not converged".into());
+    }
+    if (0..problem.recordings()).any(|n| problem.recording(n).effective_sample_ratio < 1.0) {
+        let message = "the signals were filtered or resampled, which biases the estimates of nonlinear equations";
+        add(Check, "filtered", message.into());
     }
     let most = found.fits.iter().flat_map(|fit| fit.simulated.first()).map(Vec::len).max().unwrap_or(0);
     if is_polished && most <= SAMPLES_FEW {
@@ -111,6 +117,7 @@ fn next(found: &ModelIdentification, code: &str) -> Text {
             }
             None => text!("Widen the " [Bounds] "."),
         },
+        "filtered" => text!("Fit the recording without " [Rate] ", " [Decimate] " and " [Filter] "."),
         "few_samples" => "Record longer, or at a higher rate.".into(),
         _ => "Record at a higher rate.".into(),
     }
