@@ -312,6 +312,23 @@ fn signals_in_motion_are_prepared_as_they_are() {
     filtered.effective_sample_ratio = 0.8;
     let found = run(&Model::parse(GOOD).unwrap(), &[filtered], &ModelSpec::default());
     assert!(found.trust.reasons.iter().any(|reason| reason.code == "filtered"), "{:?}", found.trust);
+    // Two wrong samples are named, with the mask that excludes the first.
+    let mut measured = noisy(square(300, 70, 2.0, 1.0), 1, 0).unwrap();
+    let voltage: Vec<f64> = square(300, 50, 1.0, -1.0);
+    let states = integrated(std::slice::from_ref(&voltage), (0.001, 10), [0.0], |[i], u| [(u[0] - 0.5 * i) / 0.02]);
+    measured.iter_mut().zip(&states).for_each(|(value, x)| *value = x[0] + 0.001 * (*value - 1.5));
+    measured[100] += 5.0;
+    measured[200] += 5.0;
+    let found = run(
+        &Model::parse(GOOD).unwrap(),
+        &[recording(0.001, vec![voltage], vec![Some(measured)])],
+        &ModelSpec::default(),
+    );
+    let outliers = found.trust.reasons.iter().find(|reason| reason.code == "outliers").unwrap();
+    assert!(
+        outliers.message.to_string().contains("2 samples of i are far from the model, the first at 0.1"),
+        "{outliers:?}"
+    );
     // A few samples are not enough for a test of the residuals.
     let few = recording(0.1, vec![square(30, 5, 1.0, -1.0)], vec![noisy(square(30, 7, 2.0, 1.0), 1, 0)]);
     let found = run(&Model::parse(GOOD).unwrap(), &[few], &ModelSpec::default());

@@ -4,8 +4,9 @@ use super::result::ModelIdentification;
 use crate::evaluate::model::ModelProblem;
 use crate::identify::trust_level::{Trust, TrustLevel, TrustReason};
 use crate::model::Model;
+use crate::numeric::upper_median;
 use crate::setting::{Text, text};
-use crate::text::listed;
+use crate::text::{counted, listed, significant};
 
 use TrustLevel::{Check, Poor};
 
@@ -44,6 +45,10 @@ pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_poli
         let message = "the signals were filtered or resampled, which biases the estimates of nonlinear equations";
         add(Check, "filtered", message.into());
     }
+    let outlying = outliers(problem, found);
+    if let Some((message, _)) = &outlying {
+        add(Check, "outliers", message.clone().into());
+    }
     let most = found.fits.iter().flat_map(|fit| fit.simulated.first()).map(Vec::len).max().unwrap_or(0);
     if is_polished && most <= SAMPLES_FEW {
         add(Check, "few_samples", format!("{most} samples are too few to test the residuals").into());
@@ -68,8 +73,41 @@ pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_poli
     all.sort_by_key(|(level, _)| std::cmp::Reverse(*level as u8));
     let level = all.first().map_or(TrustLevel::Good, |(level, _)| *level);
     let reasons: Vec<TrustReason> = all.into_iter().map(|(_, reason)| reason).collect();
-    let next = reasons.first().map(|reason| next(found, reason.code));
+    let next = reasons.first().map(|reason| match (reason.code, &outlying) {
+        ("outliers", Some((_, interval))) => text!("Exclude the samples: " [Mask = "{interval}"] "."),
+        (code, _) => next(found, code),
+    });
     Trust { level, reasons, next }
+}
+
+/// Residuals beyond this multiple of their median magnitude are outliers: ten standard deviations of Gaussian noise.
+const OUTLIER: f64 = 15.0;
+
+/// Returns a description of samples that are far from the model, and the interval around the first; `None` if there are none. A model
+/// that lacks an effect has many large residuals, not a few.
+fn outliers(problem: &ModelProblem, found: &ModelIdentification) -> Option<(String, String)> {
+    for (n, fit) in found.fits.iter().enumerate() {
+        let recording = problem.recording(n);
+        for ((output, simulated), measured) in
+            problem.model().outputs().iter().zip(&fit.simulated).zip(&recording.measured)
+        {
+            let Some(measured) = measured else { continue };
+            let size = |k: usize| (measured[k] - simulated[k]).abs();
+            let counting: Vec<usize> = (0..measured.len()).filter(|k| recording.counts(*k)).collect();
+            let median = upper_median(&mut counting.iter().map(|k| size(*k)).collect::<Vec<f64>>());
+            let far: Vec<usize> = counting.iter().copied().filter(|k| size(*k) > OUTLIER * median).collect();
+            let Some(&first) = far.first().filter(|_| median > 0.0 && far.len() <= measured.len() / 50) else {
+                continue;
+            };
+            let time = |k: usize| significant(recording.time_s[k], 6);
+            let samples = counted(far.len(), "sample");
+            let verb = if far.len() == 1 { "is" } else { "are" };
+            let message =
+                format!("{samples} of {} {verb} far from the model, the first at {} s", output.name, time(first));
+            return Some((message, format!("{}:{}", time(first), time(first))));
+        }
+    }
+    None
 }
 
 /// Returns true if the residuals were tested and are noise.
