@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 
 use motorfit::evaluate::gpu::{Fetch, LANES, Precision, ShaderFeatures, Variant, assemble};
+use motorfit::model::{BuiltIn, ShaderPrecision};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 fn validate(source: &str, capabilities: Capabilities) -> Result<(naga::Module, naga::valid::ModuleInfo), String> {
@@ -43,6 +44,22 @@ fn every_variant_is_valid() {
     assert_eq!(variants().count(), 16 * (3 + 2 * 16));
     for variant in variants() {
         validate(&assemble(variant), capabilities(variant)).unwrap_or_else(|e| panic!("{variant:?}: {e}"));
+    }
+}
+
+#[test]
+fn shaders_of_models_are_valid_without_optional_capabilities() {
+    for model in BuiltIn::ALL.map(|of| of.model().unwrap()) {
+        for (precision, capabilities) in
+            [(ShaderPrecision::F32, Capabilities::empty()), (ShaderPrecision::F64, Capabilities::FLOAT64)]
+        {
+            let text = model.wgsl(precision).unwrap();
+            let (module, _) = validate(&text, capabilities).unwrap_or_else(|e| panic!("{}: {e}", model.name()));
+            // Loops are counted by software adapters: the loop over the samples is the only one.
+            assert_eq!(text.matches("for (").count() + text.matches("while").count(), 1, "{text}");
+            assert_eq!(module.entry_points.len(), 1);
+        }
+        assert!(validate(&model.wgsl(ShaderPrecision::F64).unwrap(), Capabilities::empty()).is_err());
     }
 }
 

@@ -268,6 +268,9 @@ pub(crate) struct CompareArgs {
 pub(crate) struct EvaluateArgs {
     #[command(flatten)]
     pub recordings: Recordings,
+    /// Equations of another machine in place of the DC motor: a file (TOML), or a built-in model (see motorfit model list)
+    #[arg(long, value_name = "MODEL", conflicts_with_all = ["slice", "with"], help_heading = "Problem", hide_short_help = true)]
+    pub model: Option<PathBuf>,
     /// File of candidates, CSV or .parquet, with a column for each free parameter in SI units (R,L,K,B,J; with
     /// --per-recording R: R[0],R[1]); - reads CSV from stdin
     #[arg(long, value_name = "FILE", conflicts_with_all = ["sample", "slice"])]

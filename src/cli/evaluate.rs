@@ -6,11 +6,12 @@ use super::output::is_read;
 use super::prelude::*;
 use motorfit::candidates::Candidates;
 use motorfit::identify::BatchCosts;
-use motorfit::motor::Axis;
 use motorfit::numeric::count_u64;
 use motorfit::optimize::{Progress, Sample, Sampling};
 use motorfit::record::Record;
 use motorfit::report::EvaluateDocument;
+use motorfit::warning::Warning;
+use serde_json::Value;
 use std::time::{Duration, Instant};
 
 /// Largest number of candidate-steps in one batch: some hundredths of a second, so that progress and Ctrl-C are prompt.
@@ -19,14 +20,14 @@ const BATCH_STEPS: usize = 100_000_000;
 const BATCH_MAX: usize = 1 << 17;
 
 pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
+    if let Some(model) = &args.model {
+        return super::model::evaluate::run(args, model, style);
+    }
     if let Some(slice) = &args.slice {
         return super::slice::run(args, slice, style);
     }
     let mut spec = inputs::spec(&args.problem, &args.device, style)?;
-    let sampled = args.sample.as_deref().map(sampling).transpose()?;
-    if args.top == Some(0) {
-        return Err(Error::usage("--top is 0", "Give the number of best candidates to print."));
-    }
+    let sampled = sample(args)?;
     let records = inputs::records(&args.recordings.records, &args.recordings.reading.0.and(&args.problem.0))?;
     // The choice of a device depends on the numbers of candidates per batch and in total. For a file the total is a guess.
     let axes = u32::try_from(spec.space.free().len()).unwrap_or(u32::MAX);
@@ -40,16 +41,91 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     spec.generations = expected.div_ceil(spec.population);
     with_threads(spec.threads, || {
         let costs = BatchCosts::new(&records, &spec)?;
-        style.warnings(costs.warnings());
-        let axes = costs.problem().space().free().to_vec();
-        let source: Box<dyn Source> = match sampled {
-            Some((sampling, number)) => {
-                Box::new(Sampled(Sample::new(sampling, number, costs.problem().space().bounds(), args.seed)?, 0))
-            }
-            None => candidates::file(args.candidates.as_deref().unwrap_or(Path::new("-")), &axes)?,
-        };
-        Evaluation { args, style, axes, costs, source }.run(&records)
+        let bounds = || costs.problem().space().bounds();
+        let sampled =
+            sampled.map(|(sampling, number)| Sample::new(sampling, number, bounds(), args.seed)).transpose()?;
+        let source = sampled.map(|sample| Box::new(Sampled(sample, 0)) as Box<dyn Source>);
+        evaluate(args, &records, Box::new(costs), source, style)
     })
+}
+
+/// Returns the kind and the number of a sample.
+pub(super) fn sample(args: &EvaluateArgs) -> Result<Option<(Sampling, u64)>> {
+    if args.top == Some(0) {
+        return Err(Error::usage("--top is 0", "Give the number of best candidates to print."));
+    }
+    args.sample.as_deref().map(sampling).transpose()
+}
+
+/// Evaluates the candidates of a sample, or of a file.
+pub(super) fn evaluate(
+    args: &EvaluateArgs,
+    records: &[Record],
+    costs: Box<dyn Costs>,
+    sampled: Option<Box<dyn Source>>,
+    style: &Style,
+) -> Result<Outcome> {
+    style.warnings(costs.warnings());
+    let names = costs.names();
+    let source = match sampled {
+        Some(sampled) => sampled,
+        None => candidates::file(args.candidates.as_deref().unwrap_or(Path::new("-")), &names)?,
+    };
+    Evaluation { args, style, names, costs, source }.run(records)
+}
+
+/// Costs of candidates of a motor, or of a model.
+pub(super) trait Costs {
+    /// Returns the names of the free parameters.
+    fn names(&self) -> Vec<String>;
+
+    /// Returns the number of samples that a candidate is simulated for.
+    fn samples(&self) -> usize;
+
+    /// Submits candidates; a device may compute their costs until they are asked for.
+    fn begin(&mut self, values: &[f64]) -> Result<()>;
+
+    /// Returns the costs of the oldest candidates that were submitted.
+    fn finish(&mut self, values: &[f64], costs: &mut [f64]) -> Result<()>;
+
+    /// Returns the name and the precision of the device.
+    fn device(&self) -> (String, &'static str);
+
+    fn warnings(&self) -> &[Warning];
+
+    /// Returns the JSON document with the best candidates.
+    fn document(&self, document: &EvaluateDocument, records: &[Record], best: &[(f64, &[f64])]) -> Value;
+}
+
+impl Costs for BatchCosts {
+    fn names(&self) -> Vec<String> {
+        self.problem().space().free().iter().map(|axis| axis.scope.name(axis.parameter)).collect()
+    }
+
+    fn samples(&self) -> usize {
+        self.problem().active()
+    }
+
+    fn begin(&mut self, values: &[f64]) -> Result<()> {
+        Self::begin(self, values)
+    }
+
+    fn finish(&mut self, values: &[f64], costs: &mut [f64]) -> Result<()> {
+        Self::finish(self, values, costs)
+    }
+
+    fn device(&self) -> (String, &'static str) {
+        let (_, name, precision) = Self::device(self);
+        (name, precision)
+    }
+
+    fn warnings(&self) -> &[Warning] {
+        Self::warnings(self)
+    }
+
+    fn document(&self, document: &EvaluateDocument, records: &[Record], best: &[(f64, &[f64])]) -> Value {
+        document.of(records, self, best.iter().copied())
+    }
 }
 
 fn batch(samples: usize) -> usize {
@@ -62,15 +138,15 @@ type Kept = (f64, u64, Vec<f64>);
 struct Evaluation<'a> {
     args: &'a EvaluateArgs,
     style: &'a Style,
-    axes: Vec<Axis>,
-    costs: BatchCosts,
+    names: Vec<String>,
+    costs: Box<dyn Costs>,
     source: Box<dyn Source>,
 }
 
 impl Evaluation<'_> {
     fn run(mut self, records: &[Record]) -> Result<Outcome> {
-        let width = self.axes.len();
-        let most = batch(self.costs.problem().active());
+        let width = self.names.len();
+        let most = batch(self.costs.samples());
         let known = self.costs.warnings().len();
         let top = self.args.top.or(self.args.json.then_some(10));
         // The next batch is read while a GPU evaluates the current one.
@@ -84,7 +160,7 @@ impl Evaluation<'_> {
         self.source.next(most, width, &mut values)?;
         if top.is_none() {
             signals::remark("interrupted: the output has only the candidates evaluated so far");
-            data(&format!("{},cost\n", self.names().join(",")))?;
+            data(&format!("{},cost\n", self.names.join(",")))?;
         }
         self.costs.begin(&values)?;
         while !interrupted && !values.is_empty() && is_read() {
@@ -120,7 +196,7 @@ impl Evaluation<'_> {
         if done == 0 {
             return Err(Error::data("there are no candidates", "Give a file with at least one row below its heading."));
         }
-        let (_, device, precision) = self.costs.device();
+        let (device, precision) = self.costs.device();
         let seconds = started.elapsed().as_secs_f64();
         let rate = significant(count_u64(done) / seconds, 3);
         let [whole, busy] = [seconds, busy.as_secs_f64()].map(|seconds| engineering(seconds, "s", 3));
@@ -130,20 +206,16 @@ impl Evaluation<'_> {
         ));
         shorten(&mut best, top.unwrap_or(0));
         if self.args.json {
-            let best = best.iter().map(|(cost, _, values)| (*cost, values.as_slice()));
+            let best: Vec<(f64, &[f64])> = best.iter().map(|(cost, _, values)| (*cost, values.as_slice())).collect();
             let document = EvaluateDocument { interrupted, candidates: done, seconds };
-            data(&json(&document.of(records, &self.costs, best)))?;
+            data(&json(&self.costs.document(&document, records, &best)))?;
         } else if top.is_some() {
             let table: Vec<f64> = best.iter().flat_map(|(_, _, values)| values.iter().copied()).collect();
             let costs: Vec<f64> = best.iter().map(|(cost, ..)| *cost).collect();
-            let head = format!("{},cost\n", self.names().join(","));
+            let head = format!("{},cost\n", self.names.join(","));
             data(&(head + &rows(Candidates::new(&table, width), &costs)))?;
         }
         Ok(if interrupted { Outcome::Interrupted } else { Outcome::Done })
-    }
-
-    fn names(&self) -> Vec<String> {
-        self.axes.iter().map(|axis| axis.scope.name(axis.parameter)).collect()
     }
 }
 

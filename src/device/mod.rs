@@ -2,11 +2,13 @@
 
 mod awake;
 mod batch_search;
+mod model;
 mod select;
 mod throughput_profile;
 
 pub(crate) use awake::with_threads_awake;
 pub use batch_search::BatchSearchEvaluator;
+pub use model::ModelDevice;
 pub use select::{DeviceSettings, DeviceSpec, OnLoss, PrecisionSpec};
 pub use throughput_profile::{AdapterThroughput, ThroughputCurve, ThroughputProfile, Work};
 

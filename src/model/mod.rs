@@ -10,6 +10,7 @@ pub(crate) mod program;
 #[cfg(test)]
 pub(crate) mod reference;
 pub(crate) mod step;
+pub(crate) mod wgsl;
 
 pub use definition::{
     Equation, InitialState, LIMITS, Model, ModelInput, ModelOutput, ModelParameter, ModelState, NodeId, WrittenUnit,
@@ -18,3 +19,4 @@ pub use expression::Function;
 pub use formula::{Formula, FormulaKind};
 pub use library::BuiltIn;
 pub use step::IntegrationMethod;
+pub use wgsl::ShaderPrecision;

@@ -100,6 +100,11 @@ pub struct EvaluateDocument {
 }
 
 impl EvaluateDocument {
+    /// Returns the reason for which the evaluation ended.
+    pub(super) fn stop(&self) -> &'static str {
+        if self.interrupted { "interrupted" } else { "budget_spent" }
+    }
+
     /// Returns the JSON document with the best candidates, each a cost and the values of the free parameters.
     #[must_use]
     pub fn of<'a>(
@@ -119,7 +124,7 @@ impl EvaluateDocument {
             "bounds": bounds(problem.space()),
             "device": {"kind": kind, "name": name, "precision": precision},
             "candidates": self.candidates,
-            "stop": if self.interrupted { "interrupted" } else { "budget_spent" },
+            "stop": self.stop(),
             "seconds": self.seconds,
             "best": best.map(entry).collect::<Value>(),
             "warnings": warnings(costs.warnings(), Severity::Report),

@@ -2,7 +2,7 @@
 
 use super::given::{Fault, Given};
 use super::parse;
-use super::read::{Read, reading};
+use super::read::{Read, device, reading};
 use crate::criterion::{Criterion, Noise};
 use crate::evaluate::Initial;
 use crate::evaluate::model::signal_requests;
@@ -74,7 +74,10 @@ pub fn model_spec(given: &Given) -> Read<ModelSpec> {
         let message = text!([Noise] " names the channels of a DC motor");
         return wrong(Setting::Noise, message, text!("Give a ratio for all outputs, as " [Noise = "40dB"] "."));
     }
+    let device = device(given)?;
     Ok(ModelSpec {
+        device: device.device,
+        precision: device.precision,
         method: given.items(Setting::Set, |items| super::read::method(name, items))?,
         is_polished: polish != Polish::None,
         population: given.count(Setting::Population).unwrap_or(usual.population),

@@ -3,12 +3,15 @@
 use crate::arrays::{array, read};
 use crate::errors::Raise as _;
 use crate::exclusive_lock::ExclusiveLock;
+use crate::model::Model;
 use crate::pool::{Pool, on_all};
 use crate::reading::several;
 use crate::spec::{self, Keywords};
 use motorfit::device::with_threads;
 use motorfit::evaluate::Simd;
+use motorfit::identify::model::ModelCosts;
 use motorfit::identify::{BatchCosts, IdentifySpec};
+use motorfit::setting::Setting;
 use motorfit::settings::{DEVICE, PROBLEM};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -16,7 +19,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::sync::Mutex;
 
-#[doc = concat!("Evaluator(records, *, population=100000, ", include_str!("signatures/problem.txt"), ")\n--\n")]
+#[doc = concat!("Evaluator(records, *, model=None, population=100000, ", include_str!("signatures/problem.txt"), ")\n--\n")]
 /// Evaluates the cost of candidates on a recording, or on several recordings jointly.
 ///
 /// `costs = Evaluator(records, ...)(candidates)` takes candidates of shape (n, p) in SI units, with columns in the order of
@@ -26,6 +29,8 @@ use std::sync::Mutex;
 /// ----------
 /// records : Record or sequence of Record
 ///     Recordings; the cost is over the samples of all of them.
+/// model : Model, optional
+///     Equations of another machine in place of the DC motor; candidates and bounds are in the units of its parameters.
 /// population : int, default 100000
 ///     Expected number of candidates per call; device="auto" chooses the device by it.
 #[doc = include_str!("docs/with.txt")]
@@ -41,7 +46,7 @@ use std::sync::Mutex;
 /// Calls from several threads are serialized. An evaluator can be pickled, with its recordings.
 #[pyclass(frozen, module = "motorfit")]
 pub struct Evaluator {
-    costs: Mutex<BatchCosts>,
+    costs: Mutex<Costs>,
     lock: ExclusiveLock,
     /// Buffer of the candidates, reused by the next call.
     buffer: Mutex<Vec<f64>>,
@@ -64,28 +69,32 @@ const SIGNAL_INTERVAL: usize = 200_000_000;
 #[pymethods]
 impl Evaluator {
     #[new]
-    #[pyo3(signature = (records, *, population=100_000, **settings), text_signature = None)]
+    #[pyo3(signature = (records, *, model=None, population=100_000, **settings), text_signature = None)]
     fn new(
         py: Python<'_>,
         records: &Bound<'_, PyAny>,
+        model: Option<&Bound<'_, Model>>,
         population: usize,
         settings: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let keys = Keywords::new(py, settings, &spec::keywords(&[&PROBLEM, &DEVICE]))?;
+        if let Some(model) = model {
+            return Self::of_model(py, model, records, (&keys, settings));
+        }
         let records = several(records)?;
         let spec = IdentifySpec { population, generations: 1, ..spec::problem(&keys, spec::input_of(&records))? };
         let costs = on_all(py, || with_threads(spec.threads, || BatchCosts::new(&records, &spec)))?.raise(py)?;
         let free = costs.problem().space().free();
         let (kind, device, precision) = costs.device();
         let of = PyTuple::new(py, records.iter().cloned().map(crate::record::Record))?;
-        let keywords = settings.map_or_else(|| Ok(PyDict::new(py)), |settings| settings.copy())?;
+        let keywords = copied(py, settings)?;
         keywords.set_item("population", population)?;
         Ok(Self {
             names: free.iter().map(|axis| axis.scope.name(axis.parameter)).collect(),
             bounds: free.iter().map(|axis| (axis.min, axis.max)).collect(),
             steps: costs.problem().active().max(1),
             device: (kind.to_owned(), device, precision.to_owned()),
-            costs: Mutex::new(costs),
+            costs: Mutex::new(Costs::Motor(Box::new(costs))),
             lock: ExclusiveLock::default(),
             buffer: Mutex::new(Vec::new()),
             threads: spec.threads,
@@ -166,7 +175,69 @@ impl Evaluator {
     }
 }
 
+/// Costs of a motor, or of a model.
+enum Costs {
+    Motor(Box<BatchCosts>),
+    Model(Box<ModelCosts>),
+}
+
+impl Costs {
+    fn evaluate(&mut self, values: &[f64], costs: &mut [f64]) -> motorfit::Result<()> {
+        match self {
+            Self::Motor(of) => of.evaluate(values, costs),
+            Self::Model(of) => of.evaluate(values, costs),
+        }
+    }
+
+    /// Returns true if candidates take less time than waking other threads.
+    fn is_small(&self, candidates: usize) -> bool {
+        match self {
+            Self::Motor(of) => Simd::is_small(of.problem(), candidates),
+            // A block of lanes is computed by one thread.
+            Self::Model(_) => false,
+        }
+    }
+}
+
+fn copied<'py>(py: Python<'py>, settings: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyDict>> {
+    settings.map_or_else(|| Ok(PyDict::new(py)), |settings| settings.copy())
+}
+
 impl Evaluator {
+    fn of_model(
+        py: Python<'_>,
+        model: &Bound<'_, Model>,
+        records: &Bound<'_, PyAny>,
+        (keys, settings): (&Keywords<'_, '_>, Option<&Bound<'_, PyDict>>),
+    ) -> PyResult<Self> {
+        let given = keys.given(&[&PROBLEM, &DEVICE])?;
+        let spec = motorfit::settings::model_spec(&given).map_err(motorfit::Error::from).raise(py)?;
+        let threads = given.count(Setting::Threads);
+        let (records, recordings) = model.get().recordings(records)?;
+        let own = &model.get().0;
+        let made = on_all(py, || with_threads(threads, || ModelCosts::new(own, recordings, &spec)))?;
+        let costs = made.raise(py)?;
+        let (problem, device) = (costs.problem(), costs.device());
+        let samples: usize = (0..problem.recordings()).map(|n| problem.recording(n).len()).sum();
+        let keywords = copied(py, settings)?;
+        keywords.set_item("model", model)?;
+        let of = PyTuple::new(py, records.into_iter().map(crate::record::Record))?;
+        Ok(Self {
+            names: costs.names(),
+            bounds: problem.space().free.iter().map(|axis| (axis.min, axis.max)).collect(),
+            // A step of the linear motor has some eight operations.
+            steps: samples * (problem.work() / 8).max(1),
+            device: (device.kind.to_owned(), device.name, device.precision.to_owned()),
+            costs: Mutex::new(Costs::Model(Box::new(costs))),
+            lock: ExclusiveLock::default(),
+            buffer: Mutex::new(Vec::new()),
+            threads,
+            pool: Pool::new(threads),
+            process: std::process::id(),
+            arguments: (of.unbind(), keywords.unbind()),
+        })
+    }
+
     fn evaluate(&self, py: Python<'_>, values: &[f64], count: usize) -> PyResult<Vec<f64>> {
         if self.process != std::process::id() && self.device.0 == "gpu" {
             let message =
@@ -180,9 +251,9 @@ impl Evaluator {
         let mut found = vec![f64::INFINITY; count];
         let piece = (SIGNAL_INTERVAL / self.steps).max(1024);
         for (values, found) in values.chunks(piece * self.names.len()).zip(found.chunks_mut(piece)) {
-            let is_small = Simd::is_small(costs.problem(), found.len());
+            let (is_small, is_motor) = (costs.is_small(found.len()), matches!(costs, Costs::Motor(_)));
             match self.threads {
-                Some(1) => py.detach(|| costs.evaluate(values, found)),
+                Some(1) if is_motor => py.detach(|| costs.evaluate(values, found)),
                 _ if is_small => py.detach(|| costs.evaluate(values, found)),
                 None => on_all(py, || costs.evaluate(values, found))?,
                 Some(_) => self.pool.run(py, || costs.evaluate(values, found))?,

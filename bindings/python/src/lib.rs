@@ -13,6 +13,8 @@ mod figure;
 mod frame;
 mod identification;
 mod identify;
+mod model;
+mod model_identification;
 mod optimizer;
 mod pool;
 mod progress;
@@ -40,6 +42,10 @@ mod _motorfit {
     use super::identification::Identification;
     #[pymodule_export]
     use super::identify::identify;
+    #[pymodule_export]
+    use super::model::Model;
+    #[pymodule_export]
+    use super::model_identification::ModelIdentification;
     #[pymodule_export]
     use super::optimizer::Optimizer;
     #[pymodule_export]

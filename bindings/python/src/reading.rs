@@ -178,15 +178,20 @@ pub fn single(given: &Bound<'_, PyAny>) -> PyResult<Recording> {
 
 /// Converts an argument to a non-empty list of recordings: a source, or a sequence of them.
 pub fn several(given: &Bound<'_, PyAny>) -> PyResult<Vec<Recording>> {
+    let reading = settings::reading(&Given::default()).map_err(Error::from).raise(given.py())?;
+    several_with(given, &reading)
+}
+
+/// Converts an argument to a non-empty list of recordings, which are read with the given options.
+pub fn several_with(given: &Bound<'_, PyAny>, reading: &Reading) -> PyResult<Vec<Recording>> {
     let py = given.py();
-    let reading = settings::reading(&Given::default()).map_err(Error::from).raise(py)?;
     if let Some(source) = Source::of(given)? {
-        return source.records(py, &reading);
+        return source.records(py, reading);
     }
     let unexpected = || PyTypeError::new_err(EXPECTED);
     let mut records = Vec::new();
     for one in given.try_iter().map_err(|_| unexpected())? {
-        records.extend(Source::of(&one?)?.ok_or_else(unexpected)?.records(py, &reading)?);
+        records.extend(Source::of(&one?)?.ok_or_else(unexpected)?.records(py, reading)?);
     }
     if records.is_empty() { Err(unexpected()) } else { Ok(records) }
 }

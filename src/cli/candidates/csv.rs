@@ -1,7 +1,6 @@
 //! Candidates from a CSV file or stdin.
 
 use super::{Source, column_indices, open};
-use motorfit::motor::Axis;
 use motorfit::text::printable;
 use motorfit::{Error, Result};
 use std::io::Read;
@@ -14,14 +13,14 @@ pub(super) struct Table {
 }
 
 impl Table {
-    pub(super) fn open(path: &Path, axes: &[Axis]) -> Result<Self> {
+    pub(super) fn open(path: &Path, names: &[String]) -> Result<Self> {
         let name = path.display().to_string();
         let input: Box<dyn Read + Send> = if name == "-" { Box::new(std::io::stdin()) } else { Box::new(open(path)?) };
         let input = Capped { input, line: 0 };
         let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(input);
         let heading = reader.headers().map_err(|e| broken(&name, &e))?;
         let columns: Vec<&str> = heading.iter().map(|cell| cell.trim_start_matches('\u{feff}')).collect();
-        let indices = column_indices(&format!("{name}, line 1"), &columns, axes)?;
+        let indices = column_indices(&format!("{name}, line 1"), &columns, names)?;
         Ok(Self { reader, name, indices })
     }
 }

@@ -4,7 +4,6 @@ mod csv;
 #[cfg(feature = "parquet")]
 mod parquet;
 
-use motorfit::motor::Axis;
 use motorfit::numeric::{index, whole_u64};
 use motorfit::optimize::{Sample, Sampling};
 use motorfit::setting::Setting;
@@ -40,18 +39,18 @@ impl Source for Sampled {
     }
 }
 
-/// Opens a file of candidates, `-` for stdin, and finds the column of each axis.
-pub(super) fn file(path: &Path, axes: &[Axis]) -> Result<Box<dyn Source>> {
+/// Opens a file of candidates, `-` for stdin, and finds the column of each free parameter.
+pub(super) fn file(path: &Path, names: &[String]) -> Result<Box<dyn Source>> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) {
         #[cfg(feature = "parquet")]
-        return Ok(Box::new(parquet::Table::open(path, axes)?));
+        return Ok(Box::new(parquet::Table::open(path, names)?));
         #[cfg(not(feature = "parquet"))]
         return Err(Error::usage(
             "this build cannot read Parquet",
             "Build with the feature parquet, or give the candidates as CSV.",
         ));
     }
-    Ok(Box::new(csv::Table::open(path, axes)?))
+    Ok(Box::new(csv::Table::open(path, names)?))
 }
 
 fn open(path: &Path) -> Result<File> {
@@ -79,9 +78,8 @@ pub(super) fn sampling(text: &str) -> Result<(Sampling, u64)> {
     Ok((kind, whole_u64(number)))
 }
 
-/// Returns the name of each axis and the index of its column in a file.
-fn column_indices(file: &str, columns: &[&str], axes: &[Axis]) -> Result<Vec<(String, usize)>> {
-    let names: Vec<String> = axes.iter().map(|axis| axis.scope.name(axis.parameter)).collect();
+/// Returns the name of each free parameter and the index of its column in a file.
+fn column_indices(file: &str, columns: &[&str], names: &[String]) -> Result<Vec<(String, usize)>> {
     let wrong = |what: &str, name: &str| {
         let found: Vec<String> = columns.iter().map(|column| format!("\"{}\"", excerpt(column))).collect();
         let message = format!("{file}: {what} {name}; there is {}", found.join(", "));

@@ -1,7 +1,6 @@
 //! Candidates from a Parquet file, read page by page.
 
 use super::{Source, column_indices, open};
-use motorfit::motor::Axis;
 use motorfit::numeric;
 use motorfit::text::excerpt;
 use motorfit::{Error, Result};
@@ -29,17 +28,17 @@ pub(super) struct Table {
 }
 
 impl Table {
-    pub(super) fn open(path: &Path, axes: &[Axis]) -> Result<Self> {
+    pub(super) fn open(path: &Path, names: &[String]) -> Result<Self> {
         let name = path.display().to_string();
-        guarded(&name, || Self::open_as(path, name.clone(), axes))
+        guarded(&name, || Self::open_as(path, name.clone(), names))
     }
 
-    fn open_as(path: &Path, name: String, axes: &[Axis]) -> Result<Self> {
+    fn open_as(path: &Path, name: String, names: &[String]) -> Result<Self> {
         let reader = SerializedFileReader::new(open(path)?).map_err(|e| broken(&name, &e))?;
         let schema = reader.metadata().file_metadata().schema_descr_ptr();
         let paths: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
         let columns: Vec<&str> = paths.iter().map(String::as_str).collect();
-        let indices = column_indices(&name, &columns, axes)?;
+        let indices = column_indices(&name, &columns, names)?;
         for (parameter, index) in &indices {
             let column = schema.column(*index);
             // Old files give the meaning of integers as a converted type only.

@@ -1,7 +1,9 @@
 //! Subcommands and flags of `model`.
 
 use crate::cli::args::PageArgs;
+use crate::cli::flags::named;
 use clap::{Args, Subcommand};
+use motorfit::model::ShaderPrecision;
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -32,6 +34,10 @@ pub(crate) struct CheckArgs {
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,
+    /// Print the WGSL compute shader that a GPU evaluates the model with, in f64 or f32
+    #[arg(long, value_name = "PRECISION", num_args = 0..=1, require_equals = true, default_missing_value = "f64",
+          value_parser = named::<ShaderPrecision>())]
+    pub wgsl: Option<ShaderPrecision>,
     /// Write report.html with the typeset equations, and result.json, to this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,

@@ -9,7 +9,9 @@ pub(super) fn run(args: &CheckArgs, style: &Style) -> Result<Outcome> {
     let model = Model::open(&args.model)?;
     let out = args.out.as_deref().map(Out::take).transpose()?;
     let document = json(&model_check_document(&model));
-    if args.json {
+    if let Some(precision) = args.wgsl {
+        data(&model.wgsl(precision)?)?;
+    } else if args.json {
         data(&document)?;
     } else {
         show(&text(&model))?;

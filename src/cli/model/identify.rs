@@ -22,9 +22,6 @@ pub(in crate::cli) fn run(args: &IdentifyArgs, path: &Path, style: &Style) -> Re
     let model = Model::open(path)?;
     let given = args.search.0.and(&args.problem.0).and(&args.device.0);
     let spec = settings::model_spec(&given)?;
-    if given.text(Setting::Device).is_some_and(|device| device.starts_with("gpu")) {
-        return Err(Error::usage("--device gpu: models are evaluated on the CPU", "Leave out --device."));
-    }
     let reading = settings::model_reading(&args.recordings.reading.0.and(&args.problem.0), &model)?;
     if args.svg.is_some() {
         return Err(Error::usage(
@@ -88,6 +85,7 @@ fn report(
         ("method", found.searched.method.to_owned()),
         ("seed", spec.seed.to_string()),
         ("integration", found.method.described()),
+        ("device", format!("{}, {}", found.device.name, found.device.precision)),
         ("evaluations", found.evaluations.to_string()),
         ("time", engineering(found.seconds, "s", 3)),
     ]);
@@ -128,7 +126,7 @@ fn table(records: &[Record], model: &Model, spec: &ModelSpec, found: &ModelIdent
     if !style.quiet {
         let _ = writeln!(text, "{}\n", inputs::all_understood(records));
     }
-    let name = |e: &ModelEstimate| e.recording.map_or_else(|| e.name.clone(), |n| format!("{}[{}]", e.name, n + 1));
+    let name = |e: &ModelEstimate| e.recording.map_or_else(|| e.name.clone(), |n| format!("{}[{n}]", e.name));
     let width = found.estimates.iter().map(|e| name(e).len()).max().unwrap_or(1).max(4);
     let units = found.estimates.iter().map(|e| e.unit.len()).max().unwrap_or(1).max(4);
     if found.uncertainty.is_some() {
@@ -211,6 +209,7 @@ fn lines(model: &Model, spec: &ModelSpec, found: &ModelIdentification) -> Vec<(&
         ),
         ("steps", found.method.described()),
         ("search", search),
+        ("device", format!("{}, {}", found.device.name, found.device.precision)),
         ("time", engineering(found.seconds, "s", 3)),
     ]);
     lines

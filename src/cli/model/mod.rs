@@ -2,6 +2,7 @@
 
 pub(super) mod args;
 mod check;
+pub(super) mod evaluate;
 pub(super) mod identify;
 pub(super) mod simulate;
 

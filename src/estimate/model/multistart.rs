@@ -3,7 +3,7 @@
 use super::descent::Descent;
 use super::fit::{Fit, Normal};
 use crate::candidates::Candidates;
-use crate::evaluate::model::ModelProblem;
+use crate::evaluate::model::{ModelEvaluator, ModelProblem};
 use crate::numeric::{count, standard_deviation};
 use crate::{Error, Result};
 use rand::{RngExt as _, SeedableRng as _};
@@ -45,12 +45,15 @@ pub struct ModelOptima {
     pub is_interrupted: bool,
 }
 
-/// Searches the bounds of a problem from many starts, and from `more` starts of the caller. `observe` may end the search between rounds.
+/// Searches the bounds of a problem from many starts, which the evaluator finds among random candidates, and from `more` starts of the
+/// caller. `observe` may end the search between rounds.
 ///
 /// # Errors
-/// Returns `Usage` if a given start does not fit the space, and `NotIdentified` if the model diverges from every start.
+/// Returns `Usage` if a given start does not fit the space, `NotIdentified` if the model diverges from every start, and a device error if
+/// the evaluator fails.
 pub fn model_optima(
     problem: &ModelProblem,
+    evaluator: &mut dyn ModelEvaluator,
     (estimates_initial, seed): (bool, u64),
     more: &[Vec<f64>],
     observe: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
@@ -67,7 +70,7 @@ pub fn model_optima(
         let mut starts = if round == 0 { more.to_vec() } else { Vec::new() };
         let number = (CANDIDATES_PER_AXIS * fit.axes()).clamp(CANDIDATES[0], CANDIDATES[1]);
         let round_seed = seed.wrapping_mul(ROUNDS as u64).wrapping_add(round as u64);
-        starts.extend(best_apart(problem, number, round_seed)?);
+        starts.extend(best_apart(problem, evaluator, number, round_seed)?);
         evaluations += number as u64;
         let found: Vec<End> = starts.par_iter().filter_map(|start| descend(&fit, start)).collect();
         evaluations += found.iter().map(|end| end.simulations as u64).sum::<u64>();
@@ -130,7 +133,12 @@ fn descend(fit: &Fit<'_>, start: &[f64]) -> Option<End> {
 }
 
 /// Returns the best of random candidates that lie apart from each other.
-fn best_apart(problem: &ModelProblem, number: usize, seed: u64) -> Result<Vec<Vec<f64>>> {
+fn best_apart(
+    problem: &ModelProblem,
+    evaluator: &mut dyn ModelEvaluator,
+    number: usize,
+    seed: u64,
+) -> Result<Vec<Vec<f64>>> {
     let axes = &problem.space().free;
     if axes.is_empty() {
         return Ok(vec![Vec::new()]);
@@ -139,7 +147,7 @@ fn best_apart(problem: &ModelProblem, number: usize, seed: u64) -> Result<Vec<Ve
     let fractions: Vec<f64> = (0..number * axes.len()).map(|_| numbers.random::<f64>()).collect();
     let values: Vec<f64> = fractions.iter().enumerate().map(|(n, f)| axes[n % axes.len()].at(*f)).collect();
     let mut costs = vec![0.0; number];
-    problem.costs(Candidates::new(&values, axes.len()), &mut costs)?;
+    evaluator.costs(problem, Candidates::new(&values, axes.len()), &mut costs)?;
     let mut order: Vec<usize> = (0..number).filter(|n| costs[*n].is_finite()).collect();
     order.sort_by(|a, b| costs[*a].total_cmp(&costs[*b]));
     let of = |n: usize| &fractions[n * axes.len()..(n + 1) * axes.len()];

@@ -232,7 +232,12 @@ fn unmapped(device: &Device, reason: &dyn std::fmt::Display) -> Error {
 
 /// Replaces a buffer of less than `size` bytes by a new one. Returns true if it did. A new buffer is larger than needed by
 /// half, so that slowly growing batches rarely need another. Buffers for writing are created mapped.
-fn grow(buffer: &mut Option<wgpu::Buffer>, device: &Device, size: usize, usage: wgpu::BufferUsages) -> Result<bool> {
+pub(super) fn grow(
+    buffer: &mut Option<wgpu::Buffer>,
+    device: &Device,
+    size: usize,
+    usage: wgpu::BufferUsages,
+) -> Result<bool> {
     if buffer.as_ref().is_some_and(|buffer| buffer.size() >= size as u64) {
         return Ok(false);
     }

@@ -42,7 +42,7 @@ struct Entry<const C: usize> {
 
 /// The memory of one operation.
 #[derive(Debug)]
-pub(super) struct Memory<const C: usize> {
+pub(crate) struct Memory<const C: usize> {
     /// Ring buffer of the last samples.
     past: Vec<Entry<C>>,
     /// Integrals up to each sample of the ring, for delays.

@@ -11,5 +11,7 @@ mod register;
 mod run;
 
 pub(crate) use memory::Clock;
+#[cfg(feature = "gpu")]
+pub(crate) use memory::Memory;
 pub(crate) use register::Register;
 pub(crate) use run::{Job, Loss, Rows, Work};

@@ -1,5 +1,6 @@
 //! Evaluation of users' models: candidates on recordings, and trajectories with their derivatives.
 
+mod evaluator;
 mod method;
 mod problem;
 mod recording;
@@ -8,8 +9,13 @@ mod space;
 mod tests;
 mod trajectory;
 mod trial;
+#[cfg(feature = "gpu")]
+mod walk;
 
+pub use evaluator::{ModelEvaluator, ModelSimd};
 pub use method::{ModelMethod, Stiffness};
+#[cfg(feature = "gpu")]
+pub(in crate::evaluate) use problem::LANES;
 pub use problem::{ModelProblem, ModelSettings};
 pub use recording::{ModelRecording, signal_requests};
 pub use space::{ModelAxis, ModelSpace};

@@ -14,6 +14,8 @@ use crate::numeric::{count, peak, standard_deviation};
 use crate::text::counted;
 use crate::{Error, Result};
 use rayon::prelude::*;
+#[cfg(feature = "gpu")]
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Settings of a problem.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -28,11 +30,11 @@ pub struct ModelSettings {
 
 /// Lanes of a block of candidates.
 const PARTS: usize = 8;
-pub(super) const LANES: usize = Register::<PARTS>::LANES;
+pub(in crate::evaluate) const LANES: usize = Register::<PARTS>::LANES;
 
 /// Programs of a step: the step itself, the entries of its matrices, and both with derivatives.
 #[derive(Debug, Clone)]
-pub(super) struct Programs {
+pub(in crate::evaluate) struct Programs {
     pub step: Step,
     pub program: Program,
     pub matrices: Option<Program>,
@@ -76,7 +78,7 @@ impl Programs {
 
 /// A recording with what its evaluation needs.
 #[derive(Debug, Clone)]
-pub(super) struct Prepared {
+pub(in crate::evaluate) struct Prepared {
     pub recording: ModelRecording,
     pub rows: Rows,
     /// Rows of the program with derivatives.
@@ -90,9 +92,16 @@ pub(super) struct Prepared {
     pub open: Vec<f64>,
 }
 
+/// The next number of a problem.
+#[cfg(feature = "gpu")]
+static NUMBERS: AtomicU64 = AtomicU64::new(0);
+
 /// A model on one or more recordings.
 #[derive(Debug, Clone)]
 pub struct ModelProblem {
+    /// Number of the problem in this process; copies have the same.
+    #[cfg(feature = "gpu")]
+    pub(super) number: u64,
     pub(super) model: Model,
     pub(super) space: ModelSpace,
     pub(super) settings: ModelSettings,
@@ -127,7 +136,16 @@ impl ModelProblem {
             };
             prepared.push(prepare(model, recording, (&programs[index], index), &settings.criterion));
         }
-        Ok(Self { model: model.clone(), space, settings, method, programs, recordings: prepared })
+        Ok(Self {
+            #[cfg(feature = "gpu")]
+            number: NUMBERS.fetch_add(1, Ordering::Relaxed),
+            model: model.clone(),
+            space,
+            settings,
+            method,
+            programs,
+            recordings: prepared,
+        })
     }
 
     /// Returns the model.
@@ -188,6 +206,16 @@ impl ModelProblem {
     /// # Errors
     /// Returns `Usage` if the lengths do not match.
     pub fn costs(&self, candidates: Candidates<'_>, costs: &mut [f64]) -> Result<()> {
+        self.check_candidates(&candidates, costs)?;
+        costs.par_chunks_mut(LANES).enumerate().for_each_init(Work::<PARTS>::default, |work, (block, costs)| {
+            let rows: Vec<&[f64]> = (0..costs.len()).map(|lane| candidates.row(block * LANES + lane)).collect();
+            self.block(work, &rows, costs);
+        });
+        Ok(())
+    }
+
+    /// Returns an error unless there is a value for each free parameter and a cost for each candidate.
+    pub(in crate::evaluate) fn check_candidates(&self, candidates: &Candidates<'_>, costs: &[f64]) -> Result<()> {
         if candidates.width() != self.space.free.len() || candidates.count() != costs.len() {
             let message = format!(
                 "{} of {} for {} and a space of {}",
@@ -198,11 +226,35 @@ impl ModelProblem {
             );
             return Err(Error::usage(message, "Give one value per free parameter and one cost per candidate."));
         }
-        costs.par_chunks_mut(LANES).enumerate().for_each_init(Work::<PARTS>::default, |work, (block, costs)| {
-            let rows: Vec<&[f64]> = (0..costs.len()).map(|lane| candidates.row(block * LANES + lane)).collect();
-            self.block(work, &rows, costs);
-        });
         Ok(())
+    }
+
+    /// Returns the number of the problem in this process.
+    #[cfg(feature = "gpu")]
+    pub(in crate::evaluate) fn number(&self) -> u64 {
+        self.number
+    }
+
+    #[cfg(feature = "gpu")]
+    /// Returns the programs of a recording and the recording as prepared.
+    pub(in crate::evaluate) fn prepared(&self, recording: usize) -> (&Programs, &Prepared) {
+        let prepared = &self.recordings[recording];
+        (&self.programs[prepared.programs], prepared)
+    }
+
+    #[cfg(feature = "gpu")]
+    /// Returns the value of an input of a recording at a sample.
+    pub(super) fn input(&self, recording: usize, n: usize, leaf: Leaf) -> f64 {
+        input(&self.model, &self.recordings[recording].recording, n, leaf)
+    }
+
+    #[cfg(feature = "gpu")]
+    /// Returns all parameters of up to [`LANES`] candidates on a recording, those of matrix exponentials included, shape
+    /// `[parameters][candidates]`.
+    pub(in crate::evaluate) fn lanes(&self, candidates: &[&[f64]], recording: usize) -> Vec<[f64; LANES]> {
+        let mut work = Work::<PARTS>::default();
+        self.load(&mut work, self.prepared(recording).0, (candidates, recording));
+        work.parameters.iter().map(|of| std::array::from_fn(|lane| of.lane(lane))).collect()
     }
 
     /// Evaluates up to [`LANES`] candidates.
@@ -307,17 +359,18 @@ fn clock(recording: &ModelRecording) -> Clock {
 
 /// Computes the uniforms of a program on a recording.
 fn uniforms(program: &Program, model: &Model, recording: &ModelRecording) -> Vec<f64> {
-    let samples = recording.len();
-    let step = model.inputs.len();
-    Rows::uniforms(&program.uniforms, samples, &|n, leaf| match leaf {
-        Leaf::Input(number) if usize::from(number) == step => recording.step(n),
-        Leaf::Input(number) => recording.inputs.get(usize::from(number)).map_or(0.0, |input| input[n]),
-        Leaf::NextInput(number) => {
-            recording.inputs.get(usize::from(number)).map_or(0.0, |input| input[(n + 1).min(samples - 1)])
-        }
-        // Uniforms depend on inputs alone.
+    Rows::uniforms(&program.uniforms, recording.len(), &|n, leaf| input(model, recording, n, leaf))
+}
+
+/// Returns the value of an input at a sample, or at the next one.
+fn input(model: &Model, recording: &ModelRecording, n: usize, leaf: Leaf) -> f64 {
+    let value = |number: u16, n: usize| recording.inputs.get(usize::from(number)).map_or(0.0, |input| input[n]);
+    match leaf {
+        Leaf::Input(number) if usize::from(number) == model.inputs.len() => recording.step(n),
+        Leaf::Input(number) => value(number, n),
+        Leaf::NextInput(number) => value(number, (n + 1).min(recording.len() - 1)),
         Leaf::Parameter(_) | Leaf::State(_) | Leaf::Reaction(_) | Leaf::Memory(_) => 0.0,
-    })
+    }
 }
 
 /// Returns the factor of the sum of an output; 0 if its scale is not defined.

@@ -126,6 +126,16 @@ impl ModelSpace {
         Ok(self)
     }
 
+    /// Returns the names of the free parameters, as `R`, or `R[0]` for that of the first recording.
+    #[must_use]
+    pub fn names(&self, model: &Model) -> Vec<String> {
+        let name = |axis: &ModelAxis| {
+            let own = model.parameters().get(axis.parameter).map_or("", |parameter| parameter.name.as_str());
+            axis.recording.map_or_else(|| own.to_owned(), |of| format!("{own}[{of}]"))
+        };
+        self.free.iter().map(name).collect()
+    }
+
     /// Returns the values of all parameters of the model for a recording.
     #[must_use]
     pub fn values(&self, free: &[f64], recording: usize) -> Vec<f64> {

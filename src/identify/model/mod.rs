@@ -1,5 +1,6 @@
 //! Identification with a user's model: search, refinement, residual tests, trust.
 
+mod batch_costs;
 mod combinations;
 mod estimates;
 mod pipeline;
@@ -7,5 +8,6 @@ mod result;
 mod tests_of_residuals;
 mod trust;
 
+pub use batch_costs::ModelCosts;
 pub use pipeline::{ModelProgress, ModelSpec, hold_out_model, identify_model};
-pub use result::{ModelEstimate, ModelFit, ModelIdentification, ModelSearch, ModelVerification};
+pub use result::{ModelDeviceUsed, ModelEstimate, ModelFit, ModelIdentification, ModelSearch, ModelVerification};

@@ -2,11 +2,12 @@
 
 use super::combinations::described;
 use super::estimates::estimates;
-use super::result::{ModelIdentification, ModelSearch, ModelVerification};
+use super::result::{ModelDeviceUsed, ModelIdentification, ModelSearch, ModelVerification};
 use super::tests_of_residuals::{fitted, over_all};
 use super::trust::trust;
 use crate::candidates::Candidates;
 use crate::criterion::Criterion;
+use crate::device::{DeviceSpec, ModelDevice, PrecisionSpec};
 use crate::estimate::model::{ARRIVALS, ModelOptima, ModelRefined, ModelWeights, model_optima, refine_model};
 use crate::evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
 use crate::identify::method::Method;
@@ -45,6 +46,10 @@ pub struct ModelSpec {
     pub is_first_order_hold: bool,
     /// Integration method and number of substeps; `None` chooses them.
     pub integration: Option<(IntegrationMethod, usize)>,
+    /// Device that evaluates populations; `auto` is the CPU.
+    pub device: DeviceSpec,
+    /// Precision of the evaluation of populations.
+    pub precision: PrecisionSpec,
 }
 
 impl Default for ModelSpec {
@@ -62,6 +67,8 @@ impl Default for ModelSpec {
             estimates_initial: true,
             is_first_order_hold: false,
             integration: None,
+            device: DeviceSpec::Auto,
+            precision: PrecisionSpec::Auto,
         }
     }
 }
@@ -105,7 +112,7 @@ pub struct ModelProgress {
 /// Identifies the parameters of a model from recordings. `observe` may end the search; the result is then the best so far.
 ///
 /// # Errors
-/// Returns the errors of [`ModelSpec::space`] and [`ModelProblem::new`], `Usage` for Steiglitz–McBride, and `NotIdentified` if the model
+/// Returns the errors of [`ModelSpec::space`], [`ModelProblem::new`] and [`ModelDevice::open`], `Usage` for Steiglitz–McBride, and `NotIdentified` if the model
 /// diverges from every start.
 pub fn identify_model(
     model: &Model,
@@ -116,7 +123,8 @@ pub fn identify_model(
     let begin = Instant::now();
     let space = spec.space(model, recordings.len())?;
     let problem = ModelProblem::new(model, space, recordings.to_vec(), spec.settings())?;
-    let found = search(&problem, spec, observe)?;
+    let mut device = ModelDevice::open(&spec.device, spec.precision, &problem)?;
+    let found = search((&problem, &mut device), spec, observe)?;
     // With the steps of the search: others have another lowest sum of squares.
     let verification = verified(&problem, spec, &found);
     let (problem, refined) = match spec.is_polished {
@@ -128,7 +136,12 @@ pub fn identify_model(
         }
         false => (problem, None),
     };
-    Ok(result(&problem, spec, (found, verification), refined, begin))
+    let mut result = result(&problem, spec, (found, verification), refined);
+    let (name, precision) = (device.evaluator.name(), device.evaluator.precision());
+    result.device = ModelDeviceUsed { kind: device.kind, name, precision };
+    result.warnings.extend(device.warnings);
+    result.seconds = begin.elapsed().as_secs_f64();
+    Ok(result)
 }
 
 /// Largest number of candidates between two looks at an interruption.
@@ -178,7 +191,7 @@ struct Found {
 }
 
 fn search(
-    problem: &ModelProblem,
+    (problem, device): (&ModelProblem, &mut ModelDevice),
     spec: &ModelSpec,
     observe: &mut dyn FnMut(ModelProgress) -> ControlFlow<()>,
 ) -> Result<Found> {
@@ -203,7 +216,7 @@ fn search(
                 let mut at = 0;
                 for population in populations {
                     let end = at + population.count();
-                    problem.costs(*population, &mut costs[at..end])?;
+                    device.evaluator.costs(problem, *population, &mut costs[at..end])?;
                     at = end;
                 }
                 Ok(())
@@ -219,10 +232,13 @@ fn search(
         let Some(best) = run.optimizer.best().map(|best| best.values.to_vec()) else {
             return Err(Error::not_identified("no candidate of the search was evaluated", "Give more generations."));
         };
-        let optima = spec.is_polished.then(|| {
-            model_optima(problem, settings, std::slice::from_ref(&best), &mut |_, _| ControlFlow::Continue(()))
-        });
-        let optima = optima.transpose()?;
+        let optima = match spec.is_polished {
+            true => {
+                let (evaluator, from) = (device.evaluator.as_mut(), std::slice::from_ref(&best));
+                Some(model_optima(problem, evaluator, settings, from, &mut |_, _| ControlFlow::Continue(()))?)
+            }
+            false => None,
+        };
         let initial = (0..problem.recordings()).map(|n| problem.open_initial(n).to_vec()).collect();
         return Ok(Found {
             method,
@@ -236,7 +252,8 @@ fn search(
             history: run.history,
         });
     }
-    let optima = model_optima(problem, settings, &[], &mut |done, of| observe(ModelProgress { done, of }))?;
+    let mut look = |done, of| observe(ModelProgress { done, of });
+    let optima = model_optima(problem, device.evaluator.as_mut(), settings, &[], &mut look)?;
     Ok(Found {
         method: "multistart",
         values: optima.values.clone(),
@@ -293,7 +310,6 @@ fn result(
     spec: &ModelSpec,
     (found, verification): (Found, ModelVerification),
     refined: Option<ModelRefined>,
-    begin: Instant,
 ) -> ModelIdentification {
     let values = refined.as_ref().map_or_else(|| found.values.clone(), |refined| refined.values.clone());
     let initial = refined.as_ref().map_or_else(|| found.start.1.clone(), |refined| refined.initial.clone());
@@ -334,7 +350,8 @@ fn result(
         stop: found.stop,
         evaluations: found.evaluations + refined.as_ref().map_or(0, |refined| refined.evaluations as u64),
         history: found.history,
-        seconds: begin.elapsed().as_secs_f64(),
+        seconds: 0.0,
+        device: ModelDeviceUsed::default(),
     };
     result.trust = trust(problem, &result, spec.is_polished);
     result

@@ -46,6 +46,17 @@ pub struct ModelFit {
     pub initial: Vec<f64>,
 }
 
+/// The device that evaluated populations.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
+pub struct ModelDeviceUsed {
+    /// Kind: `cpu` or `gpu`.
+    pub kind: &'static str,
+    /// Name.
+    pub name: String,
+    /// Precision, `f32` or `f64`.
+    pub precision: &'static str,
+}
+
 /// The first optimum, before the refinement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelSearch {
@@ -105,6 +116,8 @@ pub struct ModelIdentification {
     pub held_out_percent: Vec<Option<f64>>,
     /// Comparison with other starts.
     pub verification: ModelVerification,
+    /// Device that evaluated populations.
+    pub device: ModelDeviceUsed,
     /// Warnings and remarks.
     pub warnings: Vec<Warning>,
     /// Reason for which the search ended.

@@ -1,11 +1,10 @@
 //! JSON documents of results with a user's model.
 
-use crate::evaluate::Level;
-use crate::evaluate::cpu_name;
-use crate::identify::model::{ModelEstimate, ModelFit, ModelIdentification, ModelSpec};
+use crate::evaluate::model::{ModelAxis, ModelSpace};
+use crate::identify::model::{ModelCosts, ModelEstimate, ModelFit, ModelIdentification, ModelSpec};
 use crate::model::{InitialState, Model};
 use crate::record::{Record, Severity};
-use crate::report::document::warnings;
+use crate::report::document::{EvaluateDocument, warnings};
 use crate::report::spelling::command_line;
 use serde_json::{Map, Value, json};
 
@@ -15,15 +14,49 @@ fn by_output<T: serde::Serialize>(model: &Model, values: &[T]) -> Value {
     Value::Object(entries.collect())
 }
 
+/// Returns the bounds of the free parameters by their names.
+fn bounds(model: &Model, space: &ModelSpace) -> Value {
+    let entry =
+        |axis: &ModelAxis| Some((model.parameters().get(axis.parameter)?.name.clone(), json!([axis.min, axis.max])));
+    Value::Object(space.free.iter().filter_map(entry).collect())
+}
+
+/// Returns the JSON document of evaluated candidates of a model with the best of them, each a cost and the values of the free parameters.
+#[must_use]
+pub fn model_costs_document(
+    document: &EvaluateDocument,
+    records: &[Record],
+    costs: &ModelCosts,
+    best: &[(f64, &[f64])],
+) -> Value {
+    let problem = costs.problem();
+    let model = problem.model();
+    let names = costs.names();
+    let entry = |(cost, values): &(f64, &[f64])| {
+        let parameters: Map<String, Value> =
+            names.iter().cloned().zip(values.iter().map(|value| json!(value))).collect();
+        json!({"cost": cost, "parameters": parameters})
+    };
+    json!({
+        "motorfit": env!("CARGO_PKG_VERSION"),
+        "model": {"name": model.name(), "sha256": model.digest()},
+        "records": records,
+        "criterion": problem.criterion().norm.name(),
+        "scale": problem.criterion().scale.name(),
+        "bounds": bounds(model, problem.space()),
+        "device": costs.device(),
+        "candidates": document.candidates,
+        "stop": document.stop(),
+        "seconds": document.seconds,
+        "best": best.iter().map(entry).collect::<Vec<_>>(),
+        "warnings": warnings(costs.warnings(), Severity::Report),
+    })
+}
+
 /// Returns the JSON document of an identification with a model.
 #[must_use]
 pub fn model_document(records: &[Record], model: &Model, spec: &ModelSpec, found: &ModelIdentification) -> Value {
-    let bounds: Map<String, Value> = found
-        .space
-        .free
-        .iter()
-        .filter_map(|axis| Some((model.parameters().get(axis.parameter)?.name.clone(), json!([axis.min, axis.max]))))
-        .collect();
+    let bounds = bounds(model, &found.space);
     let searched: Map<String, Value> = named(model, found, &found.searched.values).into_iter().collect();
     let uncertainty = found.uncertainty.as_ref();
     let fit = |fit: &ModelFit| {
@@ -54,7 +87,7 @@ pub fn model_document(records: &[Record], model: &Model, spec: &ModelSpec, found
             "text": found.method.described(),
         },
         "bounds": bounds,
-        "device": {"kind": "cpu", "name": format!("{}, {}", cpu_name(), Level::best().name()), "precision": "f64"},
+        "device": found.device,
         "parameters": parameters(&found.estimates),
         "cost": found.cost,
         "searched": {"method": found.searched.method, "parameters": searched, "cost": found.searched.cost},

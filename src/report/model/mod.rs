@@ -6,6 +6,6 @@ mod mathml;
 #[cfg(feature = "report")]
 mod page;
 
-pub use document::{model_check_document, model_document};
+pub use document::{model_check_document, model_costs_document, model_document};
 #[cfg(feature = "report")]
 pub use page::{model_check_page, model_page};

@@ -3,18 +3,24 @@
 use crate::arguments::{COUNTS, FEW, NUMBERS, texts};
 use crate::calls::{Calls, ask, drive};
 use motorfit::candidates::Candidates;
+use motorfit::device::{DeviceSpec, ModelDevice, PrecisionSpec};
 use motorfit::estimate::model::{ModelWeights, model_optima, refine_model};
-use motorfit::evaluate::model::{ModelAxis, ModelProblem, ModelRecording, ModelSettings, ModelSpace, signal_requests};
+use motorfit::evaluate::model::{
+    ModelAxis, ModelEvaluator, ModelProblem, ModelRecording, ModelSettings, ModelSimd, ModelSpace, signal_requests,
+};
 use motorfit::experiment::white_noise;
-use motorfit::identify::model::{ModelSpec, hold_out_model, identify_model};
+use motorfit::identify::model::{ModelCosts, ModelSpec, hold_out_model, identify_model};
 use motorfit::identify::{IdentifySpec, identify};
-use motorfit::model::{BuiltIn, Function, IntegrationMethod, Model};
+use motorfit::model::{BuiltIn, Function, IntegrationMethod, Model, ShaderPrecision};
 use motorfit::named::Named;
 use motorfit::record::{
     Mask, Offset, Preparation, ReadOptions, Reading, Record, Samples, diagnose, parse_signal_columns, read_bytes,
     read_signal_inputs, step_lengths, write_csv,
 };
-use motorfit::report::{Reproduced, model_check_document, model_check_page, model_document, model_page};
+use motorfit::report::{
+    EvaluateDocument, Reproduced, model_check_document, model_check_page, model_costs_document, model_document,
+    model_page,
+};
 use motorfit::setting::Setting;
 use motorfit::settings::{Given, Value, model_reading, model_spec};
 use motorfit::units::{Dimension, parse_unit};
@@ -50,6 +56,7 @@ pub fn languages(calls: &mut Calls) {
         ask!(calls, word;
             "model::BuiltIn::named" => <BuiltIn as Named>::named("model", &word),
             "model::Function::named" => <Function as Named>::named("function", &word),
+            "model::ShaderPrecision::named" => <ShaderPrecision as Named>::named("precision", &word),
             "model::IntegrationMethod::named" => <IntegrationMethod as Named>::named("method", &word),
         );
         drive!(calls, word; "units::parse_unit" => parse_unit(&word).map(|unit| unit.to(&unit)));
@@ -81,6 +88,9 @@ pub fn languages(calls: &mut Calls) {
             "model::Model::is_affine" => model.is_affine(),
             "model::Model::reactions" => model.reactions(),
             "model::Model::operations" => model.operations(),
+            "model::Model::wgsl" => ShaderPrecision::ALL.map(|precision| model.wgsl(precision).is_ok()),
+            "model::ShaderPrecision::bytes" => ShaderPrecision::ALL.map(ShaderPrecision::bytes),
+            "model::ShaderPrecision::name" => ShaderPrecision::ALL.map(|precision| precision.name().len()),
             "evaluate::model::signal_requests" => signal_requests(&model).len(),
             "report::model_check_document" => model_check_document(&model),
             "report::model_check_page" => model_check_page(&model, &[of.source().to_owned()]),
@@ -307,13 +317,85 @@ fn one(calls: &mut Calls, problem: &ModelProblem) {
         calls.may_panic("evaluate::model::ModelProblem::simulate", || problem.simulate(&[], 0, &[]).outputs.len());
     }
     let middle: Vec<f64> = problem.space().free.iter().map(|axis| axis.at(0.5)).collect();
+    populations(calls, problem, &middle);
     ask!(calls, middle;
         "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![0.0; 2]], (true, ModelWeights::default())),
         "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![f64::NAN; 2]], (false, ModelWeights::Signals)),
         "estimate::model::refine_model" => refine_model(problem, &[], &[], (true, ModelWeights::Signals)),
-        "estimate::model::model_optima" => model_optima(problem, (true, u64::MAX), std::slice::from_ref(&middle), &mut |_, _| ControlFlow::Continue(())),
-        "estimate::model::model_optima" => model_optima(problem, (false, 0), &[vec![]], &mut |_, _| ControlFlow::Break(())),
+        "estimate::model::model_optima" => model_optima(problem, &mut ModelSimd, (true, u64::MAX), std::slice::from_ref(&middle), &mut |_, _| ControlFlow::Continue(())),
+        "estimate::model::model_optima" => model_optima(problem, &mut ModelSimd, (false, 0), &[vec![]], &mut |_, _| ControlFlow::Break(())),
     );
+}
+
+/// Calls of what evaluates populations.
+fn populations(calls: &mut Calls, problem: &ModelProblem, middle: &[f64]) {
+    let mut costs = [0.0; 2];
+    ask!(calls, middle;
+        "evaluate::model::ModelEvaluator::costs" => ModelSimd.costs(problem, Candidates::new(middle, 1), &mut costs),
+        "device::ModelDevice::open" => ModelDevice::open(&DeviceSpec::Auto, PrecisionSpec::F32, problem).map(|of| of.kind),
+        "device::ModelDevice::open" => {
+            ModelDevice::open(&DeviceSpec::GpuIndex(usize::MAX), PrecisionSpec::Auto, problem).map(|of| of.kind)
+        },
+    );
+    drive!(calls, middle;
+        "evaluate::model::ModelEvaluator::name" => ModelSimd.name(),
+        "evaluate::model::ModelEvaluator::precision" => ModelSimd.precision(),
+        "device::ModelDevice::cpu" => ModelDevice::cpu().kind,
+    );
+    #[cfg(feature = "gpu")]
+    gpus(calls, problem, middle);
+    let recordings = (0..problem.recordings()).map(|n| problem.recording(n).clone()).collect();
+    let costs = calls.ask("identify::model::ModelCosts::new", middle, || {
+        ModelCosts::new(problem.model(), recordings, &ModelSpec::default())
+    });
+    if let Some(mut of) = costs {
+        let document = EvaluateDocument { candidates: 0, interrupted: true, seconds: f64::NAN };
+        drive!(calls, middle;
+            "identify::model::ModelCosts::problem" => of.problem().work(),
+            "identify::model::ModelCosts::names" => of.names().len(),
+            "identify::model::ModelCosts::device" => of.device().name,
+            "identify::model::ModelCosts::warnings" => of.warnings().len(),
+            "report::model_costs_document" => model_costs_document(&document, &[], &of, &[(f64::NAN, &[]), (1.0, middle)]),
+        );
+        let mut costs = [0.0; 2];
+        ask!(calls, middle;
+            "identify::model::ModelCosts::evaluate" => of.evaluate(middle, &mut costs),
+            "identify::model::ModelCosts::evaluate" => of.evaluate(&[], &mut []),
+            "identify::model::ModelCosts::evaluate" => of.evaluate(&[f64::NAN], &mut costs[..1]),
+        );
+    }
+    let other = BuiltIn::DcMotor.model().unwrap();
+    drive!(calls, middle; "evaluate::model::ModelSpace::names" => problem.space().names(&other).len());
+}
+
+/// Calls of the GPU evaluator; without an adapter its methods cannot be called.
+#[cfg(feature = "gpu")]
+fn gpus(calls: &mut Calls, problem: &ModelProblem, middle: &[f64]) {
+    use motorfit::evaluate::gpu::{ModelGpu, Selector};
+    for selector in [Selector::Index(usize::MAX), Selector::Name("\0".to_owned())] {
+        ask!(calls, selector; "evaluate::gpu::ModelGpu::open" => ModelGpu::open(&selector, None).map(drop));
+    }
+    let gpu = calls.ask("evaluate::gpu::ModelGpu::open", &"the best", || ModelGpu::open(&Selector::Best, None));
+    let Some(mut gpu) = gpu else {
+        calls.called.extend(["evaluate::gpu::ModelGpu::facts", "evaluate::gpu::ModelGpu::serves"]);
+        return;
+    };
+    drive!(calls, (); "evaluate::gpu::ModelGpu::facts" => gpu.facts());
+    let mut costs = [0.0; 3];
+    ask!(calls, middle;
+        "evaluate::gpu::ModelGpu::serves" => gpu.serves(problem),
+        "evaluate::model::ModelEvaluator::costs" => gpu.costs(problem, Candidates::new(middle, 1), &mut costs),
+    );
+    for number in FEW {
+        let values = vec![number; middle.len()];
+        let mut costs = [0.0];
+        ask!(calls, number;
+            "evaluate::model::ModelEvaluator::costs" => {
+                gpu.costs(problem, Candidates::new(&values, middle.len().max(1)), &mut costs)
+            },
+        );
+        assert!(!costs[0].is_nan());
+    }
 }
 
 pub fn identifications(calls: &mut Calls) {

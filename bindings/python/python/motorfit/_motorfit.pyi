@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal, Protocol, final
+from typing import Any, Literal, Protocol, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -264,6 +264,136 @@ class Identification:
     def __deepcopy__(self, _memo: object, /) -> Identification: ...
 
 @final
+class Model:
+    """Differential equations of a machine, from a text in TOML, a file, the name of a built-in model, or nested mappings."""
+
+    def __new__(cls, source: str | PathLike[str] | Mapping[str, Any]) -> Model: ...
+    @staticmethod
+    def built_in() -> list[str]: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def text(self) -> str: ...
+    @property
+    def parameters(self) -> list[str]: ...
+    @property
+    def bounds(self) -> dict[str, tuple[float, float]]: ...
+    @property
+    def units(self) -> dict[str, str]: ...
+    @property
+    def inputs(self) -> list[str]: ...
+    @property
+    def states(self) -> list[str]: ...
+    @property
+    def outputs(self) -> list[str]: ...
+    def read(
+        self,
+        source: _File | _Columns,
+        *,
+        # Settings: reading.
+        columns: _Named | None = None,
+        rate: float | None = None,
+        sheet: str | None = None,
+        bad_rows: _BadRows = "error",
+        gaps: _Gaps = "error",
+        drop_repeats: bool = False,
+        crop: str | None = None,
+        offset: str | None = None,
+        mask: _Items | None = None,
+        decimate: int | None = None,
+        filter: str | None = None,
+        discretization: _Discretization | None = None,
+    ) -> list[Record]:
+        """Reads recordings with the signals of the model."""
+    def simulate(
+        self,
+        parameters: Mapping[str, float],
+        inputs: Mapping[str, ArrayLike],
+        *,
+        time: ArrayLike,
+        initial: Mapping[str, float] | None = None,
+    ) -> dict[str, _Floats]:
+        """Returns the outputs, arrays of shape (n,), with inputs that are constant between the samples."""
+    def wgsl(self, precision: Literal["f32", "f64"] = "f64") -> str:
+        """Returns the WGSL compute shader of the model."""
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+
+@final
+class ModelIdentification:
+    """Result of an identification with a model, in the units of its parameters. It can be pickled."""
+
+    @property
+    def parameters(self) -> dict[str, float]: ...
+    @property
+    def std_errors(self) -> dict[str, float]: ...
+    @property
+    def ci95(self) -> dict[str, tuple[float, float]]: ...
+    @property
+    def units(self) -> dict[str, str]: ...
+    @property
+    def free(self) -> list[str]: ...
+    @property
+    def correlation(self) -> _Floats | None: ...
+    @property
+    def unidentifiable(self) -> list[str]: ...
+    @property
+    def cost(self) -> float: ...
+    @property
+    def fit_percent(self) -> dict[str, float]: ...
+    @property
+    def trust(self) -> Literal["good", "check", "poor"]: ...
+    @property
+    def trust_reasons(self) -> list[MotorfitWarning]: ...
+    @property
+    def next_step(self) -> str | None: ...
+    @property
+    def warnings(self) -> list[MotorfitWarning]: ...
+    @property
+    def model(self) -> Model: ...
+    @property
+    def records(self) -> list[Record]: ...
+    @property
+    def version(self) -> str: ...
+    @property
+    def method(self) -> str: ...
+    @property
+    def seed(self) -> int: ...
+    @property
+    def criterion(self) -> str: ...
+    @property
+    def integration(self) -> dict[str, Any]: ...
+    @property
+    def bounds(self) -> dict[str, list[float]]: ...
+    @property
+    def device(self) -> dict[str, str]: ...
+    @property
+    def searched(self) -> dict[str, Any]: ...
+    @property
+    def residual_sigma(self) -> dict[str, float | None]: ...
+    @property
+    def initial_state(self) -> list[dict[str, float]]: ...
+    @property
+    def residual_tests(self) -> list[dict[str, Any]]: ...
+    @property
+    def verification(self) -> dict[str, Any]: ...
+    @property
+    def validation(self) -> dict[str, Any] | None: ...
+    @property
+    def stop(self) -> str: ...
+    @property
+    def evaluations(self) -> int: ...
+    @property
+    def seconds(self) -> float: ...
+    def modelled(self) -> list[dict[str, _Floats]]: ...
+    def to_dict(self) -> dict[str, Any]: ...
+    def to_json(self) -> str: ...
+    def to_columns(self) -> dict[str, Any]: ...
+    def to_frame(self, library: _Library | None = None) -> Any: ...
+    def __copy__(self) -> ModelIdentification: ...
+    def __deepcopy__(self, _memo: object, /) -> ModelIdentification: ...
+
+@final
 class Evaluator:
     """Evaluates the cost of candidates on a recording, or on several recordings jointly."""
 
@@ -271,6 +401,7 @@ class Evaluator:
         cls,
         records: _Records,
         *,
+        model: Model | None = None,
         population: int = 100_000,
         # Settings: problem.
         bounds: _Bounds = "auto",
@@ -488,9 +619,11 @@ def read(
     filter: str | None = None,
     discretization: _Discretization | None = None,
 ) -> list[Record]: ...
+@overload
 def identify(
     records: _Records,
     *,
+    model: None = None,
     validate: _Records | None = None,
     progress: Callable[[Progress], object] | None = None,
     # Settings: search.
@@ -515,6 +648,35 @@ def identify(
     precision: _Precision = "auto",
     threads: int | None = None,
 ) -> Identification: ...
+@overload
+def identify(
+    records: _Records,
+    *,
+    model: Model,
+    validate: _Records | None = None,
+    progress: Callable[[Progress], object] | None = None,
+    # Settings: search.
+    method: _Method = "auto",
+    polish: _Polish = "lm",
+    population: int = 100,
+    generations: int = 100,
+    seed: int = 1,
+    set: _Settings | None = None,
+    # Settings: problem.
+    bounds: _Bounds = "auto",
+    fix: _Numbers | None = None,
+    criterion: _Criterion = "nrmse",
+    scale: _Scale = "std",
+    noise: _Numbers | None = None,
+    time_origin: float | None = None,
+    with_: _Items | None = None,
+    per_recording: _Items | None = None,
+    discretization: _Discretization | None = None,
+    initial: _Initial = "auto",
+    device: str = "auto",
+    precision: _Precision = "auto",
+    threads: int | None = None,
+) -> ModelIdentification: ...
 def compare(
     records: _Records | None = None,
     *,

@@ -1,0 +1,351 @@
+//! `Model`: the equations of a machine.
+
+use crate::arrays::{array, signal};
+use crate::errors::Raise as _;
+use crate::pool::on_all;
+use crate::reading::Source;
+use crate::record::Record;
+use crate::spec::{Keywords, keywords};
+use motorfit::Error;
+use motorfit::evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
+use motorfit::model::{BuiltIn, ShaderPrecision};
+use motorfit::named::Named as _;
+use motorfit::record::{Reading, step_lengths};
+use motorfit::setting::Setting;
+use motorfit::settings::{self, READING};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+use std::path::PathBuf;
+
+/// Differential equations of a machine, from a text in TOML (see the documentation of own models), immutable.
+///
+/// Parameters
+/// ----------
+/// source : str, PathLike or mapping
+///     Text of a model (with line breaks), path of a file, name of a built-in model such as "pmsm", or nested mappings with the
+///     sections of the text.
+///
+/// Raises
+/// ------
+/// DataError
+///     If the model is wrong, with line and column.
+///
+/// Examples
+/// --------
+/// >>> machine = motorfit.Model("pmsm")
+/// >>> machine.parameters
+/// ['R', 'Ld', 'Lq', 'psi', 'B', 'J']
+///
+/// Notes
+/// -----
+/// Models can be pickled.
+#[pyclass(frozen, module = "motorfit")]
+#[derive(Clone)]
+pub struct Model(pub motorfit::model::Model);
+
+#[pymethods]
+impl Model {
+    #[new]
+    fn new(source: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let py = source.py();
+        if let Ok(text) = source.cast::<PyString>()
+            && text.to_str()?.contains('\n')
+        {
+            return motorfit::model::Model::parse(text.to_str()?).map(Self).raise(py);
+        }
+        if source.is_instance_of::<PyString>() || source.hasattr("__fspath__")? {
+            let path: PathBuf = source.extract()?;
+            return motorfit::model::Model::open(&path).map(Self).raise(py);
+        }
+        if source.hasattr("items")? {
+            let text: String = py.import("motorfit._model")?.call_method1("to_toml", (source,))?.extract()?;
+            return motorfit::model::Model::parse(&text).map(Self).raise(py);
+        }
+        Err(PyTypeError::new_err("give the text, the path or the name of a model, or a mapping"))
+    }
+
+    /// Names of the built-in models.
+    #[staticmethod]
+    fn built_in() -> Vec<&'static str> {
+        BuiltIn::ALL.iter().map(|of| of.name()).collect()
+    }
+
+    /// Name of the model.
+    #[getter]
+    fn name(&self) -> &str {
+        self.0.name()
+    }
+
+    /// Text of the model, in TOML.
+    #[getter]
+    fn text(&self) -> &str {
+        self.0.text()
+    }
+
+    /// Names of the parameters, in the order of their definition.
+    #[getter]
+    fn parameters(&self) -> Vec<String> {
+        self.0.parameters().iter().map(|of| of.name.clone()).collect()
+    }
+
+    /// Bounds (min, max) of each parameter, in its unit.
+    #[getter]
+    fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let bounds = PyDict::new(py);
+        for of in self.0.parameters() {
+            bounds.set_item(&of.name, (of.min, of.max))?;
+        }
+        Ok(bounds)
+    }
+
+    /// Unit of each input, state, output and parameter, as written in the model.
+    #[getter]
+    fn units<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let units = PyDict::new(py);
+        let inputs = self.0.inputs().iter().map(|of| (&of.name, &of.unit));
+        let states = self.0.states().iter().map(|of| (&of.name, &of.unit));
+        let outputs = self.0.outputs().iter().map(|of| (&of.name, &of.unit));
+        let parameters = self.0.parameters().iter().map(|of| (&of.name, &of.unit));
+        for (name, unit) in inputs.chain(states).chain(outputs).chain(parameters) {
+            units.set_item(name, &unit.text)?;
+        }
+        Ok(units)
+    }
+
+    /// Names of the inputs.
+    #[getter]
+    fn inputs(&self) -> Vec<String> {
+        self.0.inputs().iter().map(|of| of.name.clone()).collect()
+    }
+
+    /// Names of the states.
+    #[getter]
+    fn states(&self) -> Vec<String> {
+        self.0.states().iter().map(|of| of.name.clone()).collect()
+    }
+
+    /// Names of the outputs.
+    #[getter]
+    fn outputs(&self) -> Vec<String> {
+        self.0.outputs().iter().map(|of| of.name.clone()).collect()
+    }
+
+    #[doc = concat!("read(source, *, ", include_str!("signatures/reading.txt"), ")\n--\n")]
+    /// Reads recordings with the signals of the model.
+    ///
+    /// Parameters
+    /// ----------
+    /// source : str, PathLike, open file, mapping or frame
+    ///     Recording file, or a table of columns.
+    /// columns, rate, sheet, bad_rows, gaps, drop_repeats, crop, offset, mask, decimate, filter, discretization
+    ///     As for `motorfit.read`; columns names signals of the model, as "vq=uq:V,w=speed:rpm".
+    ///
+    /// Returns
+    /// -------
+    /// list of Record
+    ///
+    /// Raises
+    /// ------
+    /// UsageError, DataError
+    ///     If an option is wrong, or the source cannot be read.
+    #[pyo3(signature = (source, **options), text_signature = None)]
+    fn read(
+        &self,
+        py: Python<'_>,
+        source: &Bound<'_, PyAny>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Vec<Record>> {
+        let reading = self.reading(py, options)?;
+        let Some(source) = Source::of(source)? else {
+            return Err(PyTypeError::new_err("give a path, an open file or a table of columns"));
+        };
+        Ok(source.records(py, &reading)?.into_iter().map(Record).collect())
+    }
+
+    /// Simulates the machine.
+    ///
+    /// Parameters
+    /// ----------
+    /// parameters : mapping
+    ///     Value of each parameter in its unit; those that the model gives a value may be left out.
+    /// inputs : mapping
+    ///     Values of each input in its unit, arrays of shape (n,); those with a default may be left out.
+    /// time : array_like, shape (n,)
+    ///     Times of the samples [s]; inputs are constant between them.
+    /// initial : mapping, optional
+    ///     Initial values of states that are measured or free, in their units, by default 0.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     Outputs, arrays of shape (n,).
+    ///
+    /// Raises
+    /// ------
+    /// UsageError, DataError, NotIdentifiedError
+    ///     If a name or a length is wrong, or the machine grows without limit.
+    #[pyo3(signature = (parameters, inputs, *, time, initial=None))]
+    fn simulate<'py>(
+        &self,
+        parameters: &Bound<'py, PyAny>,
+        inputs: &Bound<'py, PyAny>,
+        time: &Bound<'py, PyAny>,
+        initial: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let py = parameters.py();
+        let time_s = signal(time, "time")?;
+        let values = self.values(parameters)?;
+        let recording = self.recording(time_s, inputs)?;
+        let open = self.open(initial)?;
+        let model = self.0.clone();
+        let outputs = on_all(py, move || {
+            let space = ModelSpace { free: Vec::new(), fixed: values.into_iter().map(Some).collect() };
+            let problem = ModelProblem::new(&model, space, vec![recording], ModelSettings::default())?;
+            Ok(problem.simulate(&[], 0, &open).outputs)
+        })?
+        .raise(py)?;
+        if outputs.iter().flatten().any(|value| !value.is_finite()) {
+            let error = Error::not_identified(
+                "the simulated machine grows without limit",
+                "Check the parameters and their units.",
+            );
+            return Err(error).raise(py);
+        }
+        let found = PyDict::new(py);
+        for (output, values) in self.0.outputs().iter().zip(outputs) {
+            found.set_item(&output.name, array(py, values))?;
+        }
+        Ok(found)
+    }
+
+    /// Returns the WGSL compute shader of the model.
+    ///
+    /// Parameters
+    /// ----------
+    /// precision : {"f64", "f32"}, default "f64"
+    ///     Floating-point type of the shader.
+    #[pyo3(signature = (precision="f64"))]
+    fn wgsl(&self, py: Python<'_>, precision: &str) -> PyResult<String> {
+        let precision = ShaderPrecision::named("precision", precision).raise(py)?;
+        self.0.wgsl(precision).raise(py)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Model {}: {}>", self.0.name(), self.parameters().join(", "))
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.0.text() == other.0.text()
+    }
+
+    fn __hash__(&self) -> u64 {
+        use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+        let mut hasher = DefaultHasher::new();
+        self.0.text().hash(&mut hasher);
+        hasher.finish()
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
+        Ok((slf.as_any().get_type().into_any(), (slf.get().0.text().to_owned(),)))
+    }
+}
+
+impl Model {
+    /// Reads the options of a recording file.
+    pub fn reading(&self, py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Reading> {
+        let known: [&[Setting]; 2] = [&READING, &[Setting::Discretization]];
+        let keys = Keywords::new(py, options, &keywords(&known))?;
+        settings::model_reading(&keys.given(&known)?, &self.0).map_err(Error::from).raise(py)
+    }
+
+    /// Returns the recordings of an argument with the signals of the model.
+    pub fn recordings(
+        &self,
+        given: &Bound<'_, PyAny>,
+    ) -> PyResult<(Vec<motorfit::record::Record>, Vec<ModelRecording>)> {
+        let py = given.py();
+        let records = crate::reading::several_with(given, &self.reading(py, None)?)?;
+        let of = |record| ModelRecording::new(&self.0, record);
+        let recordings = records.iter().map(of).collect::<motorfit::Result<Vec<_>>>().raise(py)?;
+        Ok((records, recordings))
+    }
+
+    fn values(&self, given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+        let py = given.py();
+        let mut values: Vec<Option<f64>> = self.0.parameters().iter().map(|of| of.value).collect();
+        let names = self.parameters();
+        for (name, value) in numbers(given, "parameters")? {
+            let at = position(py, &names, &name, "parameters")?;
+            values[at] = Some(value);
+        }
+        let missing: Vec<&str> =
+            names.iter().zip(&values).filter(|(_, value)| value.is_none()).map(|(name, _)| name.as_str()).collect();
+        if !missing.is_empty() {
+            let message = format!("parameters lacks {}", missing.join(", "));
+            return Err(Error::usage(message, "Give a value for each of them, in the units of the model.")).raise(py);
+        }
+        Ok(values.into_iter().flatten().collect())
+    }
+
+    fn recording(&self, time_s: Vec<f64>, given: &Bound<'_, PyAny>) -> PyResult<ModelRecording> {
+        let py = given.py();
+        let names = self.inputs();
+        let mut inputs: Vec<Option<Vec<f64>>> =
+            self.0.inputs().iter().map(|of| of.default.map(|value| vec![value; time_s.len()])).collect();
+        for (name, values) in pairs(given, "inputs")? {
+            let at = position(py, &names, &name, "inputs")?;
+            inputs[at] = Some(signal(&values, &name)?);
+        }
+        let wrong = names.iter().zip(&inputs).find(|(_, input)| input.as_ref().map(Vec::len) != Some(time_s.len()));
+        if let Some((name, input)) = wrong {
+            let message = match input {
+                None => format!("inputs lacks {name}"),
+                Some(values) => format!("the input {name} has {} values for {} times", values.len(), time_s.len()),
+            };
+            return Err(Error::usage(message, "Give every input one value for each time.")).raise(py);
+        }
+        let step_s = step_lengths(&time_s).raise(py)?;
+        // Outputs that vary, because a problem needs one; they are not used.
+        let measured = self.0.outputs().iter().map(|_| Some(time_s.clone())).collect();
+        let inputs = inputs.into_iter().flatten().collect();
+        Ok(ModelRecording { inputs, measured, step_s, counting: Vec::new(), effective_sample_ratio: 1.0, time_s })
+    }
+
+    fn open(&self, given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
+        use motorfit::model::InitialState;
+        let is_open = |of: &&motorfit::model::ModelState| !matches!(of.initial, InitialState::Given(_));
+        let names: Vec<String> = self.0.states().iter().filter(is_open).map(|of| of.name.clone()).collect();
+        let mut open = vec![0.0; names.len()];
+        if let Some(given) = given {
+            for (name, value) in numbers(given, "initial")? {
+                let at = position(given.py(), &names, &name, "initial")?;
+                open[at] = value;
+            }
+        }
+        Ok(open)
+    }
+}
+
+/// Returns the items of a mapping of names.
+fn pairs<'py>(given: &Bound<'py, PyAny>, what: &str) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+    if !given.hasattr("items")? {
+        return Err(PyTypeError::new_err(format!("{what}: give a mapping of names to values")));
+    }
+    given.call_method0("items")?.try_iter()?.map(|pair| pair?.extract()).collect()
+}
+
+/// Returns the items of a mapping of names to numbers.
+fn numbers(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<(String, f64)>> {
+    let number = |(name, value): (String, Bound<'_, PyAny>)| match value.extract::<f64>() {
+        Ok(number) => Ok((name, number)),
+        Err(_) => Err(PyTypeError::new_err(format!("{what}: {name} is no number"))),
+    };
+    pairs(given, what)?.into_iter().map(number).collect()
+}
+
+fn position(py: Python<'_>, names: &[String], name: &str, what: &str) -> PyResult<usize> {
+    let at = names.iter().position(|own| own == name);
+    at.ok_or_else(|| Error::usage(format!("{what}: there is no {name}"), format!("There are {}.", names.join(", "))))
+        .raise(py)
+}

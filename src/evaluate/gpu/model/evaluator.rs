@@ -1,0 +1,125 @@
+//! The evaluator of models on one adapter.
+
+use super::super::device::{AdapterFacts, Device, Selector, again, error};
+use super::check::check;
+use super::loaded::Loaded;
+use crate::candidates::Candidates;
+use crate::evaluate::model::{ModelEvaluator, ModelProblem};
+use crate::model::wgsl::ShaderPrecision;
+use crate::setting::text;
+use crate::{ErrorKind, Result};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// Evaluates populations of models on a GPU. Problems with moving averages, with delays on an irregular clock, or with delayed signals that
+/// depend on other delayed signals are evaluated on the CPU.
+pub struct ModelGpu {
+    device: Device,
+    precision: ShaderPrecision,
+    /// The problem that was evaluated last; without units if shaders cannot evaluate it.
+    last: Option<(u64, Option<Loaded>)>,
+}
+
+impl ModelGpu {
+    /// Opens an adapter. A `precision` of `None` uses f64 if the device has it.
+    ///
+    /// # Errors
+    /// Returns a device error if there is no matching adapter, or it lacks the requested f64 or cannot be opened.
+    pub fn open(selector: &Selector, precision: Option<ShaderPrecision>) -> Result<Self> {
+        let device = Device::open(selector, precision == Some(ShaderPrecision::F64))?;
+        let has_f64 = device.facts.f64;
+        if precision == Some(ShaderPrecision::F64) && !has_f64 {
+            let message = format!("{} does not compute in f64", device.facts.name);
+            return Err(error(message, text!("Use " [Precision = "f32"] ", or " [Device = "cpu"] ".")));
+        }
+        let usual = if has_f64 { ShaderPrecision::F64 } else { ShaderPrecision::F32 };
+        Ok(Self { device, precision: precision.unwrap_or(usual), last: None })
+    }
+
+    /// Returns the properties of the adapter.
+    #[must_use]
+    pub fn facts(&self) -> &AdapterFacts {
+        &self.device.facts
+    }
+
+    /// Returns true if shaders can evaluate a problem. Puts it on the device, and compares the shaders with the graph of the model.
+    ///
+    /// # Errors
+    /// Returns a device error if the device fails or computes wrongly.
+    pub fn serves(&mut self, problem: &ModelProblem) -> Result<bool> {
+        self.guard(|gpu| gpu.load(problem))?;
+        Ok(self.last.as_ref().is_some_and(|(_, loaded)| loaded.is_some()))
+    }
+
+    #[cfg(test)]
+    pub(super) fn device(&self) -> &Device {
+        &self.device
+    }
+
+    fn load(&mut self, problem: &ModelProblem) -> Result<()> {
+        if self.last.as_ref().is_some_and(|(number, _)| *number == problem.number()) {
+            return Ok(());
+        }
+        self.last = None;
+        let mut loaded = Loaded::new(&self.device, problem, self.precision)?;
+        if let Some(loaded) = &mut loaded {
+            check(&self.device, loaded, problem, self.precision)?;
+        }
+        self.last = Some((problem.number(), loaded));
+        Ok(())
+    }
+
+    /// Evaluates candidates and adds their sums to the totals.
+    fn evaluate(&mut self, problem: &ModelProblem, candidates: Candidates<'_>, totals: &mut [f64]) -> Result<()> {
+        let Some((_, Some(loaded))) = &mut self.last else { return Ok(()) };
+        let most = loaded.candidates_max(&self.device);
+        for (chunk, totals) in totals.chunks_mut(most).enumerate() {
+            let rows: Vec<&[f64]> = (0..totals.len()).map(|n| candidates.row(chunk * most + n)).collect();
+            for recording in 0..problem.recordings() {
+                let sums = loaded.sums(&self.device, problem, (recording, usize::MAX), &rows)?;
+                let factors = problem.prepared(recording).1.factors.iter().filter(|factor| **factor > 0.0);
+                for (sums, factor) in sums.iter().zip(factors) {
+                    totals.iter_mut().zip(sums).for_each(|(total, sum)| *total += factor * sum);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Runs `work` and turns a panic into an error: wgpu panics if the driver reports a lost device during a wait. After a device error
+    /// nothing on the device is used again.
+    fn guard<T>(&mut self, work: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
+        let done = catch_unwind(AssertUnwindSafe(|| work(self))).unwrap_or_else(|_| {
+            Err(error(format!("{} was lost during a computation", self.device.facts.name), again()))
+        });
+        if done.as_ref().is_err_and(|e| e.kind() == ErrorKind::Device) {
+            self.last = None;
+        }
+        done
+    }
+}
+
+impl ModelEvaluator for ModelGpu {
+    fn costs(&mut self, problem: &ModelProblem, candidates: Candidates<'_>, costs: &mut [f64]) -> Result<()> {
+        problem.check_candidates(&candidates, costs)?;
+        if !self.serves(problem)? {
+            return problem.costs(candidates, costs);
+        }
+        costs.fill(0.0);
+        self.guard(|gpu| gpu.evaluate(problem, candidates, costs))?;
+        let samples = (0..problem.recordings()).map(|n| problem.recording(n).count()).sum();
+        for (row, cost) in costs.iter_mut().enumerate() {
+            // Shaders do not keep NaN.
+            let is_number = candidates.row(row).iter().all(|value| !value.is_nan());
+            *cost = if is_number { problem.criterion().cost(*cost, samples) } else { f64::INFINITY };
+        }
+        Ok(())
+    }
+
+    fn name(&self) -> String {
+        format!("{} ({})", self.device.facts.name, self.device.facts.backend)
+    }
+
+    fn precision(&self) -> &'static str {
+        self.precision.name()
+    }
+}

@@ -1,0 +1,135 @@
+//! A recording of a model on the device: its shader and its rows.
+
+use super::super::device::Device;
+use crate::evaluate::interpreter::Loss;
+use crate::evaluate::model::ModelProblem;
+use crate::model::program::Operation;
+use crate::model::wgsl::{HEAD, Layout, ShaderPrecision, ShaderSettings, shader};
+use crate::{Error, Result};
+
+/// Number of invocations of a workgroup.
+pub(super) const WORKGROUP: u32 = 64;
+
+/// A recording with its shader, before it is on the device.
+pub(super) struct UnitSource {
+    pub layout: Layout,
+    pub shader: String,
+    /// Head and rows, as bytes.
+    pub rows: Vec<u8>,
+    pub samples: usize,
+}
+
+impl UnitSource {
+    /// Makes the shader and the rows of a recording; `None` if a shader cannot evaluate it.
+    pub(super) fn new(problem: &ModelProblem, recording: usize, precision: ShaderPrecision) -> Option<Self> {
+        let (programs, prepared) = problem.prepared(recording);
+        let (program, rows) = (&programs.program, &prepared.rows);
+        let has_delay = program.body.iter().any(|one| one.operation == Operation::Delay);
+        if has_delay && rows.clock.step_s.len() != 1 {
+            return None;
+        }
+        let measured: Vec<bool> = prepared.factors.iter().map(|factor| *factor > 0.0).collect();
+        let layout = Layout::new(program, &measured, prepared.loss != Loss::Squares);
+        let settings = ShaderSettings {
+            precision,
+            is_absolute: prepared.loss == Loss::WeightedMagnitudes,
+            workgroup: WORKGROUP as usize,
+        };
+        let shader = shader(program, &layout, &settings)?;
+        let outputs = program.outputs;
+        let mut numbers = Vec::with_capacity(HEAD + rows.samples * layout.row());
+        numbers.extend([rows.clock.step_s.first().copied().unwrap_or(1.0), rows.clock.first_change_s.min(1e30)]);
+        for n in 0..rows.samples {
+            numbers.extend(&rows.uniforms[n * layout.uniforms..(n + 1) * layout.uniforms]);
+            numbers.extend(layout.measured.iter().map(|output| rows.measured[n * outputs + output]));
+            if layout.is_weighted {
+                numbers.extend(layout.measured.iter().map(|output| rows.weights[n * outputs + output]));
+            }
+        }
+        Some(Self { layout, shader, rows: bytes(&numbers, precision), samples: rows.samples })
+    }
+}
+
+/// Returns numbers in the precision of a shader.
+pub(super) fn bytes(numbers: &[f64], precision: ShaderPrecision) -> Vec<u8> {
+    match precision {
+        ShaderPrecision::F64 => bytemuck::cast_slice(numbers).to_vec(),
+        #[expect(clippy::cast_possible_truncation, reason = "the shader computes in f32")]
+        ShaderPrecision::F32 => numbers.iter().flat_map(|value| (*value as f32).to_ne_bytes()).collect(),
+    }
+}
+
+/// Returns the number at an index.
+pub(super) fn number(bytes: &[u8], at: usize, precision: ShaderPrecision) -> f64 {
+    match precision {
+        ShaderPrecision::F64 => bytemuck::pod_read_unaligned(&bytes[8 * at..8 * at + 8]),
+        ShaderPrecision::F32 => f64::from(bytemuck::pod_read_unaligned::<f32>(&bytes[4 * at..4 * at + 4])),
+    }
+}
+
+/// A recording on the device.
+pub(super) struct Unit {
+    pub recording: usize,
+    pub layout: Layout,
+    pub samples: usize,
+    pub bind_layout: wgpu::BindGroupLayout,
+    pub pipeline: wgpu::ComputePipeline,
+    pub rows: wgpu::Buffer,
+}
+
+impl Unit {
+    /// Compiles the shader and uploads the rows.
+    pub(super) fn new(device: &Device, recording: usize, source: &UnitSource) -> Result<Self> {
+        use wgpu::BufferBindingType::{Storage, Uniform};
+        let (own, limit) = (&device.device, device.facts.binding_bytes_max);
+        if source.rows.len() as u64 > limit {
+            let message = format!(
+                "a recording needs a buffer of {} bytes; {} allows {limit}",
+                source.rows.len(),
+                device.facts.name
+            );
+            return Err(super::super::device::error(message, super::super::device::again()));
+        }
+        let kinds = [Uniform, Storage { read_only: true }, Storage { read_only: true }, Storage { read_only: false }];
+        let entry = |(binding, ty): (u32, wgpu::BufferBindingType)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: binding == 0, min_binding_size: None },
+            count: None,
+        };
+        let entries: Vec<_> = (0..).zip(kinds).map(entry).collect();
+        let bind_layout =
+            own.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries });
+        let module = own.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("model"),
+            source: wgpu::ShaderSource::Wgsl(source.shader.as_str().into()),
+        });
+        let layout = own.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(&bind_layout)],
+            immediate_size: 0,
+        });
+        let pipeline = own.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some("model"),
+            layout: Some(&layout),
+            module: &module,
+            entry_point: Some("evaluate"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
+        let rows = own.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: source.rows.len() as u64,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        device.check()?;
+        device.queue.write_buffer(&rows, 0, &source.rows);
+        Ok(Self { recording, layout: source.layout.clone(), samples: source.samples, bind_layout, pipeline, rows })
+    }
+}
+
+/// Returns the error for a state that cannot occur.
+pub(super) fn lost() -> Error {
+    super::super::device::error("the buffers of the device were lost", "Run again.")
+}

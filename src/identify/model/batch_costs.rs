@@ -1,0 +1,67 @@
+//! Costs of given candidates of a model on the device of a spec.
+
+use super::pipeline::ModelSpec;
+use super::result::ModelDeviceUsed;
+use crate::candidates::Candidates;
+use crate::device::ModelDevice;
+use crate::evaluate::model::{ModelProblem, ModelRecording};
+use crate::model::Model;
+use crate::warning::Warning;
+use crate::{Error, Result};
+
+/// Evaluates tables of candidates of a model one after another.
+pub struct ModelCosts {
+    problem: ModelProblem,
+    device: ModelDevice,
+}
+
+impl ModelCosts {
+    /// Prepares recordings and opens the device of the spec.
+    ///
+    /// # Errors
+    /// Returns the errors of [`ModelSpec::space`], [`ModelProblem::new`] and [`ModelDevice::open`].
+    pub fn new(model: &Model, recordings: Vec<ModelRecording>, spec: &ModelSpec) -> Result<Self> {
+        let space = spec.space(model, recordings.len())?;
+        let problem = ModelProblem::new(model, space, recordings, spec.settings())?;
+        let device = ModelDevice::open(&spec.device, spec.precision, &problem)?;
+        Ok(Self { problem, device })
+    }
+
+    /// Returns the problem, whose space defines the order of a candidate's values.
+    #[must_use]
+    pub fn problem(&self) -> &ModelProblem {
+        &self.problem
+    }
+
+    /// Returns the names of the free parameters, as `R`, or `R[0]` for that of the first recording.
+    #[must_use]
+    pub fn names(&self) -> Vec<String> {
+        self.problem.space().names(self.problem.model())
+    }
+
+    /// Computes the cost of each candidate of the row-major table `values`, shape `[candidates, parameters]`; +∞ for one that diverges.
+    ///
+    /// # Errors
+    /// Returns `Usage` if the lengths do not match and `Device` if the device fails.
+    pub fn evaluate(&mut self, values: &[f64], costs: &mut [f64]) -> Result<()> {
+        let width = self.problem.space().free.len();
+        if width == 0 || !values.len().is_multiple_of(width) {
+            let message = format!("{} values are not complete rows of {width}", values.len());
+            return Err(Error::usage(message, "Give one value per free parameter, and leave one parameter free."));
+        }
+        self.device.evaluator.costs(&self.problem, Candidates::new(values, width), costs)
+    }
+
+    /// Returns the device.
+    #[must_use]
+    pub fn device(&self) -> ModelDeviceUsed {
+        let (name, precision) = (self.device.evaluator.name(), self.device.evaluator.precision());
+        ModelDeviceUsed { kind: self.device.kind, name, precision }
+    }
+
+    /// Returns the warnings of the device.
+    #[must_use]
+    pub fn warnings(&self) -> &[Warning] {
+        &self.device.warnings
+    }
+}
