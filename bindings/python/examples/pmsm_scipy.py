@@ -19,7 +19,7 @@ columns = {"time_s": time, **{f"{name} [V]": values for name, values in voltage.
 columns |= {"id [A]": measured["id"], "iq [A]": measured["iq"], "speed [rad/s]": measured["w"]}
 (record,) = machine.read(columns)
 
-found = motorfit.identify(record, model=machine)
+found = machine.identify(record)
 for name, value in found.parameters.items():
     print(f"{name} = {value:.5g} ± {found.std_errors[name]:.2g} {found.units[name]}, true value {truth[name]:g}")
 

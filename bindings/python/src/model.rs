@@ -1,18 +1,23 @@
 //! `Model`: the equations of a machine.
 
 use crate::arrays::{array, signal};
-use crate::errors::Raise as _;
+use crate::errors::{Raise as _, warn};
+use crate::model_identification::ModelIdentification;
 use crate::pool::on_all;
+use crate::progress::watched;
 use crate::reading::Source;
 use crate::record::Record;
 use crate::spec::{Keywords, keywords};
 use motorfit::Error;
+use motorfit::device::with_threads;
 use motorfit::evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
+use motorfit::identify::model::{ModelProgress, hold_out_model, identify_model};
 use motorfit::model::{BuiltIn, ShaderPrecision};
 use motorfit::named::Named as _;
+use motorfit::optimize::Progress;
 use motorfit::record::{Reading, step_lengths};
 use motorfit::setting::Setting;
-use motorfit::settings::{self, READING};
+use motorfit::settings::{self, DEVICE, PROBLEM, READING, SEARCH};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -131,7 +136,7 @@ impl Model {
         self.0.outputs().iter().map(|of| of.name.clone()).collect()
     }
 
-    #[doc = concat!("read(source, *, ", include_str!("signatures/reading.txt"), ")\n--\n")]
+    #[doc = concat!("read($self, source, *, ", include_str!("signatures/reading.txt"), ")\n--\n")]
     /// Reads recordings with the signals of the model.
     ///
     /// Parameters
@@ -217,6 +222,71 @@ impl Model {
             found.set_item(&output.name, array(py, values))?;
         }
         Ok(found)
+    }
+
+    #[doc = concat!(
+        "identify($self, records, *, validate=None, progress=None, ", include_str!("signatures/search.txt"), ", ",
+        include_str!("signatures/problem.txt"), ")\n--\n"
+    )]
+    /// Identifies the parameters of the machine from a recording, or from several recordings by a joint fit.
+    ///
+    /// Parameters
+    /// ----------
+    /// records : Record or sequence of Record
+    ///     Recordings that `read` returned, or paths and frames, which are read.
+    /// validate : Record or sequence of Record, optional
+    ///     Held-out recordings, simulated with the estimated parameters without another fit.
+    /// progress : callable, optional
+    ///     Called with a `Progress` after each generation, or each round of starts, in the calling thread. The search ends when it
+    ///     returns False.
+    #[doc = include_str!("docs/identify.txt")]
+    #[doc = include_str!("docs/problem.txt")]
+    ///
+    /// Returns
+    /// -------
+    /// ModelIdentification
+    ///     Estimates, standard errors and diagnostics, in the units of the parameters.
+    ///
+    /// Raises
+    /// ------
+    /// UsageError, DataError, NotIdentifiedError, DeviceError
+    ///     If a setting is wrong, a recording cannot be used, the machine grows without limit, or the device is not available.
+    ///
+    /// Warns
+    /// -----
+    /// MotorfitWarning
+    ///     For each entry of `warnings` of the result.
+    #[pyo3(signature = (records, *, validate=None, progress=None, **settings), text_signature = None)]
+    fn identify(
+        &self,
+        records: &Bound<'_, PyAny>,
+        validate: Option<&Bound<'_, PyAny>>,
+        progress: Option<Py<PyAny>>,
+        settings: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<ModelIdentification> {
+        let py = records.py();
+        let keys = Keywords::new(py, settings, &keywords(&[&SEARCH, &PROBLEM, &DEVICE]))?;
+        let given = keys.given(&[&SEARCH, &PROBLEM, &DEVICE])?;
+        let spec = settings::model_spec(&given).map_err(Error::from).raise(py)?;
+        let threads = given.count(Setting::Threads);
+        let (records, recordings) = self.recordings(records)?;
+        let held_out = validate.map(|of| self.recordings(of)).transpose()?.map_or_else(Vec::new, |(_, of)| of);
+        let model = self.0.clone();
+        let (model, spec, found) = watched(py, progress, move |watch| {
+            let mut look = |of: ModelProgress| {
+                let (generation, generations) = (of.done, of.of);
+                watch.generation(&Progress { generation, generations, evaluations: 0, cost: f64::NAN })
+            };
+            let found = with_threads(threads, || {
+                let mut found = identify_model(&model, &recordings, &spec, &mut look)?;
+                hold_out_model(&model, &mut found, &held_out, &spec)?;
+                Ok(found)
+            });
+            (model, spec, found)
+        })?;
+        let found = found.raise(py)?;
+        warn(py, &found.warnings)?;
+        Ok(ModelIdentification::new(records, model, &spec, found))
     }
 
     /// Returns the WGSL compute shader of the model.

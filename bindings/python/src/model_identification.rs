@@ -1,4 +1,4 @@
-//! `ModelIdentification`: the result of `identify` with a model.
+//! `ModelIdentification`: the result of `Model.identify`.
 
 use crate::answers::{Answer, ResultData, given, result};
 use crate::arrays::{array, rows};

@@ -6,6 +6,7 @@ import signal
 import subprocess
 
 import numpy as np
+import pandas
 import pytest
 
 import motorfit
@@ -44,3 +45,38 @@ def program():
         return done
 
     return run
+
+
+def answers(thing):
+    """Returns the values of all properties and of all methods without arguments, and the repr."""
+    found = {"repr": repr(thing)}
+    for name in dir(thing):
+        if name.startswith("__") or name in ("_restore", "save"):
+            continue
+        value = getattr(thing, name)
+        found[name] = value() if callable(value) else value
+    return found
+
+
+def same(a, b):
+    """Asserts that two values are equal: arrays including nan, figures by their SVG."""
+    if isinstance(a, (motorfit.Svg, motorfit.Record)):
+        text = str if isinstance(a, motorfit.Svg) else motorfit.Record.to_csv
+        assert type(a) is type(b) and text(a) == text(b)
+    elif isinstance(a, motorfit.ComparisonBlock):
+        same(answers(a), answers(b))
+    elif isinstance(a, dict):
+        assert list(a) == list(b)
+        for key in a:
+            same(a[key], b[key])
+    elif isinstance(a, (list, tuple)):
+        assert type(a) is type(b) and len(a) == len(b)
+        for one, other in zip(a, b, strict=True):
+            same(one, other)
+    elif isinstance(a, pandas.DataFrame):
+        assert a.equals(b)
+    elif isinstance(a, np.ndarray):
+        assert a.dtype == b.dtype
+        np.testing.assert_array_equal(a, b)
+    else:
+        assert type(a) is type(b) and (a == b or a != a)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import motorfit
-from test_pickle import answers, same
+from conftest import answers, same
 
 TEXT = """
 format = 1
@@ -128,7 +128,7 @@ def test_identification_covers_the_truth():
     model = motorfit.Model(SECTIONS)
     inside = 0
     for seed in range(40):
-        found = motorfit.identify(record(model, seed=seed), model=model, generations=5)
+        found = model.identify(record(model, seed=seed))
         inside += sum(low <= TRUTH[name] <= high for name, (low, high) in found.ci95.items())
     # Of 80 intervals 95 % ± 3.5 √(0.95·0.05/80) cover.
     assert 69 <= inside <= 80
@@ -144,11 +144,9 @@ def test_identification_covers_the_truth():
 def test_held_out_recordings_progress_and_wrong_settings():
     model = motorfit.Model(TEXT)
     seen = []
-    found = motorfit.identify(
-        record(model), model=model, validate=record(model, seed=2), progress=lambda of: seen.append(of.generation)
-    )
+    found = model.identify(record(model), validate=record(model, seed=2), progress=lambda of: seen.append(of.generation))
     assert found.validation["fit_percent"]["i"] > 98 and seen
     with pytest.raises(motorfit.UsageError, match="a model has its own equations"):
-        motorfit.identify(record(model), model=model, with_="coulomb")
+        model.identify(record(model), with_="coulomb")
     with pytest.raises(motorfit.DataError):
-        motorfit.identify(record(motorfit.Model(TEXT.replace("[outputs]\ni", "[outputs]\nj"))), model=motorfit.Model("pmsm"))
+        motorfit.Model("pmsm").identify(record(model))

@@ -345,7 +345,7 @@ fn populations(calls: &mut Calls, problem: &ModelProblem, middle: &[f64]) {
     #[cfg(feature = "gpu")]
     gpus(calls, problem, middle);
     let recordings = (0..problem.recordings()).map(|n| problem.recording(n).clone()).collect();
-    let costs = calls.ask("identify::model::ModelCosts::new", middle, || {
+    let costs = calls.ask("identify::model::ModelCosts::new", &middle, || {
         ModelCosts::new(problem.model(), recordings, &ModelSpec::default())
     });
     if let Some(mut of) = costs {

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal, Protocol, final, overload
+from typing import Any, Literal, Protocol, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -314,6 +314,35 @@ class Model:
         initial: Mapping[str, float] | None = None,
     ) -> dict[str, _Floats]:
         """Returns the outputs, arrays of shape (n,), with inputs that are constant between the samples."""
+    def identify(
+        self,
+        records: _Records,
+        *,
+        validate: _Records | None = None,
+        progress: Callable[[Progress], object] | None = None,
+        # Settings: search.
+        method: _Method = "auto",
+        polish: _Polish = "lm",
+        population: int = 100,
+        generations: int = 100,
+        seed: int = 1,
+        set: _Settings | None = None,
+        # Settings: problem.
+        bounds: _Bounds = "auto",
+        fix: _Numbers | None = None,
+        criterion: _Criterion = "nrmse",
+        scale: _Scale = "std",
+        noise: _Numbers | None = None,
+        time_origin: float | None = None,
+        with_: _Items | None = None,
+        per_recording: _Items | None = None,
+        discretization: _Discretization | None = None,
+        initial: _Initial = "auto",
+        device: str = "auto",
+        precision: _Precision = "auto",
+        threads: int | None = None,
+    ) -> ModelIdentification:
+        """Identifies the parameters of the machine from a recording, or from several recordings by a joint fit."""
     def wgsl(self, precision: Literal["f32", "f64"] = "f64") -> str:
         """Returns the WGSL compute shader of the model."""
     def __eq__(self, other: object, /) -> bool: ...
@@ -619,11 +648,9 @@ def read(
     filter: str | None = None,
     discretization: _Discretization | None = None,
 ) -> list[Record]: ...
-@overload
 def identify(
     records: _Records,
     *,
-    model: None = None,
     validate: _Records | None = None,
     progress: Callable[[Progress], object] | None = None,
     # Settings: search.
@@ -648,35 +675,6 @@ def identify(
     precision: _Precision = "auto",
     threads: int | None = None,
 ) -> Identification: ...
-@overload
-def identify(
-    records: _Records,
-    *,
-    model: Model,
-    validate: _Records | None = None,
-    progress: Callable[[Progress], object] | None = None,
-    # Settings: search.
-    method: _Method = "auto",
-    polish: _Polish = "lm",
-    population: int = 100,
-    generations: int = 100,
-    seed: int = 1,
-    set: _Settings | None = None,
-    # Settings: problem.
-    bounds: _Bounds = "auto",
-    fix: _Numbers | None = None,
-    criterion: _Criterion = "nrmse",
-    scale: _Scale = "std",
-    noise: _Numbers | None = None,
-    time_origin: float | None = None,
-    with_: _Items | None = None,
-    per_recording: _Items | None = None,
-    discretization: _Discretization | None = None,
-    initial: _Initial = "auto",
-    device: str = "auto",
-    precision: _Precision = "auto",
-    threads: int | None = None,
-) -> ModelIdentification: ...
 def compare(
     records: _Records | None = None,
     *,
