@@ -380,6 +380,58 @@ fn a_slice_is_a_map_around_the_optimum() {
 }
 
 #[test]
+fn commands_take_a_model_of_another_machine() {
+    let folder = Folder::new();
+    let model = folder.file("machine.toml", ok(&["model", "show", "pmsm"]));
+    let log = folder.file("log.csv", "");
+    let truth = "R=0.5,Ld=0.001,Lq=0.0015,psi=0.05,B=1e-4,J=2e-4";
+    let input = ["--input", "vq=step:6@0.005,vd=step:1@0.02", "--duration", "0.04", "--period", "0.0001"];
+    let simulate = ["-q", "simulate", "--model", &model, "--parameters", truth, "--noise", "40dB", "--out", &log];
+    ok(&[&simulate[..], &input].concat());
+    let found = json(&["identify", &log, "--model", &model, "--json"]);
+    let value = |name: &str| found["parameters"][name]["value"].as_f64().unwrap();
+    let error = |name: &str| found["parameters"][name]["std_error"].as_f64().unwrap();
+    for (name, truth) in [("R", 0.5), ("Ld", 1e-3), ("Lq", 1.5e-3), ("psi", 0.05), ("J", 2e-4)] {
+        assert!((value(name) - truth).abs() < 5.0 * error(name), "{name}: {} ± {}", value(name), error(name));
+    }
+    assert_eq!(found["device"]["kind"], "cpu");
+    // The cost of the estimates as a candidate is that of the identification, up to its finer steps.
+    let names = ["psi", "R", "Ld", "Lq", "B", "J"];
+    let row = names.map(|name| value(name).to_string()).join(",");
+    let file = folder.file("c.csv", format!("{}\n{row}\n", names.join(",")));
+    let evaluate = ["-q", "evaluate", &log, "--model", &model];
+    let out = ok(&[&evaluate[..], &["--candidates", &file]].concat());
+    let lines: Vec<&str> = out.lines().collect();
+    assert_eq!((lines.len(), lines[0]), (2, "R,Ld,Lq,psi,B,J,cost"));
+    let cost: f64 = lines[1].rsplit(',').next().unwrap().parse().unwrap();
+    assert!((cost / found["cost"].as_f64().unwrap() - 1.0).abs() < 1e-2, "{cost} {}", found["cost"]);
+    // Samples lie within the bounds; those of logarithmic parameters are even in the logarithm.
+    let sample = ["--sample", "lhs:200", "--bounds", "R=0.1:10", "--fix", "B=1e-4"];
+    let document = json(&[&evaluate[..], &sample, &["--json", "--top", "200"]].concat());
+    let best = document["best"].as_array().unwrap();
+    let resistance: Vec<f64> = best.iter().map(|of| of["parameters"]["R"].as_f64().unwrap()).collect();
+    assert_eq!(resistance.iter().filter(|r| **r < 1.0).count(), 100);
+    assert!(resistance.iter().all(|r| (0.1..=10.0).contains(r)) && best[0]["parameters"]["B"].is_null());
+    fails(&[&evaluate[..], &["--slice", "R,Ld"]].concat(), 2, "--slice");
+    fails(&[&evaluate[..], &["--candidates", &file, "--fix", "K=1"]].concat(), 2, "K is not a parameter");
+    let inspected = json(&["inspect", &log, "--model", &model, "--json"]);
+    let inspected = &inspected["records"][0];
+    assert_eq!(
+        (&inspected["signals"]["vq"]["max"], &inspected["signals"]["w"]["unit"]),
+        (&6.0.into(), &"rad/s".into())
+    );
+    let relative = inspected["identifiability"]["relative_std_error"]["R"].as_f64().unwrap();
+    assert!((relative / (error("R") / value("R")) - 1.0).abs() < 1e-6);
+    assert_eq!(inspected["identifiability"]["identifies"], true);
+    let shown = ok(&["inspect", &log, "--model", &model]);
+    assert!(shown.contains("identifies") && shown.contains("Ld ±") && shown.contains("noise σ"), "{shown}");
+    assert!(ok(&["model", "check", &model, "--wgsl"]).contains("alias Scalar = f64;"));
+    assert!(ok(&["model", "check", "two-mass", "--wgsl=f32"]).contains("alias Scalar = f32;"));
+    fails(&["model", "check", &model, "--wgsl=f16"], 2, "f16");
+    fails(&["identify", &log, "--model", &model, "--precision", "f32"], 2, "f32 is available on GPUs only");
+}
+
+#[test]
 #[cfg(feature = "parquet")]
 fn evaluate_reads_parquet_as_it_reads_csv() {
     let golden = |name: &str| format!("{}/tests/golden/candidates{name}", env!("CARGO_MANIFEST_DIR"));

@@ -370,8 +370,8 @@ fn python_has_the_keywords_of_the_tables() {
     }
     assert_eq!(
         text.matches("# Settings: ").count(),
-        6,
-        "identify (2), Evaluator, read, Record.from_file, Record.from_columns"
+        9,
+        "identify (2), Model.identify (2), Model.read, Evaluator, read, Record.from_file, Record.from_columns"
     );
     hold(stubs, &text);
 }

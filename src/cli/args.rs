@@ -347,6 +347,9 @@ pub(crate) struct Band {
 pub(crate) struct InspectArgs {
     #[command(flatten)]
     pub recordings: Recordings,
+    /// Equations of another machine in place of the DC motor: a file (TOML), or a built-in model (see motorfit model list)
+    #[arg(long, value_name = "MODEL", conflicts_with = "out")]
+    pub model: Option<PathBuf>,
     #[command(flatten)]
     pub band: Band,
     /// Print one JSON document

@@ -7,6 +7,9 @@ use motorfit::report::{SignalFacts, command_line, inspect_document, inspect_page
 use motorfit::setting::Text;
 
 pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
+    if let Some(model) = &args.model {
+        return super::model::inspect::run(args, model);
+    }
     let band = band(args.band.settling_band)?;
     let records = inputs::records(&args.recordings.records, &args.recordings.reading.0)?;
     let out = args.out.as_deref().map(Out::take).transpose()?;

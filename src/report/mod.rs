@@ -45,6 +45,7 @@ pub use identify_page::{identify_page, identify_parts};
 pub use inspect::{SignalFacts, inspect_document};
 #[cfg(feature = "report")]
 pub use inspect::{inspect_page, record_figure};
+pub use model::{ModelSignalFacts, model_inspect_document};
 pub use model::{model_check_document, model_costs_document, model_document};
 #[cfg(feature = "report")]
 pub use model::{model_check_page, model_page};

@@ -4,6 +4,7 @@ use super::args::CheckArgs;
 use crate::cli::prelude::*;
 use motorfit::model::{InitialState, Model};
 use motorfit::report::{model_check_document, model_check_page};
+use motorfit::text::Shortest;
 
 pub(super) fn run(args: &CheckArgs, style: &Style) -> Result<Outcome> {
     let model = Model::open(&args.model)?;
@@ -65,7 +66,7 @@ fn text(model: &Model) -> String {
     for (n, of) in model.parameters().iter().enumerate() {
         let scale = if of.is_logarithmic { ", logarithmic" } else { "" };
         let about = if of.description.is_empty() { String::new() } else { format!("  {}", of.description) };
-        let range = format!("{} … {}{scale}", significant(of.min, 6), significant(of.max, 6));
+        let range = format!("{} … {}{scale}", Shortest(of.min), Shortest(of.max));
         line(if n == 0 { "parameters" } else { "" }, format!("{:<6}{range}{}{about}", of.name, unit(&of.unit.text)));
     }
     line("equations", format!("{} operations for the right-hand sides and outputs", model.operations()));

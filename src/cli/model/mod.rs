@@ -4,6 +4,7 @@ pub(super) mod args;
 mod check;
 pub(super) mod evaluate;
 pub(super) mod identify;
+pub(super) mod inspect;
 pub(super) mod simulate;
 
 use super::prelude::*;

@@ -1,11 +1,13 @@
 //! Results with a user's model: documents and pages in the signals and units of the model.
 
 mod document;
+mod inspect;
 #[cfg(feature = "report")]
 mod mathml;
 #[cfg(feature = "report")]
 mod page;
 
 pub use document::{model_check_document, model_costs_document, model_document};
+pub use inspect::{ModelSignalFacts, model_inspect_document};
 #[cfg(feature = "report")]
 pub use page::{model_check_page, model_page};

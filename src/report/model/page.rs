@@ -11,7 +11,7 @@ use crate::report::page::{Card, Page, Part, Trust, capital};
 use crate::report::pages::{Reproduced, reproduce, section, warnings};
 use crate::report::spelling::command_line;
 use crate::report::table::{Table, dash};
-use crate::text::{decimals, in_suitable_unit, significant};
+use crate::text::{Shortest, decimals, in_suitable_unit, significant};
 
 /// Returns the page of an identification with a model.
 #[must_use]
@@ -269,7 +269,7 @@ fn bounds(model: &Model) -> Table {
     let mut table = Table::new("bounds", "Parameters", &["parameter", "unit", "bounds", "scale", "description"]);
     for of in model.parameters() {
         let scale = if of.is_logarithmic { "logarithmic" } else { "linear" };
-        let range = format!("{} … {}", significant(of.min, 6), significant(of.max, 6));
+        let range = format!("{} … {}", Shortest(of.min), Shortest(of.max));
         table.row(vec![of.name.clone(), of.unit.text.clone(), range, scale.to_owned(), of.description.clone()]);
     }
     table

@@ -18,8 +18,8 @@ use motorfit::record::{
     read_signal_inputs, step_lengths, write_csv,
 };
 use motorfit::report::{
-    EvaluateDocument, Reproduced, model_check_document, model_check_page, model_costs_document, model_document,
-    model_page,
+    EvaluateDocument, ModelSignalFacts, Reproduced, model_check_document, model_check_page, model_costs_document,
+    model_document, model_inspect_document, model_page,
 };
 use motorfit::setting::Setting;
 use motorfit::settings::{Given, Value, model_reading, model_spec};
@@ -402,6 +402,10 @@ pub fn identifications(calls: &mut Calls) {
     let model = BuiltIn::DcMotor.model().unwrap();
     let other = BuiltIn::Pmsm.model().unwrap();
     let how = Reproduced { command: "x".to_owned(), options: Vec::new() };
+    let time_s: Vec<f64> = (0..30).map(f64::from).collect();
+    let plain =
+        Record::new(Samples { voltage: time_s.clone(), current: Some(time_s.clone()), time_s, ..Samples::default() });
+    let plain = plain.unwrap();
     for recording in mangled() {
         for is_polished in [true, false] {
             let spec = ModelSpec { is_polished, ..ModelSpec::default() };
@@ -420,6 +424,11 @@ pub fn identifications(calls: &mut Calls) {
             );
             for of in [&model, &other] {
                 drive!(calls, recording;
+                    "report::ModelSignalFacts::of" => ModelSignalFacts::of(of, &recording).len(),
+                    "report::model_inspect_document" => {
+                        let facts = ModelSignalFacts::of(of, &recording);
+                        model_inspect_document(&plain, &facts, &found.method, &Ok(found.clone()))
+                    },
                     "report::model_document" => model_document(&[], of, &spec, &found),
                     "report::model_page" => model_page(&[], (of, &all), &found, &how),
                 );
