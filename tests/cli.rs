@@ -413,7 +413,7 @@ fn commands_take_a_model_of_another_machine() {
     assert_eq!(resistance.iter().filter(|r| **r < 1.0).count(), 100);
     assert!(resistance.iter().all(|r| (0.1..=10.0).contains(r)) && best[0]["parameters"]["B"].is_null());
     fails(&[&evaluate[..], &["--slice", "R,Ld"]].concat(), 2, "--slice");
-    fails(&[&evaluate[..], &["--candidates", &file, "--fix", "K=1"]].concat(), 2, "K is not a parameter");
+    fails(&[&evaluate[..], &["--candidates", &file, "--fix", "K=1"]].concat(), 2, "is not a parameter of the model");
     let inspected = json(&["inspect", &log, "--model", &model, "--json"]);
     let inspected = &inspected["records"][0];
     assert_eq!(

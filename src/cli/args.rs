@@ -148,9 +148,8 @@ pub(crate) struct Recordings {
 pub(crate) struct IdentifyArgs {
     #[command(flatten)]
     pub recordings: Recordings,
-    /// Equations of another machine in place of the DC motor: a file (TOML), or a built-in model (see motorfit model list)
-    #[arg(long, value_name = "MODEL", conflicts_with = "with", help_heading = "Problem", hide_short_help = true)]
-    pub model: Option<PathBuf>,
+    #[command(flatten)]
+    pub model: OwnModel,
     /// Held-out recordings, which are simulated but not fitted; repeatable
     #[arg(long, value_name = "RECORD", help_heading = "Validation")]
     pub validate: Vec<PathBuf>,
@@ -268,9 +267,8 @@ pub(crate) struct CompareArgs {
 pub(crate) struct EvaluateArgs {
     #[command(flatten)]
     pub recordings: Recordings,
-    /// Equations of another machine in place of the DC motor: a file (TOML), or a built-in model (see motorfit model list)
-    #[arg(long, value_name = "MODEL", conflicts_with_all = ["slice", "with"], help_heading = "Problem", hide_short_help = true)]
-    pub model: Option<PathBuf>,
+    #[command(flatten)]
+    pub model: OwnModel,
     /// File of candidates, CSV or .parquet, with a column for each free parameter in SI units (R,L,K,B,J; with
     /// --per-recording R: R[0],R[1]); - reads CSV from stdin
     #[arg(long, value_name = "FILE", conflicts_with_all = ["sample", "slice"])]
@@ -347,9 +345,8 @@ pub(crate) struct Band {
 pub(crate) struct InspectArgs {
     #[command(flatten)]
     pub recordings: Recordings,
-    /// Equations of another machine in place of the DC motor: a file (TOML), or a built-in model (see motorfit model list)
-    #[arg(long, value_name = "MODEL", conflicts_with = "out")]
-    pub model: Option<PathBuf>,
+    #[command(flatten)]
+    pub model: OwnModel,
     #[command(flatten)]
     pub band: Band,
     /// Print one JSON document

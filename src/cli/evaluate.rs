@@ -20,7 +20,7 @@ const BATCH_STEPS: usize = 100_000_000;
 const BATCH_MAX: usize = 1 << 17;
 
 pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
-    if let Some(model) = &args.model {
+    if let Some(model) = &args.model.model {
         return super::model::evaluate::run(args, model, style);
     }
     if let Some(slice) = &args.slice {

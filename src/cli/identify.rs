@@ -17,7 +17,7 @@ use motorfit::report::{
 };
 
 pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
-    if let Some(model) = &args.model {
+    if let Some(model) = &args.model.model {
         return super::model::identify::run(args, model, style);
     }
     let given = args.search.0.and(&args.problem.0).and(&args.device.0);

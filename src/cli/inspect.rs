@@ -7,7 +7,7 @@ use motorfit::report::{SignalFacts, command_line, inspect_document, inspect_page
 use motorfit::setting::Text;
 
 pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
-    if let Some(model) = &args.model {
+    if let Some(model) = &args.model.model {
         return super::model::inspect::run(args, model);
     }
     let band = band(args.band.settling_band)?;

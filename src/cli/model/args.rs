@@ -6,6 +6,14 @@ use clap::{Args, Subcommand};
 use motorfit::model::ShaderPrecision;
 use std::path::PathBuf;
 
+/// Model of a user.
+#[derive(Args)]
+pub(crate) struct OwnModel {
+    /// Equations of another machine in place of the DC motor: a file (TOML), or a built-in model (see motorfit model list)
+    #[arg(long, value_name = "MODEL", help_heading = "Problem", hide_short_help = true)]
+    pub model: Option<PathBuf>,
+}
+
 #[derive(Args)]
 pub(crate) struct ModelArgs {
     #[command(subcommand)]

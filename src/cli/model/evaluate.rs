@@ -18,6 +18,9 @@ const OPERATIONS: usize = 8;
 
 pub(in crate::cli) fn run(args: &EvaluateArgs, path: &Path, style: &Style) -> Result<Outcome> {
     let model = Model::open(path)?;
+    if args.slice.is_some() {
+        return Err(Error::usage("--slice maps the cost of the DC motor", "Use --sample grid:N, which takes models."));
+    }
     let given = args.problem.0.and(&args.device.0);
     let spec = settings::model_spec(&given)?;
     let reading = settings::model_reading(&args.recordings.reading.0.and(&args.problem.0), &model)?;

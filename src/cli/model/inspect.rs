@@ -10,6 +10,10 @@ use motorfit::report::{ModelSignalFacts, model_inspect_document};
 
 pub(in crate::cli) fn run(args: &InspectArgs, path: &Path) -> Result<Outcome> {
     let model = Model::open(path)?;
+    if args.out.is_some() {
+        let hint = "Use identify with --out, whose report has the charts of the model.";
+        return Err(Error::usage("--out of inspect draws the signals of the DC motor", hint));
+    }
     let reading = settings::model_reading(&args.recordings.reading.0, &model)?;
     let records = inputs::records_with(&args.recordings.records, &reading)?;
     let mut documents = Vec::new();
