@@ -56,5 +56,5 @@ class Servo(Problem):  # type: ignore[misc]  # pymoo has no types
 problem = Servo()
 found = minimize(problem, CMAES(x0=np.full(4, 0.5), popsize=40, restarts=1), ("n_evals", 8000), seed=1)
 for name, value in zip(costs.names, problem.values(found.X)):
-    print(f"{name} = {value:.5g}, true value {truth[name]:g}")
+    print(f"{name} = {value:.5g} (true value {truth[name]:g})")
 print(f"cost {found.F[0]:.6g}")
