@@ -156,7 +156,7 @@ fn curves(records: &[Record], found: &Identification) -> String {
     out::curves(&heads.map(str::to_owned), &columns)
 }
 
-/// Words on a result that nothing contradicts.
+/// Text in place of reasons for a level of trust.
 const WITHOUT_REASONS: &str = "no test of the residuals, the search or the recordings contradicts the standard errors";
 /// Width of printed tables \[characters\].
 const WIDTH: usize = 100;

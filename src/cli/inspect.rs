@@ -3,7 +3,7 @@
 use super::args::InspectArgs;
 use super::prelude::*;
 use motorfit::identify::{Identifiability, Inspection};
-use motorfit::report::{SignalFacts, command_line, inspect_document, inspect_page};
+use motorfit::report::{SignalFacts, SignalStatistics, command_line, inspect_document, inspect_page};
 use motorfit::setting::Text;
 
 pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
@@ -49,7 +49,8 @@ fn text(inspection: &Inspection<'_>, band: f64) -> String {
         let _ = writeln!(text, "  not used: {}", printable(&record.source().ignored.join(", ")));
     }
     let facts = SignalFacts::of(record, band);
-    text.push_str(&table(&facts));
+    let row = |f: &SignalFacts| (f.quantity.to_string(), f.quantity.unit().to_owned(), f.statistics);
+    text.push_str(&table(facts.iter().map(row)));
     for facts in &facts {
         let Some(response) = facts.response else { continue };
         let unit = facts.quantity.unit();
@@ -86,21 +87,14 @@ fn identifiability(identifiability: &Identifiability) -> String {
     }
 }
 
-fn table(facts: &[SignalFacts]) -> String {
+/// Returns a table of signals, each with its name, unit and statistics.
+pub(super) fn table(signals: impl Iterator<Item = (String, String, SignalStatistics)>) -> String {
     let mut table = comfy_table::Table::new();
     table.load_style(comfy_table::presets::NOTHING);
     table.set_header(["signal", "unit", "min", "max", "mean", "rms", "noise σ"]);
-    for f in facts {
-        let number = |value: f64| significant(value, 4);
-        table.add_row([
-            f.quantity.to_string(),
-            f.quantity.unit().to_owned(),
-            number(f.min),
-            number(f.max),
-            number(f.mean),
-            number(f.rms),
-            significant(f.noise_sigma, 2),
-        ]);
+    for (name, unit, of) in signals {
+        let [min, max, mean, rms] = [of.min, of.max, of.mean, of.rms].map(|value| significant(value, 4));
+        table.add_row([name, unit, min, max, mean, rms, significant(of.noise_sigma, 2)]);
     }
     for column in table.column_iter_mut().skip(2) {
         column.set_cell_alignment(comfy_table::CellAlignment::Right);

@@ -61,8 +61,8 @@ fn gpu(device: &DeviceSpec, precision: PrecisionSpec, problem: &ModelProblem) ->
     };
     let mut gpu = ModelGpu::open(&selector, precision)?;
     if !gpu.serves(problem)? {
-        let message =
-            "shaders do not have moving averages, and delays on regular clocks only; the CPU evaluates instead";
+        let message = "no shader can be made, or checked, for this model and clock (moving averages, delays on an irregular clock, candidates that \
+             all diverge); the CPU evaluates instead";
         let warnings = vec![Warning::new("gpu_unsuited", message)];
         return Ok(ModelDevice { warnings, ..ModelDevice::cpu() });
     }

@@ -42,7 +42,7 @@ pub use identified::{characteristics_lines, noise_floor_text, verdicts};
 pub use identified_tables::{selection_table, selection_text};
 #[cfg(feature = "report")]
 pub use identify_page::{identify_page, identify_parts};
-pub use inspect::{SignalFacts, inspect_document};
+pub use inspect::{SignalFacts, SignalStatistics, inspect_document};
 #[cfg(feature = "report")]
 pub use inspect::{inspect_page, record_figure};
 pub use model::{ModelSignalFacts, model_inspect_document};

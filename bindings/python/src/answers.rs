@@ -74,8 +74,8 @@ pub fn reduced<'py, T, S>(of: &Bound<'py, T>, state: S) -> Reduced<'py, S> {
 }
 
 /// Defines an immutable, picklable Python class of results: properties and methods without arguments, each with the function
-/// that computes its value from the library's type; properties that are parts of the document of `to_json`, each with its key; and
-/// further methods. `copy` and `deepcopy` return the object itself.
+/// that computes its value from the library's type; properties that are parts of the document of `to_json`, each with its key;
+/// `to_frame`, whose columns are those of `to_columns`; and further methods. `copy` and `deepcopy` return the object itself.
 macro_rules! result {
     (
         $(#[$about:meta])*
@@ -83,6 +83,7 @@ macro_rules! result {
         properties { $($(#[$of_property:meta])* $property:ident = $value:expr;)* }
         methods { $($(#[$of_method:meta])* $method:ident = $made:expr;)* }
         $(documented { $($(#[$of_part:meta])* $part:ident = $key:literal;)* })?
+        $(framed { $(#[$of_frame:meta])+ })?
         own { $($own:tt)* }
     ) => {
         $(#[$about])*
@@ -116,6 +117,19 @@ macro_rules! result {
             /// Returns the complete result: the document of `to_json`, with its lists and mappings.
             fn to_dict<'py>(&self, py: Python<'py>) -> $crate::answers::Answer<'py> {
                 py.import("json")?.call_method1("loads", (self.answer(py, "to_json")?,))
+            }
+            )?
+
+            $(
+            $(#[$of_frame])+
+            ///
+            /// Parameters
+            /// ----------
+            /// library : {"pandas", "polars"}, optional
+            ///     Library of the frame; by default pandas, or polars if pandas is not installed.
+            #[pyo3(signature = (library=None))]
+            fn to_frame<'py>(&self, py: Python<'py>, library: Option<&str>) -> $crate::answers::Answer<'py> {
+                $crate::frame::framed(&self.answer(py, "to_columns")?, library)
             }
             )?
 

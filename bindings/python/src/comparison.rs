@@ -4,7 +4,6 @@ use crate::answers::{Answer, ResultData, TEXT_WIDTH, given, result};
 use crate::arrays::{array, rows};
 use crate::errors::{codes, keyword, warnings};
 use crate::figure::Svg;
-use crate::frame::framed;
 use motorfit::motor::{Parameter, Parameters};
 use motorfit::record::Severity;
 use motorfit::report::compare::{compare_document, setting_name};
@@ -95,17 +94,10 @@ result! {
         /// Reason for which the comparison ended.
         stop = "stop";
     }
-    own {
+    framed {
         /// Returns all runs as a frame, with the columns of `to_columns`.
-        ///
-        /// Parameters
-        /// ----------
-        /// library : {"pandas", "polars"}, optional
-        ///     Library of the frame; by default pandas, or polars if pandas is not installed.
-        #[pyo3(signature = (library=None))]
-        fn to_frame<'py>(&self, py: Python<'py>, library: Option<&str>) -> Answer<'py> {
-            framed(&self.answer(py, "to_columns")?, library)
-        }
+    }
+    own {
     }
 }
 

@@ -218,15 +218,13 @@ impl Evaluator {
         let made = on_all(py, || with_threads(threads, || ModelCosts::new(own, recordings, &spec)))?;
         let costs = made.raise(py)?;
         let (problem, device) = (costs.problem(), costs.device());
-        let samples: usize = (0..problem.recordings()).map(|n| problem.recording(n).len()).sum();
         let keywords = copied(py, settings)?;
         keywords.set_item("model", model)?;
         let of = PyTuple::new(py, records.into_iter().map(crate::record::Record))?;
         Ok(Self {
             names: costs.names(),
             bounds: problem.space().free.iter().map(|axis| (axis.min, axis.max)).collect(),
-            // A step of the linear motor has some eight operations.
-            steps: samples * (problem.work() / 8).max(1),
+            steps: costs.steps(),
             device: (device.kind.to_owned(), device.name, device.precision.to_owned()),
             costs: Mutex::new(Costs::Model(Box::new(costs))),
             lock: ExclusiveLock::default(),

@@ -4,7 +4,6 @@ use crate::answers::{Answer, ResultData, TEXT_WIDTH, given, result};
 use crate::arrays::{array, rows};
 use crate::errors::{Raise as _, codes, keyword, reasons, warnings};
 use crate::figure::Svg;
-use crate::frame::framed;
 use motorfit::Error;
 use motorfit::identify::{IdentifySpec, ParameterEstimate};
 use motorfit::motor::{Discretization, Scope};
@@ -147,18 +146,10 @@ result! {
         /// Duration of the estimation [s].
         seconds = "seconds";
     }
-    own {
+    framed {
         /// Returns the estimates as a frame, with the columns of `to_columns`.
-        ///
-        /// Parameters
-        /// ----------
-        /// library : {"pandas", "polars"}, optional
-        ///     Library of the frame; by default pandas, or polars if pandas is not installed.
-        #[pyo3(signature = (library=None))]
-        fn to_frame<'py>(&self, py: Python<'py>, library: Option<&str>) -> Answer<'py> {
-            framed(&self.answer(py, "to_columns")?, library)
-        }
-
+    }
+    own {
         /// Draws the measured and the simulated signals of one recording.
         ///
         /// Parameters

@@ -3,7 +3,6 @@
 use crate::answers::{Answer, ResultData, given, result};
 use crate::arrays::{array, rows};
 use crate::errors::{codes, keyword, reasons, warnings};
-use crate::frame::framed;
 use motorfit::identify::model::{ModelEstimate, ModelSpec};
 use motorfit::record::{Record, Severity};
 use motorfit::report::{json, model_document};
@@ -99,17 +98,10 @@ result! {
         /// Duration of the estimation [s].
         seconds = "seconds";
     }
-    own {
+    framed {
         /// Returns the estimates as a frame, with the columns of `to_columns`.
-        ///
-        /// Parameters
-        /// ----------
-        /// library : {"pandas", "polars"}, optional
-        ///     Library of the frame; by default pandas, or polars if pandas is not installed.
-        #[pyo3(signature = (library=None))]
-        fn to_frame<'py>(&self, py: Python<'py>, library: Option<&str>) -> Answer<'py> {
-            framed(&self.answer(py, "to_columns")?, library)
-        }
+    }
+    own {
     }
 }
 
@@ -130,7 +122,7 @@ impl Found {
     fn by_name<'py, T: IntoPyObject<'py>>(&self, py: Python<'py>, of: impl Fn(&ModelEstimate) -> T) -> Answer<'py> {
         let values = PyDict::new(py);
         for estimate in &self.found.estimates {
-            values.set_item(name_of(estimate), of(estimate))?;
+            values.set_item(estimate.label(), of(estimate))?;
         }
         Ok(values.into_any())
     }
@@ -163,9 +155,9 @@ impl Found {
 
     fn repr(&self) -> String {
         let one = |e: &ModelEstimate| {
-            let Some(value) = e.value else { return format!("{} not identified", name_of(e)) };
+            let Some(value) = e.value else { return format!("{} not identified", e.label()) };
             let error = e.std_error.map_or(String::new(), |s| format!(" ± {}", significant(s, 2)));
-            format!("{} = {}{error} {}", name_of(e), significant(value, 6), e.unit)
+            format!("{} = {}{error} {}", e.label(), significant(value, 6), e.unit)
         };
         let list: Vec<String> = self.found.estimates.iter().map(one).collect();
         let (trust, codes) = (self.found.trust.level.name(), codes(&self.found.warnings));
@@ -178,7 +170,7 @@ impl Found {
             array(py, estimates.iter().map(|e| of(e).unwrap_or(f64::NAN)).collect())
         };
         let columns = PyDict::new(py);
-        columns.set_item("parameter", estimates.iter().map(name_of).collect::<Vec<_>>())?;
+        columns.set_item("parameter", estimates.iter().map(ModelEstimate::label).collect::<Vec<_>>())?;
         columns.set_item("value", column(&|e| e.value))?;
         columns.set_item("std_error", column(&|e| e.std_error))?;
         columns.set_item("ci95_low", column(&|e| e.ci95.map(|ends| ends[0])))?;
@@ -187,8 +179,4 @@ impl Found {
         columns.set_item("fixed", estimates.iter().map(|e| e.fixed).collect::<Vec<_>>())?;
         Ok(columns.into_any())
     }
-}
-
-fn name_of(estimate: &ModelEstimate) -> String {
-    estimate.recording.map_or_else(|| estimate.name.clone(), |n| format!("{}[{n}]", estimate.name))
 }

@@ -13,9 +13,6 @@ use motorfit::report::{EvaluateDocument, model_costs_document};
 use motorfit::warning::Warning;
 use serde_json::Value;
 
-/// Operations of a step that count as a step of the linear motor in the size of a batch.
-const OPERATIONS: usize = 8;
-
 pub(in crate::cli) fn run(args: &EvaluateArgs, path: &Path, style: &Style) -> Result<Outcome> {
     let model = Model::open(path)?;
     if args.slice.is_some() {
@@ -64,9 +61,7 @@ impl Costs for ModelCosts {
     }
 
     fn samples(&self) -> usize {
-        let problem = self.problem();
-        let samples: usize = (0..problem.recordings()).map(|n| problem.recording(n).len()).sum();
-        samples * (problem.work() / OPERATIONS).max(1)
+        self.steps()
     }
 
     /// The costs are computed when they are asked for.

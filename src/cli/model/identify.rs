@@ -5,15 +5,13 @@ use crate::cli::prelude::*;
 use crate::cli::{output, plot};
 use motorfit::evaluate::model::ModelRecording;
 use motorfit::identify::TrustLevel;
-use motorfit::identify::model::{
-    ModelEstimate, ModelIdentification, ModelProgress, ModelSpec, hold_out_model, identify_model,
-};
+use motorfit::identify::model::{ModelIdentification, ModelProgress, ModelSpec, hold_out_model, identify_model};
 use motorfit::model::Model;
 use motorfit::optimize::{Progress, Stop};
 use motorfit::record::Record;
 use motorfit::report::{command_line, model_document, model_page};
 
-/// Words on a result that nothing contradicts.
+/// Text in place of reasons for a level of trust.
 const WITHOUT_REASONS: &str = "no test of the residuals or the search contradicts the standard errors";
 /// Width of printed plots \[characters\].
 const WIDTH: usize = 100;
@@ -126,8 +124,7 @@ fn table(records: &[Record], model: &Model, spec: &ModelSpec, found: &ModelIdent
     if !style.quiet {
         let _ = writeln!(text, "{}\n", inputs::all_understood(records));
     }
-    let name = |e: &ModelEstimate| e.recording.map_or_else(|| e.name.clone(), |n| format!("{}[{n}]", e.name));
-    let width = found.estimates.iter().map(|e| name(e).len()).max().unwrap_or(1).max(4);
+    let width = found.estimates.iter().map(|e| e.label().len()).max().unwrap_or(1).max(4);
     let units = found.estimates.iter().map(|e| e.unit.len()).max().unwrap_or(1).max(4);
     if found.uncertainty.is_some() {
         let _ = writeln!(
@@ -138,7 +135,7 @@ fn table(records: &[Record], model: &Model, spec: &ModelSpec, found: &ModelIdent
     }
     for e in &found.estimates {
         let value = e.value.map_or("–".to_owned(), |value| significant(value, 6));
-        let _ = write!(text, "  {STRONG}{:<width$}{STRONG:#}{value:>14} {:<units$}", name(e), e.unit);
+        let _ = write!(text, "  {STRONG}{:<width$}{STRONG:#}{value:>14} {:<units$}", e.label(), e.unit);
         let remark = match (e.std_error.zip(e.ci95), e.at_bound) {
             (Some((error, [low, high])), _) => {
                 format!("{:>11}   {} … {}", significant(error, 2), significant(low, 6), significant(high, 6))

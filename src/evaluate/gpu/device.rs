@@ -4,6 +4,7 @@ use super::variant::{Fetch, UNIFORM_BYTES};
 use crate::setting::{Text, text};
 use crate::text::printable;
 use crate::{Error, ErrorKind, Result};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -116,12 +117,23 @@ pub(super) struct Device {
     pub timed: bool,
 }
 
+/// Runs `work` on a device and turns a panic into an error: wgpu panics if the driver reports a lost device during a wait.
+pub(super) fn caught<T>(facts: &AdapterFacts, work: impl FnOnce() -> Result<T>) -> Result<T> {
+    let lost = |_| Err(error(format!("{} was lost during a computation", facts.name), again()));
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(lost)
+}
+
 impl Device {
+    /// Opens an adapter, which must compute in f64 if `f64`.
     pub(super) fn open(selector: &Selector, f64: bool) -> Result<Self> {
         let mut adapters = adapters();
         let list: Vec<AdapterFacts> = adapters.iter().enumerate().map(facts).collect();
         let index = choose(&list, selector, f64)?;
         let (adapter, facts) = (adapters.swap_remove(index), list[index].clone());
+        if f64 && !facts.f64 {
+            let message = format!("{} does not compute in f64", facts.name);
+            return Err(error(message, text!("Use " [Precision = "f32"] ", or " [Device = "cpu"] ".")));
+        }
         let wanted = wgpu::Features::SHADER_F64 | wgpu::Features::SUBGROUP | wgpu::Features::TIMESTAMP_QUERY;
         let features = adapter.features() & wanted;
         let descriptor = wgpu::DeviceDescriptor {

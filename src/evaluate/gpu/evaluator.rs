@@ -3,7 +3,7 @@
 use super::check::Specimen;
 use super::clock::Kernel;
 use super::constants::{is_beyond, is_served};
-use super::device::{AdapterFacts, Device, Selector, again, error};
+use super::device::{AdapterFacts, Device, Selector, caught, error};
 use super::features::ShaderFeatures;
 use super::layout::Unit;
 use super::parts::{Part, split};
@@ -12,10 +12,8 @@ use super::set::{Set, Sums};
 use super::variant::{LANES, Precision, Variant};
 use crate::candidates::Candidates;
 use crate::evaluate::{Batch, Evaluator, Group, Pending, Problem, Simd};
-use crate::setting::text;
 use crate::{Error, ErrorKind, Result};
 use std::collections::{HashSet, VecDeque};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Largest size of the step maps, and of the samples, in one submission \[bytes\]. Larger batches are divided.
 const BUDGET: u64 = 64 << 20;
@@ -63,12 +61,7 @@ impl Gpu {
     /// wrong costs.
     pub fn open(selector: &Selector, precision: Option<Precision>) -> Result<Self> {
         let device = Device::open(selector, precision == Some(Precision::F64))?;
-        let has_f64 = device.facts.f64;
-        if precision == Some(Precision::F64) && !has_f64 {
-            let message = format!("{} does not compute in f64", device.facts.name);
-            return Err(error(message, text!("Use " [Precision = "f32"] ", or " [Device = "cpu"] ".")));
-        }
-        let precision = precision.unwrap_or(if has_f64 { Precision::F64 } else { Precision::F32 });
+        let precision = precision.unwrap_or(if device.facts.f64 { Precision::F64 } else { Precision::F32 });
         let budget = usize::try_from(BUDGET.min(device.facts.binding_bytes_max)).unwrap_or(usize::MAX);
         let (uniform, fetch) = (device.uniform, device.fetch);
         let mut gpu = Self {
@@ -117,12 +110,10 @@ impl Gpu {
         Ok(())
     }
 
-    /// Runs `work` and turns a panic into an error: wgpu panics if the driver reports a lost device during a wait. After a
-    /// device error everything in flight is dropped.
+    /// Runs `work`, also if it panics. After a device error everything in flight is dropped.
     fn guard<T>(&mut self, work: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
-        let done = catch_unwind(AssertUnwindSafe(|| work(self))).unwrap_or_else(|_| {
-            Err(error(format!("{} was lost during a computation", self.device.facts.name), again()))
-        });
+        let facts = self.device.facts.clone();
+        let done = caught(&facts, || work(self));
         if done.as_ref().is_err_and(|e| e.kind() == ErrorKind::Device) {
             self.sets.clear();
             self.losses += 1;

@@ -30,21 +30,30 @@ impl Pipelines {
 }
 
 fn make(device: &Device, variant: Variant) -> (wgpu::BindGroupLayout, wgpu::ComputePipeline) {
+    let kinds = Binding::ALL.map(|binding| binding.kind(variant.uniform));
+    compile(device, &assemble(variant), &kinds, Binding::Round.number())
+}
+
+/// Compiles a shader with the entry point `evaluate`. Its buffers have these kinds in the order of their binding numbers; that with the
+/// number `rounds` has a dynamic offset.
+pub(super) fn compile(
+    device: &Device,
+    shader: &str,
+    kinds: &[wgpu::BufferBindingType],
+    rounds: u32,
+) -> (wgpu::BindGroupLayout, wgpu::ComputePipeline) {
     let device = &device.device;
-    let entries = Binding::ALL.map(|binding| wgpu::BindGroupLayoutEntry {
-        binding: binding.number(),
+    let entry = |(binding, kind): (u32, &wgpu::BufferBindingType)| wgpu::BindGroupLayoutEntry {
+        binding,
         visibility: wgpu::ShaderStages::COMPUTE,
-        ty: wgpu::BindingType::Buffer {
-            ty: binding.kind(variant.uniform),
-            has_dynamic_offset: binding == Binding::Round,
-            min_binding_size: None,
-        },
+        ty: wgpu::BindingType::Buffer { ty: *kind, has_dynamic_offset: binding == rounds, min_binding_size: None },
         count: None,
-    });
+    };
+    let entries: Vec<_> = (0..).zip(kinds).map(entry).collect();
     let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries });
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some("evaluate"),
-        source: wgpu::ShaderSource::Wgsl(assemble(variant).into()),
+        source: wgpu::ShaderSource::Wgsl(shader.into()),
     });
     let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,

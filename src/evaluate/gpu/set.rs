@@ -46,11 +46,17 @@ impl Sums<'_> {
     /// Returns the number at index `at`.
     #[inline]
     pub(super) fn get(&self, at: usize) -> f64 {
-        if self.precision.bytes() == 8 {
-            bytemuck::pod_read_unaligned(&self.bytes[8 * at..8 * at + 8])
-        } else {
-            f64::from(bytemuck::pod_read_unaligned::<f32>(&self.bytes[4 * at..4 * at + 4]))
-        }
+        number(self.bytes, at, self.precision.bytes())
+    }
+}
+
+/// Returns the number at index `at` of numbers of 4 or 8 bytes.
+#[inline]
+pub(super) fn number(bytes: &[u8], at: usize, size: usize) -> f64 {
+    if size == 8 {
+        bytemuck::pod_read_unaligned(&bytes[8 * at..8 * at + 8])
+    } else {
+        f64::from(bytemuck::pod_read_unaligned::<f32>(&bytes[4 * at..4 * at + 4]))
     }
 }
 
@@ -222,11 +228,11 @@ impl Set {
     }
 }
 
-fn lost() -> Error {
+pub(super) fn lost() -> Error {
     error("the buffers of the device were lost", "Run again.")
 }
 
-fn unmapped(device: &Device, reason: &dyn std::fmt::Display) -> Error {
+pub(super) fn unmapped(device: &Device, reason: &dyn std::fmt::Display) -> Error {
     error(format!("{}: a buffer cannot be mapped: {reason}", device.facts.name), again())
 }
 

@@ -235,22 +235,22 @@ impl ModelProblem {
         self.number
     }
 
-    #[cfg(feature = "gpu")]
     /// Returns the programs of a recording and the recording as prepared.
+    #[cfg(feature = "gpu")]
     pub(in crate::evaluate) fn prepared(&self, recording: usize) -> (&Programs, &Prepared) {
         let prepared = &self.recordings[recording];
         (&self.programs[prepared.programs], prepared)
     }
 
-    #[cfg(feature = "gpu")]
     /// Returns the value of an input of a recording at a sample.
+    #[cfg(feature = "gpu")]
     pub(super) fn input(&self, recording: usize, n: usize, leaf: Leaf) -> f64 {
         input(&self.model, &self.recordings[recording].recording, n, leaf)
     }
 
-    #[cfg(feature = "gpu")]
     /// Returns all parameters of up to [`LANES`] candidates on a recording, those of matrix exponentials included, shape
     /// `[parameters][candidates]`.
+    #[cfg(feature = "gpu")]
     pub(in crate::evaluate) fn lanes(&self, candidates: &[&[f64]], recording: usize) -> Vec<[f64; LANES]> {
         let mut work = Work::<PARTS>::default();
         self.load(&mut work, self.prepared(recording).0, (candidates, recording));

@@ -6,8 +6,12 @@ use crate::candidates::Candidates;
 use crate::device::ModelDevice;
 use crate::evaluate::model::{ModelProblem, ModelRecording};
 use crate::model::Model;
+use crate::setting::text;
 use crate::warning::Warning;
 use crate::{Error, Result};
+
+/// Operations of a step of the linear motor.
+const OPERATIONS: usize = 8;
 
 /// Evaluates tables of candidates of a model one after another.
 pub struct ModelCosts {
@@ -19,9 +23,12 @@ impl ModelCosts {
     /// Prepares recordings and opens the device of the spec.
     ///
     /// # Errors
-    /// Returns the errors of [`ModelSpec::space`], [`ModelProblem::new`] and [`ModelDevice::open`].
+    /// Returns `Usage` if no parameter is free, and the errors of [`ModelSpec::space`], [`ModelProblem::new`] and [`ModelDevice::open`].
     pub fn new(model: &Model, recordings: Vec<ModelRecording>, spec: &ModelSpec) -> Result<Self> {
         let space = spec.space(model, recordings.len())?;
+        if space.free.is_empty() {
+            return Err(Error::usage("every parameter is fixed", text!("Leave one out of " [Fix] ".")));
+        }
         let problem = ModelProblem::new(model, space, recordings, spec.settings())?;
         let device = ModelDevice::open(&spec.device, spec.precision, &problem)?;
         Ok(Self { problem, device })
@@ -45,11 +52,18 @@ impl ModelCosts {
     /// Returns `Usage` if the lengths do not match and `Device` if the device fails.
     pub fn evaluate(&mut self, values: &[f64], costs: &mut [f64]) -> Result<()> {
         let width = self.problem.space().free.len();
-        if width == 0 || !values.len().is_multiple_of(width) {
+        if !values.len().is_multiple_of(width) {
             let message = format!("{} values are not complete rows of {width}", values.len());
-            return Err(Error::usage(message, "Give one value per free parameter, and leave one parameter free."));
+            return Err(Error::usage(message, "Give one value per free parameter."));
         }
         self.device.evaluator.costs(&self.problem, Candidates::new(values, width), costs)
+    }
+
+    /// Returns the number of steps of the linear motor that take as long as the evaluation of a candidate, for the size of batches.
+    #[must_use]
+    pub fn steps(&self) -> usize {
+        let samples: usize = (0..self.problem.recordings()).map(|n| self.problem.recording(n).len()).sum();
+        samples * (self.problem.work() / OPERATIONS).max(1)
     }
 
     /// Returns the device.

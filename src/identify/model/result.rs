@@ -31,6 +31,14 @@ pub struct ModelEstimate {
     pub fixed: bool,
 }
 
+impl ModelEstimate {
+    /// Returns the name with the index of the recording if the parameter is that of one, as `R[0]`.
+    #[must_use]
+    pub fn label(&self) -> String {
+        self.recording.map_or_else(|| self.name.clone(), |n| format!("{}[{n}]", self.name))
+    }
+}
+
 /// The fit of a model on one recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelFit {

@@ -6,7 +6,7 @@ use crate::identify::trust_level::{Trust, TrustLevel, TrustReason};
 use crate::model::Model;
 use crate::numeric::upper_median;
 use crate::setting::{Text, text};
-use crate::text::{counted, listed, significant};
+use crate::text::{Shortest, counted, listed};
 
 use TrustLevel::{Check, Poor};
 
@@ -83,8 +83,11 @@ pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_poli
 /// Residuals beyond this multiple of their median magnitude are outliers: ten standard deviations of Gaussian noise.
 const OUTLIER: f64 = 15.0;
 
-/// Returns a description of samples that are far from the model, and the interval around the first; `None` if there are none. A model
-/// that lacks an effect has many large residuals, not a few.
+/// Largest number of intervals in a suggested mask.
+const INTERVALS: usize = 10;
+
+/// Returns a description of the samples of an output that are far from the model, and the mask that excludes them; `None` if there are
+/// none. A model that lacks an effect has many large residuals, not a few.
 fn outliers(problem: &ModelProblem, found: &ModelIdentification) -> Option<(String, String)> {
     for (n, fit) in found.fits.iter().enumerate() {
         let recording = problem.recording(n);
@@ -99,12 +102,14 @@ fn outliers(problem: &ModelProblem, found: &ModelIdentification) -> Option<(Stri
             let Some(&first) = far.first().filter(|_| median > 0.0 && far.len() <= measured.len() / 50) else {
                 continue;
             };
-            let time = |k: usize| significant(recording.time_s[k], 6);
+            let time = |k: usize| Shortest(recording.time_s[k]);
             let samples = counted(far.len(), "sample");
             let verb = if far.len() == 1 { "is" } else { "are" };
             let message =
                 format!("{samples} of {} {verb} far from the model, the first at {} s", output.name, time(first));
-            return Some((message, format!("{}:{}", time(first), time(first))));
+            let runs = far.chunk_by(|a, b| a + 1 == *b).take(INTERVALS);
+            let interval = |run: &[usize]| format!("{}:{}", time(run[0]), time(run[run.len() - 1]));
+            return Some((message, runs.map(interval).collect::<Vec<_>>().join(",")));
         }
     }
     None

@@ -13,7 +13,8 @@ impl Model {
     /// the last input. Problems have their own shaders, with their sampling period and method.
     ///
     /// # Errors
-    /// Returns a data error if the model has a moving average, which shaders do not have, or its step needs too many registers.
+    /// Returns a data error if the model has a moving average or a delay of a delayed signal, which shaders do not have, or its step needs
+    /// too many registers.
     pub fn wgsl(&self, precision: ShaderPrecision) -> Result<String> {
         let settings = StepSettings {
             method: IntegrationMethod::RungeKutta,
@@ -36,7 +37,7 @@ impl Model {
         });
         text.ok_or_else(|| {
             let message =
-                format!("the model {} has no shader: it has a moving average, or too many operations", self.name());
+                format!("the model {} has no shader: it has a moving average, a delay of a delayed signal, or too many operations", self.name());
             Error::data(message, "Populations of such a model are evaluated on the CPU.")
         })
     }

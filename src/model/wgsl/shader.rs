@@ -5,7 +5,6 @@ use super::emit::Emitter;
 use super::layout::{HEAD, Layout};
 use super::precision::ShaderPrecision;
 use crate::model::program::{Operation, Program};
-use std::fmt::Write as _;
 
 /// Settings of a shader.
 #[derive(Debug, Clone, Copy)]
@@ -17,7 +16,8 @@ pub(crate) struct ShaderSettings {
     pub workgroup: usize,
 }
 
-/// Returns the shader of a program; `None` if it has an operation that shaders do not have: a moving average.
+/// Returns the shader of a program; `None` if it has a moving average, a delayed signal that depends on another one, or a constant that is
+/// not a number.
 pub(crate) fn shader(program: &Program, layout: &Layout, settings: &ShaderSettings) -> Option<String> {
     let precision = settings.precision;
     let mut emitter = Emitter::new(program, precision);
@@ -83,48 +83,42 @@ fn loss(layout: &Layout, output: usize, value: &str, is_absolute: bool) -> Strin
     )
 }
 
-/// Returns the entry point.
+/// Returns the entry point. A round begins with the numbers that the one before it kept.
 fn entry(layout: &Layout, initial: &[String], setup: &str, body: &str) -> String {
     let (states, sums) = (layout.states, layout.kept() - layout.states - 1);
     let at = |place: usize| format!("kept[{place}u * round_of.candidates + candidate]");
-    let mut text = String::from(
-        "fn evaluate(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {\n    \
-         let candidate = (group.y * round_of.width + group.x) * WORKGROUP + lane;\n    \
-         if candidate >= round_of.candidates {\n        return;\n    }\n",
-    );
-    for n in 0..layout.parameters.len() {
-        let _ = writeln!(text, "    let parameter{n} = parameters[{n}u * round_of.candidates + candidate];");
-    }
-    text.push_str(&setup.replace("\n        ", "\n    ").replacen("        ", "    ", 1));
-    for (n, initial) in initial.iter().enumerate() {
-        let _ = writeln!(text, "    var state{n} = {initial};");
-    }
-    for n in 0..sums {
-        let _ = writeln!(text, "    var sum{n} = Scalar(0.0);");
-    }
-    text.push_str("    var is_finite = true;\n    if round_of.first > 0u {\n");
-    for n in 0..states {
-        let _ = writeln!(text, "        state{n} = {};", at(n));
-    }
-    for n in 0..sums {
-        let _ = writeln!(text, "        sum{n} = {};", at(states + n));
-    }
-    let _ = writeln!(text, "        is_finite = {} < Scalar(0.5);\n    }}", at(states + sums));
-    text.push_str("    for (var n = round_of.first; n < round_of.end; n++) {\n        let row = HEAD + n * ROW;\n");
-    for n in 0..layout.uniforms {
-        let _ = writeln!(text, "        let uniform{n} = rows[row + {n}u];");
-    }
-    text.push_str(body);
-    for n in 0..states {
-        let _ = writeln!(text, "        is_finite = is_finite && abs(state{n}) < BOUND;");
-    }
-    text.push_str("    }\n");
-    for n in 0..states {
-        let _ = writeln!(text, "    {} = state{n};", at(n));
-    }
-    for n in 0..sums {
-        let _ = writeln!(text, "    {} = sum{n};", at(states + n));
-    }
-    let _ = writeln!(text, "    {} = select(Scalar(1.0), Scalar(0.0), is_finite);\n}}", at(states + sums));
-    text
+    let each = |count: usize, line: &dyn Fn(usize) -> String| (0..count).map(line).collect::<String>();
+    let variable = |place: usize| match place.checked_sub(states) {
+        None => format!("state{place}"),
+        Some(output) => format!("sum{output}"),
+    };
+    let parameters = each(layout.parameters.len(), &|n| {
+        format!("    let parameter{n} = parameters[{n}u * round_of.candidates + candidate];\n")
+    });
+    let setup: String = setup.lines().map(|line| format!("    {}\n", line.trim_start())).collect();
+    let begin = each(states + sums, &|n| {
+        format!("    var {} = {};\n", variable(n), initial.get(n).map_or("Scalar(0.0)", String::as_str))
+    });
+    let resume = each(states + sums, &|n| format!("        {} = {};\n", variable(n), at(n)));
+    let uniforms = each(layout.uniforms, &|n| format!("        let uniform{n} = rows[row + {n}u];\n"));
+    let bounds = each(states, &|n| format!("        is_finite = is_finite && abs(state{n}) < BOUND;\n"));
+    let keep = each(states + sums, &|n| format!("    {} = {};\n", at(n), variable(n)));
+    let mark = at(states + sums);
+    format!(
+        "fn evaluate(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {{
+    let candidate = (group.y * round_of.width + group.x) * WORKGROUP + lane;
+    if candidate >= round_of.candidates {{
+        return;
+    }}
+{parameters}{setup}{begin}    var is_finite = true;
+    if round_of.first > 0u {{
+{resume}        is_finite = {mark} < Scalar(0.5);
+    }}
+    for (var n = round_of.first; n < round_of.end; n++) {{
+        let row = HEAD + n * ROW;
+{uniforms}{body}{bounds}    }}
+{keep}    {mark} = select(Scalar(1.0), Scalar(0.0), is_finite);
+}}
+"
+    )
 }

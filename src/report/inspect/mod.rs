@@ -12,13 +12,12 @@ use crate::identify::{Identifiability, Inspection};
 use crate::motor::response;
 use crate::numeric::{mean, noise_sigma, rms, standard_deviation};
 use crate::record::{Quantity, Record, Severity};
+use serde::Serialize;
 use serde_json::{Map, Value, json as value};
 
-/// Facts about one signal of a recording, in the SI unit of its quantity.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SignalFacts {
-    /// Quantity of the signal.
-    pub quantity: Quantity,
+/// Statistics of a signal, in its unit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SignalStatistics {
     /// Smallest value.
     pub min: f64,
     /// Largest value.
@@ -31,6 +30,30 @@ pub struct SignalFacts {
     pub std: f64,
     /// Estimated standard deviation of the white noise.
     pub noise_sigma: f64,
+}
+
+impl SignalStatistics {
+    /// Computes the statistics of a signal.
+    #[must_use]
+    pub fn of(signal: &[f64]) -> Self {
+        Self {
+            min: signal.iter().copied().fold(f64::INFINITY, f64::min),
+            max: signal.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            mean: mean(signal),
+            rms: rms(signal),
+            std: standard_deviation(signal),
+            noise_sigma: noise_sigma(signal),
+        }
+    }
+}
+
+/// Facts about one signal of a recording, in the SI unit of its quantity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SignalFacts {
+    /// Quantity of the signal.
+    pub quantity: Quantity,
+    /// Statistics of the signal.
+    pub statistics: SignalStatistics,
     /// Peak, settling and steady state of an output; `None` for inputs.
     pub response: Option<crate::motor::StepResponse>,
     /// True if three standard deviations of the noise exceed the settling band, so that there is no settling time.
@@ -44,22 +67,12 @@ impl SignalFacts {
         let facts = |(quantity, signal): (Quantity, &[f64])| {
             let output = matches!(quantity, Quantity::Current | Quantity::Speed) && quantity != record.driver();
             let mut response = if output { response(&record.samples().time_s, signal, band) } else { None };
-            let noise_sigma = noise_sigma(signal);
-            let settling_hidden = response.is_some_and(|r| 3.0 * noise_sigma > band * r.steady_state.abs());
+            let statistics = SignalStatistics::of(signal);
+            let settling_hidden = response.is_some_and(|r| 3.0 * statistics.noise_sigma > band * r.steady_state.abs());
             if let (Some(response), true) = (&mut response, settling_hidden) {
                 response.settling_time_s = None;
             }
-            Self {
-                quantity,
-                min: signal.iter().copied().fold(f64::INFINITY, f64::min),
-                max: signal.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-                mean: mean(signal),
-                rms: rms(signal),
-                std: standard_deviation(signal),
-                noise_sigma,
-                response,
-                settling_hidden,
-            }
+            Self { quantity, statistics, response, settling_hidden }
         };
         signals(record).map(facts).collect()
     }
@@ -96,9 +109,10 @@ fn record_document(inspection: &Inspection<'_>, band: f64) -> Value {
                 "settling_time_s": r.settling_time_s, "settling_band": band, "steady_state": r.steady_state,
             })
         });
+        let of = s.statistics;
         let facts = value!({
-            "unit": s.quantity.unit(), "min": s.min, "max": s.max, "mean": s.mean, "rms": s.rms, "std": s.std,
-            "noise_sigma": s.noise_sigma, "response": response,
+            "unit": s.quantity.unit(), "min": of.min, "max": of.max, "mean": of.mean, "rms": of.rms, "std": of.std,
+            "noise_sigma": of.noise_sigma, "response": response,
         });
         (s.quantity.to_string().replace(' ', "_"), facts)
     });

@@ -204,11 +204,11 @@ fn understood(record: &Record, band: f64) -> Vec<Part> {
         };
         signals.row([
             format!("{} [{}]", facts.quantity, facts.quantity.unit()),
-            number(facts.min),
-            number(facts.max),
-            number(facts.mean),
-            number(facts.rms),
-            significant(facts.noise_sigma, 2),
+            number(facts.statistics.min),
+            number(facts.statistics.max),
+            number(facts.statistics.mean),
+            number(facts.statistics.rms),
+            significant(facts.statistics.noise_sigma, 2),
             response(&|r| Some(r.peak_time_s)),
             response(&|r| r.overshoot_percent),
             response(&|r| r.settling_time_s),

@@ -1,6 +1,6 @@
 //! JSON documents of results with a user's model.
 
-use crate::evaluate::model::{ModelAxis, ModelSpace};
+use crate::evaluate::model::{ModelAxis, ModelMethod, ModelSpace};
 use crate::identify::model::{ModelCosts, ModelEstimate, ModelFit, ModelIdentification, ModelSpec};
 use crate::model::{InitialState, Model};
 use crate::record::{Record, Severity};
@@ -12,6 +12,16 @@ use serde_json::{Map, Value, json};
 fn by_output<T: serde::Serialize>(model: &Model, values: &[T]) -> Value {
     let entries = model.outputs().iter().zip(values).map(|(output, value)| (output.name.clone(), json!(value)));
     Value::Object(entries.collect())
+}
+
+/// Returns the integration method of a model.
+pub(super) fn integration(method: &ModelMethod) -> Value {
+    json!({
+        "method": method.method.name(),
+        "substeps": method.substeps,
+        "stiffness": method.stiffness.per_step,
+        "text": method.described(),
+    })
 }
 
 /// Returns the bounds of the free parameters by their names.
@@ -31,12 +41,8 @@ pub fn model_costs_document(
 ) -> Value {
     let problem = costs.problem();
     let model = problem.model();
-    let names = costs.names();
-    let entry = |(cost, values): &(f64, &[f64])| {
-        let parameters: Map<String, Value> =
-            names.iter().cloned().zip(values.iter().map(|value| json!(value))).collect();
-        json!({"cost": cost, "parameters": parameters})
-    };
+    let entry =
+        |(cost, values): &(f64, &[f64])| json!({"cost": cost, "parameters": named(model, problem.space(), values)});
     json!({
         "motorfit": env!("CARGO_PKG_VERSION"),
         "model": {"name": model.name(), "sha256": model.digest()},
@@ -57,7 +63,7 @@ pub fn model_costs_document(
 #[must_use]
 pub fn model_document(records: &[Record], model: &Model, spec: &ModelSpec, found: &ModelIdentification) -> Value {
     let bounds = bounds(model, &found.space);
-    let searched: Map<String, Value> = named(model, found, &found.searched.values).into_iter().collect();
+    let searched = named(model, &found.space, &found.searched.values);
     let uncertainty = found.uncertainty.as_ref();
     let fit = |fit: &ModelFit| {
         json!({
@@ -80,12 +86,7 @@ pub fn model_document(records: &[Record], model: &Model, spec: &ModelSpec, found
         "criterion": spec.criterion.norm.name(),
         "scale": spec.criterion.scale.name(),
         "discretization": if spec.is_first_order_hold { "foh" } else { "zoh" },
-        "integration": {
-            "method": found.method.method.name(),
-            "substeps": found.method.substeps,
-            "stiffness": found.method.stiffness.per_step,
-            "text": found.method.described(),
-        },
+        "integration": integration(&found.method),
         "bounds": bounds,
         "device": found.device,
         "parameters": parameters(&found.estimates),
@@ -149,12 +150,8 @@ fn parameters(estimates: &[ModelEstimate]) -> Map<String, Value> {
 }
 
 /// Returns values of the free parameters by name.
-fn named(model: &Model, found: &ModelIdentification, values: &[f64]) -> Vec<(String, Value)> {
-    let name = |axis: &crate::evaluate::model::ModelAxis| {
-        let own = model.parameters().get(axis.parameter).map_or("", |parameter| parameter.name.as_str()).to_owned();
-        axis.recording.map_or_else(|| own.clone(), |recording| format!("{own}[{recording}]"))
-    };
-    found.space.free.iter().zip(values).map(|(axis, value)| (name(axis), json!(value))).collect()
+fn named(model: &Model, space: &ModelSpace, values: &[f64]) -> Value {
+    Value::Object(space.names(model).into_iter().zip(values.iter().map(|value| json!(value))).collect())
 }
 
 /// Returns initial values by the names of the states that are measured or free.

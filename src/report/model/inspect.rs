@@ -1,16 +1,17 @@
 //! Facts of the signals of a model in a recording.
 
+use super::document::integration;
 use crate::Result;
-use crate::evaluate::model::{ModelMethod, ModelRecording};
+use crate::evaluate::model::ModelRecording;
 use crate::identify::model::{ModelEstimate, ModelIdentification};
 use crate::model::Model;
-use crate::numeric::{mean, noise_sigma, rms, standard_deviation};
 use crate::record::Record;
+use crate::report::inspect::SignalStatistics;
 use crate::report::spelling::command_line;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-/// Statistics of a signal of a model, in its unit.
+/// Facts about one signal of a model in a recording, in the unit of the model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ModelSignalFacts {
     /// Name in the model.
@@ -20,18 +21,9 @@ pub struct ModelSignalFacts {
     pub unit: String,
     /// True for an input, false for an output.
     pub is_input: bool,
-    /// Smallest value.
-    pub min: f64,
-    /// Largest value.
-    pub max: f64,
-    /// Mean.
-    pub mean: f64,
-    /// Root mean square.
-    pub rms: f64,
-    /// Population standard deviation.
-    pub std: f64,
-    /// Estimated standard deviation of the white noise.
-    pub noise_sigma: f64,
+    /// Statistics of the signal.
+    #[serde(flatten)]
+    pub statistics: SignalStatistics,
 }
 
 impl ModelSignalFacts {
@@ -42,12 +34,7 @@ impl ModelSignalFacts {
             name: name.to_owned(),
             unit: unit.to_owned(),
             is_input,
-            min: signal.iter().copied().fold(f64::INFINITY, f64::min),
-            max: signal.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-            mean: mean(signal),
-            rms: rms(signal),
-            std: standard_deviation(signal),
-            noise_sigma: noise_sigma(signal),
+            statistics: SignalStatistics::of(signal),
         };
         let inputs = model.inputs().iter().zip(&recording.inputs);
         let outputs = model.outputs().iter().zip(&recording.measured);
@@ -64,7 +51,6 @@ impl ModelSignalFacts {
 pub fn model_inspect_document(
     record: &Record,
     facts: &[ModelSignalFacts],
-    method: &ModelMethod,
     found: &Result<ModelIdentification>,
 ) -> Value {
     let mut document = json!(record);
@@ -72,8 +58,7 @@ pub fn model_inspect_document(
     document["signals"] = facts.iter().map(one).collect::<Map<_, _>>().into();
     document["jitter"] = record.steps().jitter.into();
     document["ignored_columns"] = record.source().ignored.clone().into();
-    document["integration"] =
-        json!({"method": method.method.name(), "substeps": method.substeps, "text": method.described()});
+    document["integration"] = found.as_ref().map_or(Value::Null, |found| integration(&found.method));
     document["identifiability"] = match found {
         Ok(found) => {
             let error = |e: &ModelEstimate| {

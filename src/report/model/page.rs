@@ -33,7 +33,7 @@ pub fn model_page(
     let mut estimates =
         vec![Part::Table(parameters(model, found)), Part::Text(verdict(found)), Part::Table(fits(model, found))];
     estimates.extend(found.combinations.iter().map(|text| Part::Text(format!("{}.", capital(text)))));
-    estimates.extend(correlations(found).map(Part::Figure));
+    estimates.extend(correlations(model, found).map(Part::Figure));
     sections.push(section("Estimates", estimates));
     sections.push(section("Equations", equations(model)));
     sections.push(reproduce(records, how, None));
@@ -177,9 +177,9 @@ fn verdict(found: &ModelIdentification) -> String {
     }
 }
 
-fn correlations(found: &ModelIdentification) -> Option<crate::report::page::Figure> {
+fn correlations(model: &Model, found: &ModelIdentification) -> Option<crate::report::page::Figure> {
     let uncertainty = found.uncertainty.as_ref()?;
-    let names: Vec<String> = found.estimates.iter().filter(|e| !e.fixed).map(|e| e.name.clone()).collect();
+    let names = found.space.names(model);
     let values: Vec<Vec<f64>> =
         uncertainty.correlation.iter().map(|row| row.iter().map(|value| value.unwrap_or(f64::NAN)).collect()).collect();
     let is_shown = names.len() > 1 && names.len() <= 24 && names.len() == values.len();

@@ -9,7 +9,7 @@ use motorfit::evaluate::model::{
     ModelAxis, ModelEvaluator, ModelProblem, ModelRecording, ModelSettings, ModelSimd, ModelSpace, signal_requests,
 };
 use motorfit::experiment::white_noise;
-use motorfit::identify::model::{ModelCosts, ModelSpec, hold_out_model, identify_model};
+use motorfit::identify::model::{ModelCosts, ModelEstimate, ModelSpec, hold_out_model, identify_model};
 use motorfit::identify::{IdentifySpec, identify};
 use motorfit::model::{BuiltIn, Function, IntegrationMethod, Model, ShaderPrecision};
 use motorfit::named::Named;
@@ -18,8 +18,8 @@ use motorfit::record::{
     read_signal_inputs, step_lengths, write_csv,
 };
 use motorfit::report::{
-    EvaluateDocument, ModelSignalFacts, Reproduced, model_check_document, model_check_page, model_costs_document,
-    model_document, model_inspect_document, model_page,
+    EvaluateDocument, ModelSignalFacts, Reproduced, SignalStatistics, model_check_document, model_check_page,
+    model_costs_document, model_document, model_inspect_document, model_page,
 };
 use motorfit::setting::Setting;
 use motorfit::settings::{Given, Value, model_reading, model_spec};
@@ -352,6 +352,7 @@ fn populations(calls: &mut Calls, problem: &ModelProblem, middle: &[f64]) {
         let document = EvaluateDocument { candidates: 0, interrupted: true, seconds: f64::NAN };
         drive!(calls, middle;
             "identify::model::ModelCosts::problem" => of.problem().work(),
+            "identify::model::ModelCosts::steps" => of.steps(),
             "identify::model::ModelCosts::names" => of.names().len(),
             "identify::model::ModelCosts::device" => of.device().name,
             "identify::model::ModelCosts::warnings" => of.warnings().len(),
@@ -424,10 +425,13 @@ pub fn identifications(calls: &mut Calls) {
             );
             for of in [&model, &other] {
                 drive!(calls, recording;
+                    "identify::model::ModelEstimate::label" => found.estimates.iter().map(ModelEstimate::label).count(),
+                    "report::SignalStatistics::of" => SignalStatistics::of(&recording.time_s[..recording.time_s.len().min(2)]),
+                    "report::SignalStatistics::of" => SignalStatistics::of(&[]),
                     "report::ModelSignalFacts::of" => ModelSignalFacts::of(of, &recording).len(),
                     "report::model_inspect_document" => {
                         let facts = ModelSignalFacts::of(of, &recording);
-                        model_inspect_document(&plain, &facts, &found.method, &Ok(found.clone()))
+                        model_inspect_document(&plain, &facts, &Ok(found.clone()))
                     },
                     "report::model_document" => model_document(&[], of, &spec, &found),
                     "report::model_page" => model_page(&[], (of, &all), &found, &how),

@@ -6,6 +6,7 @@ use super::loaded::Loaded;
 use crate::Result;
 use crate::evaluate::model::ModelProblem;
 use crate::model::wgsl::ShaderPrecision;
+use crate::numeric::count;
 use crate::setting::text;
 use rand::{RngExt as _, SeedableRng as _};
 
@@ -14,16 +15,17 @@ const CANDIDATES: usize = 16;
 /// Spans that are compared, in samples. After a bounce of a backlash two computations differ soon, so that a shorter span may agree where
 /// the longest does not.
 const SPANS: [usize; 3] = [300, 40, 8];
-/// Fraction of the comparisons that must agree, and their smallest number.
-const AGREEING: (f64, usize) = (0.75, 4);
+/// Fraction of the comparisons that must agree.
+const AGREEING: f64 = 0.75;
 
-/// Compares the sums of a device with those of the graph for candidates spread over the bounds.
+/// Compares the sums of a device with those of the graph for candidates spread over the bounds. Returns false if all candidates diverge
+/// within the shortest span, so that there is nothing to compare.
 pub(super) fn check(
     device: &Device,
     loaded: &mut Loaded,
     problem: &ModelProblem,
     precision: ShaderPrecision,
-) -> Result<()> {
+) -> Result<bool> {
     let axes = &problem.space().free;
     let mut numbers = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(7);
     let candidates: Vec<Vec<f64>> =
@@ -35,28 +37,25 @@ pub(super) fn check(
         for span in SPANS {
             let compared = compare(device, loaded, problem, (unit, span), &candidates)?;
             let agreeing = compared.iter().filter(|error| **error <= allowed(precision)).count();
-            let share = crate::numeric::count(agreeing) / crate::numeric::count(compared.len().max(1));
-            is_right = compared.len() >= AGREEING.1 && share >= AGREEING.0;
+            is_right = agreeing > 0 && count(agreeing) >= AGREEING * count(compared.len());
             if is_right {
                 break;
             }
             worst = worst.or_else(|| compared.iter().copied().reduce(f64::max));
         }
-        // Candidates that all diverge at once have no cost, on the device or elsewhere.
-        if !is_right && let Some(worst) = worst {
-            let AdapterFacts { name, driver, .. } = &device.facts;
-            let message = format!(
-                "{name} ({driver}) computes the model {} wrongly in {}: relative error {worst:.1e}",
-                problem.model().name(),
-                crate::named::Named::name(&precision)
-            );
-            return Err(error(
-                message,
-                text!("Update its driver, choose another adapter, or use " [Device = "cpu"] "."),
-            ));
+        if is_right {
+            continue;
         }
+        let Some(worst) = worst else { return Ok(false) };
+        let AdapterFacts { name, driver, .. } = &device.facts;
+        let message = format!(
+            "{name} ({driver}) computes the model {} wrongly in {}: relative error {worst:.1e}",
+            problem.model().name(),
+            crate::named::Named::name(&precision)
+        );
+        return Err(error(message, text!("Update its driver, choose another adapter, or use " [Device = "cpu"] ".")));
     }
-    Ok(())
+    Ok(true)
 }
 
 /// Largest relative error of a sum: rounding, and in f32 the differences of close numbers.
@@ -67,7 +66,7 @@ fn allowed(precision: ShaderPrecision) -> f64 {
     }
 }
 
-/// Returns the relative errors of the sums that are finite in both computations; a sum that is finite in one of them has the error +∞.
+/// Returns the relative errors of the sums that are finite by the graph; +∞ for one that is not finite on the device.
 fn compare(
     device: &Device,
     loaded: &mut Loaded,

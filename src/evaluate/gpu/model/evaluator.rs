@@ -1,17 +1,16 @@
 //! The evaluator of models on one adapter.
 
-use super::super::device::{AdapterFacts, Device, Selector, again, error};
+use super::super::device::{AdapterFacts, Device, Selector, caught};
 use super::check::check;
 use super::loaded::Loaded;
 use crate::candidates::Candidates;
 use crate::evaluate::model::{ModelEvaluator, ModelProblem};
 use crate::model::wgsl::ShaderPrecision;
-use crate::setting::text;
 use crate::{ErrorKind, Result};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Evaluates populations of models on a GPU. Problems with moving averages, with delays on an irregular clock, or with delayed signals that
-/// depend on other delayed signals are evaluated on the CPU.
+/// depend on other delayed signals are evaluated on the CPU, and those whose candidates all diverge at once, so that their shader cannot be
+/// checked.
 pub struct ModelGpu {
     device: Device,
     precision: ShaderPrecision,
@@ -26,12 +25,7 @@ impl ModelGpu {
     /// Returns a device error if there is no matching adapter, or it lacks the requested f64 or cannot be opened.
     pub fn open(selector: &Selector, precision: Option<ShaderPrecision>) -> Result<Self> {
         let device = Device::open(selector, precision == Some(ShaderPrecision::F64))?;
-        let has_f64 = device.facts.f64;
-        if precision == Some(ShaderPrecision::F64) && !has_f64 {
-            let message = format!("{} does not compute in f64", device.facts.name);
-            return Err(error(message, text!("Use " [Precision = "f32"] ", or " [Device = "cpu"] ".")));
-        }
-        let usual = if has_f64 { ShaderPrecision::F64 } else { ShaderPrecision::F32 };
+        let usual = if device.facts.f64 { ShaderPrecision::F64 } else { ShaderPrecision::F32 };
         Ok(Self { device, precision: precision.unwrap_or(usual), last: None })
     }
 
@@ -61,10 +55,11 @@ impl ModelGpu {
         }
         self.last = None;
         let mut loaded = Loaded::new(&self.device, problem, self.precision)?;
-        if let Some(loaded) = &mut loaded {
-            check(&self.device, loaded, problem, self.precision)?;
-        }
-        self.last = Some((problem.number(), loaded));
+        let is_checked = match &mut loaded {
+            Some(loaded) => check(&self.device, loaded, problem, self.precision)?,
+            None => false,
+        };
+        self.last = Some((problem.number(), loaded.filter(|_| is_checked)));
         Ok(())
     }
 
@@ -85,12 +80,10 @@ impl ModelGpu {
         Ok(())
     }
 
-    /// Runs `work` and turns a panic into an error: wgpu panics if the driver reports a lost device during a wait. After a device error
-    /// nothing on the device is used again.
+    /// Runs `work`, also if it panics. After a device error nothing on the device is used again.
     fn guard<T>(&mut self, work: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
-        let done = catch_unwind(AssertUnwindSafe(|| work(self))).unwrap_or_else(|_| {
-            Err(error(format!("{} was lost during a computation", self.device.facts.name), again()))
-        });
+        let facts = self.device.facts.clone();
+        let done = caught(&facts, || work(self));
         if done.as_ref().is_err_and(|e| e.kind() == ErrorKind::Device) {
             self.last = None;
         }

@@ -1,8 +1,8 @@
 //! A problem on the device: evaluation of populations in rounds of samples.
 
-use super::super::device::{Device, again, error};
-use super::super::set::grow;
-use super::unit::{Unit, UnitSource, WORKGROUP, bytes, lost, number};
+use super::super::device::Device;
+use super::super::set::{grow, lost, number, unmapped};
+use super::unit::{Unit, UnitSource, WORKGROUP, bytes};
 use crate::Result;
 use crate::evaluate::model::{LANES, ModelProblem};
 use crate::model::wgsl::ShaderPrecision;
@@ -118,12 +118,9 @@ impl Loaded {
         read_back.slice(..size).map_async(wgpu::MapMode::Read, move |_| arrived.store(true, Ordering::Release));
         let steps = (samples * count) as u64 * (problem.work() as u64 / 16 + 1);
         device.wait(submission, steps, &self.arrived)?;
-        let view = read_back
-            .slice(..size)
-            .get_mapped_range()
-            .map_err(|e| error(format!("{}: a buffer cannot be mapped: {e}", device.facts.name), again()))?;
+        let view = read_back.slice(..size).get_mapped_range().map_err(|e| unmapped(device, &e))?;
         let outputs = of.layout.measured.len();
-        let value = |place: usize, n: usize| number(&view, place * count + n, self.precision);
+        let value = |place: usize, n: usize| number(&view, place * count + n, self.precision.bytes());
         let sum = |place: usize, n: usize| {
             let is_finite = value(outputs, n) < 0.5;
             if is_finite { value(place, n) } else { f64::INFINITY }

@@ -1,11 +1,12 @@
 //! A recording of a model on the device: its shader and its rows.
 
-use super::super::device::Device;
+use super::super::device::{Device, again, error};
+use super::super::pipelines::compile;
+use crate::Result;
 use crate::evaluate::interpreter::Loss;
 use crate::evaluate::model::ModelProblem;
 use crate::model::program::Operation;
 use crate::model::wgsl::{HEAD, Layout, ShaderPrecision, ShaderSettings, shader};
-use crate::{Error, Result};
 
 /// Number of invocations of a workgroup.
 pub(super) const WORKGROUP: u32 = 64;
@@ -59,14 +60,6 @@ pub(super) fn bytes(numbers: &[f64], precision: ShaderPrecision) -> Vec<u8> {
     }
 }
 
-/// Returns the number at an index.
-pub(super) fn number(bytes: &[u8], at: usize, precision: ShaderPrecision) -> f64 {
-    match precision {
-        ShaderPrecision::F64 => bytemuck::pod_read_unaligned(&bytes[8 * at..8 * at + 8]),
-        ShaderPrecision::F32 => f64::from(bytemuck::pod_read_unaligned::<f32>(&bytes[4 * at..4 * at + 4])),
-    }
-}
-
 /// A recording on the device.
 pub(super) struct Unit {
     pub recording: usize,
@@ -88,35 +81,10 @@ impl Unit {
                 source.rows.len(),
                 device.facts.name
             );
-            return Err(super::super::device::error(message, super::super::device::again()));
+            return Err(error(message, again()));
         }
         let kinds = [Uniform, Storage { read_only: true }, Storage { read_only: true }, Storage { read_only: false }];
-        let entry = |(binding, ty): (u32, wgpu::BufferBindingType)| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: binding == 0, min_binding_size: None },
-            count: None,
-        };
-        let entries: Vec<_> = (0..).zip(kinds).map(entry).collect();
-        let bind_layout =
-            own.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries });
-        let module = own.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("model"),
-            source: wgpu::ShaderSource::Wgsl(source.shader.as_str().into()),
-        });
-        let layout = own.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &[Some(&bind_layout)],
-            immediate_size: 0,
-        });
-        let pipeline = own.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("model"),
-            layout: Some(&layout),
-            module: &module,
-            entry_point: Some("evaluate"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: None,
-        });
+        let (bind_layout, pipeline) = compile(device, &source.shader, &kinds, 0);
         let rows = own.create_buffer(&wgpu::BufferDescriptor {
             label: None,
             size: source.rows.len() as u64,
@@ -127,9 +95,4 @@ impl Unit {
         device.queue.write_buffer(&rows, 0, &source.rows);
         Ok(Self { recording, layout: source.layout.clone(), samples: source.samples, bind_layout, pipeline, rows })
     }
-}
-
-/// Returns the error for a state that cannot occur.
-pub(super) fn lost() -> Error {
-    super::super::device::error("the buffers of the device were lost", "Run again.")
 }
