@@ -425,6 +425,22 @@ fn commands_take_a_model_of_another_machine() {
     assert_eq!(inspected["identifiability"]["identifies"], true);
     let shown = ok(&["inspect", &log, "--model", &model]);
     assert!(shown.contains("identifies") && shown.contains("Ld ±") && shown.contains("noise σ"), "{shown}");
+    // Wrong samples are named, and the next step of the result excludes all of them.
+    let mut lines: Vec<String> = std::fs::read_to_string(&log).unwrap().lines().map(str::to_owned).collect();
+    for n in [200, 201, 333] {
+        let mut cells: Vec<&str> = lines[n].split(',').collect();
+        cells[4] = "50";
+        lines[n] = cells.join(",");
+    }
+    assert!(lines[0].split(',').nth(4).unwrap().starts_with("id"), "{}", lines[0]);
+    let spoilt = folder.file("spoilt.csv", lines.join("\n"));
+    let trust = &json(&["identify", &spoilt, "--model", &model, "--json"])["trust"];
+    assert!(trust["level"] != "good" && trust["reasons"].to_string().contains("3 samples of id are far"), "{trust}");
+    let next = trust["next"].as_str().unwrap();
+    let mask = next.split_once("--mask ").unwrap().1.trim_end_matches('.').trim_matches('\'');
+    let mended = json(&["identify", &spoilt, "--model", &model, "--mask", mask, "--json"]);
+    assert_eq!(mended["trust"]["level"], "good", "{mask}: {}", mended["trust"]);
+    assert!(ok(&["inspect", &spoilt, "--model", &model]).contains("suspect: 3 samples of id are far from the model"));
     assert!(ok(&["model", "check", &model, "--wgsl"]).contains("alias Scalar = f64;"));
     assert!(ok(&["model", "check", "two-mass", "--wgsl=f32"]).contains("alias Scalar = f32;"));
     fails(&["model", "check", &model, "--wgsl=f16"], 2, "f16");

@@ -345,7 +345,7 @@ fn signals_in_motion_are_prepared_as_they_are() {
     filtered.effective_sample_ratio = 0.8;
     let found = run(&Model::parse(GOOD).unwrap(), &[filtered], &ModelSpec::default());
     assert!(found.trust.reasons.iter().any(|reason| reason.code == "filtered"), "{:?}", found.trust);
-    // Two wrong samples are named, with the mask that excludes the first.
+    // Two wrong samples are named.
     let mut measured = noisy(square(300, 70, 2.0, 1.0), 1, 0).unwrap();
     let voltage: Vec<f64> = square(300, 50, 1.0, -1.0);
     let states = integrated(std::slice::from_ref(&voltage), (0.001, 10), [0.0], |[i], u| [(u[0] - 0.5 * i) / 0.02]);

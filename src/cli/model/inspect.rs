@@ -58,6 +58,10 @@ fn text(record: &Record, facts: &[ModelSignalFacts], found: &Result<ModelIdentif
         }
     };
     let _ = writeln!(text, "  {STRONG}identifies{STRONG:#}: {}", printable(&line));
+    let reasons = found.iter().flat_map(|found| &found.trust.reasons);
+    for reason in reasons.filter(|reason| reason.code == "outliers") {
+        let _ = writeln!(text, "  {STRONG}suspect{STRONG:#}: {}", printable(&reason.message.spelled(command_line)));
+    }
     for combination in found.iter().flat_map(|found| &found.combinations) {
         let _ = writeln!(text, "  {STRONG}does not identify{STRONG:#} all of them: {}", printable(combination));
     }

@@ -140,7 +140,7 @@ impl ModelRecording {
     }
 
     /// Returns the step after a sample \[s\].
-    pub(super) fn step(&self, n: usize) -> f64 {
+    pub(crate) fn step(&self, n: usize) -> f64 {
         self.step_s.get(n).or(self.step_s.last()).copied().unwrap_or(0.0)
     }
 

@@ -6,7 +6,7 @@ use crate::identify::trust_level::{Trust, TrustLevel, TrustReason};
 use crate::model::Model;
 use crate::numeric::upper_median;
 use crate::setting::{Text, text};
-use crate::text::{Shortest, counted, listed};
+use crate::text::{Shortest, counted, listed, significant};
 
 use TrustLevel::{Check, Poor};
 
@@ -73,9 +73,10 @@ pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_poli
     all.sort_by_key(|(level, _)| std::cmp::Reverse(*level as u8));
     let level = all.first().map_or(TrustLevel::Good, |(level, _)| *level);
     let reasons: Vec<TrustReason> = all.into_iter().map(|(_, reason)| reason).collect();
-    let next = reasons.first().map(|reason| match (reason.code, &outlying) {
-        ("outliers", Some((_, interval))) => text!("Exclude the samples: " [Mask = "{interval}"] "."),
-        (code, _) => next(found, code),
+    // Wrong samples spoil the fit and the tests of the residuals too.
+    let next = reasons.first().map(|reason| match &outlying {
+        Some((_, intervals)) => text!("Exclude the samples: " [Mask = "{intervals}"] "."),
+        None => next(found, reason.code),
     });
     Trust { level, reasons, next }
 }
@@ -103,12 +104,19 @@ fn outliers(problem: &ModelProblem, found: &ModelIdentification) -> Option<(Stri
                 continue;
             };
             let time = |k: usize| Shortest(recording.time_s[k]);
+            // Half a step around a run of samples, so that the interval is not empty.
+            let margin = |k: usize| 0.5 * recording.step(k);
+            let bound = |seconds: f64| Shortest(significant(seconds, 9).parse().unwrap_or(seconds)).to_string();
             let samples = counted(far.len(), "sample");
             let verb = if far.len() == 1 { "is" } else { "are" };
             let message =
                 format!("{samples} of {} {verb} far from the model, the first at {} s", output.name, time(first));
             let runs = far.chunk_by(|a, b| a + 1 == *b).take(INTERVALS);
-            let interval = |run: &[usize]| format!("{}:{}", time(run[0]), time(run[run.len() - 1]));
+            let interval = |run: &[usize]| {
+                let (first, last) = (run[0], run[run.len() - 1]);
+                let ends = [recording.time_s[first] - margin(first), recording.time_s[last] + margin(last)];
+                ends.map(bound).join(":")
+            };
             return Some((message, runs.map(interval).collect::<Vec<_>>().join(",")));
         }
     }
