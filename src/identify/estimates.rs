@@ -1,12 +1,11 @@
-//! The estimates of a result: a list of parameters, and maps by their names for serialization.
+//! The estimates of a result: a list of parameters.
 
 use super::result::{Identification, side};
 use crate::Result;
 use crate::estimate::fit_problem;
 use crate::motor::{Axis, Extension, Input, Parameter, Scope};
 use crate::record::Record;
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Serialize, Serializer};
 use serde_json::{Map, Value, json};
 
 /// The estimate of a parameter.
@@ -46,84 +45,6 @@ impl ParameterEstimate {
     /// Returns the sort key: by parameter, then by recording.
     pub(crate) fn order(&self) -> (usize, Option<u32>) {
         self.scope.order(self.parameter)
-    }
-}
-
-/// The estimates of all parameters: R, L, K, B and J, then those of extensions, each in the order of the recordings.
-///
-/// They are serialized as four maps by name: `parameters`, `std_error` and `ci95` (both `null` without a polish), and
-/// `at_bound`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Estimates {
-    /// Estimates in the order of the parameters.
-    pub list: Vec<ParameterEstimate>,
-    /// True if a polish was run, which computes standard errors.
-    pub polished: bool,
-}
-
-impl Estimates {
-    /// Returns the estimate of a parameter that all recordings share.
-    #[must_use]
-    pub fn get(&self, parameter: Parameter) -> Option<&ParameterEstimate> {
-        self.list.iter().find(|e| e.parameter == parameter && e.scope == Scope::Shared)
-    }
-}
-
-/// Serialized estimates: maps by name, all `None` without a result. Bounds, and which parameters were fixed, are not included.
-#[derive(Default, Serialize, Deserialize)]
-struct Maps {
-    parameters: Option<Map<String, Value>>,
-    std_error: Option<Map<String, Value>>,
-    ci95: Option<Map<String, Value>>,
-    at_bound: Option<Map<String, Value>>,
-}
-
-impl From<&Estimates> for Maps {
-    fn from(estimates: &Estimates) -> Self {
-        let map =
-            |of: fn(&ParameterEstimate) -> Value| Some(estimates.list.iter().map(|e| (e.name(), of(e))).collect());
-        Self {
-            parameters: map(|e| e.value.into()),
-            std_error: map(|e| e.std_error.into()).filter(|_| estimates.polished),
-            ci95: map(|e| json!(e.ci95)).filter(|_| estimates.polished),
-            at_bound: map(|e| e.at_bound.into()),
-        }
-    }
-}
-
-impl Serialize for Estimates {
-    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        Maps::from(self).serialize(serializer)
-    }
-}
-
-/// Serializes estimates, with each map as `null` if there are none.
-pub(crate) fn some_or_nulls<S: Serializer>(
-    estimates: &Option<Estimates>,
-    serializer: S,
-) -> std::result::Result<S::Ok, S::Error> {
-    estimates.as_ref().map(Maps::from).unwrap_or_default().serialize(serializer)
-}
-
-impl<'de> Deserialize<'de> for Estimates {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        let Maps { parameters, std_error, ci95, at_bound } = Maps::deserialize(deserializer)?;
-        let entry = |(name, value): (&String, &Value)| {
-            let (parameter, scope) =
-                Scope::named(name).ok_or_else(|| D::Error::custom("not the name of a parameter"))?;
-            let of = |map: &'_ Option<Map<String, Value>>| map.as_ref().and_then(|map| map.get(name)).cloned();
-            let ends = of(&ci95).and_then(|ends| Some([ends.get(0)?.as_f64()?, ends.get(1)?.as_f64()?]));
-            let side = of(&at_bound).and_then(|side| ["min", "max"].into_iter().find(|known| side == *known));
-            Ok(ParameterEstimate {
-                std_error: of(&std_error).and_then(|error| error.as_f64()),
-                ci95: ends,
-                at_bound: side,
-                ..ParameterEstimate::new(parameter, scope, value.as_f64())
-            })
-        };
-        let parameters = parameters.ok_or_else(|| D::Error::custom("the parameters are missing"))?;
-        let list = parameters.iter().map(entry).collect::<std::result::Result<_, D::Error>>()?;
-        Ok(Self { list, polished: std_error.is_some() })
     }
 }
 

@@ -115,16 +115,9 @@ fn none(items: &[String], of: Setting, reason: &str) -> Result<()> {
 
 /// Parses `NAME=MIN:MAX` items; `auto` stands for the bounds of the model.
 fn bounds(items: &[String]) -> Result<Vec<(String, [f64; 2])>> {
-    let own = items.iter().filter(|item| !matches!(item.trim(), "" | "auto"));
-    let one = |item: &String| {
-        let (name, range) = parse::pair(item, Setting::Bounds, "R=0.1:1")?;
-        let Some((min, max)) = range.split_once(':') else {
-            let message = text!([Bounds](": \"{}\" is not NAME=MIN:MAX", excerpt(item)));
-            return Err(Error::usage(message, text!("Write " [Bounds = "R=0.1:1"] ".")));
-        };
-        Ok((name.to_owned(), [parse::number(min, Setting::Bounds)?, parse::number(max, Setting::Bounds)?]))
-    };
-    own.map(one).collect()
+    let own: Vec<String> = items.iter().filter(|item| item.trim() != "auto").cloned().collect();
+    let ranges = parse::named_ranges(&own, Setting::Bounds)?;
+    Ok(ranges.into_iter().map(|(name, min, max)| (name, [min, max])).collect())
 }
 
 /// Parses `NAME=VALUE` items, each name at most once.

@@ -92,19 +92,28 @@ pub fn bounds(items: &[String]) -> Result<Vec<(Parameter, f64, f64)>> {
 /// # Errors
 /// Returns a usage error if an item is not `PARAMETER=MIN:MAX`, or repeats a parameter.
 pub fn ranges(items: &[String], of: Setting) -> Result<Vec<(Parameter, f64, f64)>> {
-    let mut list = Vec::new();
+    let list = named_ranges(items, of)?;
+    let of_motor = |(symbol, min, max): &(String, f64, f64)| Ok((symbol.parse()?, *min, *max));
+    list.iter().map(of_motor).collect()
+}
+
+/// Parses ranges of parameters of any machine, `R=0.1:1`, …, as (symbol, min, max).
+///
+/// # Errors
+/// Returns a usage error if an item is not `PARAMETER=MIN:MAX`, or repeats a parameter.
+pub fn named_ranges(items: &[String], of: Setting) -> Result<Vec<(String, f64, f64)>> {
+    let mut list: Vec<(String, f64, f64)> = Vec::new();
     for item in items.iter().map(|item| item.trim()).filter(|item| !item.is_empty()) {
         let example = if of == Setting::Bounds { "table2, auto or R=0.1:1,L=0.001:0.1" } else { "R=0.1:1,L=0.001:0.1" };
         let (symbol, range) = pair(item, of, example)?;
-        let parameter: Parameter = symbol.parse()?;
         let Some((min, max)) = range.split_once(':') else {
             let message = text!({ of }(": \"{}\" is not MIN:MAX", excerpt(range)));
             return Err(Error::usage(message, text!("Write " {of.to("R=0.1:1,L=0.001:0.1")} ".")));
         };
-        if list.iter().any(|(p, _, _)| *p == parameter) {
+        if list.iter().any(|(own, _, _)| own == symbol) {
             return Err(Error::usage(text!({of} " gives {symbol} twice"), "Give each parameter once."));
         }
-        list.push((parameter, number(min, of)?, number(max, of)?));
+        list.push((symbol.to_owned(), number(min, of)?, number(max, of)?));
     }
     Ok(list)
 }

@@ -325,7 +325,7 @@ fn rows_beyond_a_sample_are_not_drawn() {
 fn inconsistent_limits_and_progress() {
     use motorfit::study::sweep::{Limits, SweepProgress};
     for (low, high) in [(f64::NAN, 1.0), (0.0, f64::NAN), (1.0, 1.0), (2.0, 1.0)] {
-        refused(Limits::new(vec![(Parameter::R, low, high)]), "is empty");
+        refused(Limits::new(vec![("R".to_owned(), low, high)]), "is empty");
     }
     // Counts given by a caller may be inconsistent.
     let progress = SweepProgress { done: 1, total: 0, before: 2, failed: 0, under_way: 0.5, seconds: 1.0 };

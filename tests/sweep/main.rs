@@ -12,6 +12,7 @@
 mod program;
 
 mod crashes;
+mod extensions;
 mod faults;
 mod models;
 mod results;

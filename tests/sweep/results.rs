@@ -92,7 +92,7 @@ fn a_run_equals_that_of_identify() {
             (&line["cost"], &line["evaluations"], &line["stop"]),
             (&found["cost"], &found["evaluations"], &found["stop"])
         );
-        assert_eq!(line["trust"], models::trust(&found), "{line}");
+        assert_eq!(line["trust"], extensions::trust(&found), "{line}");
         for p in ["R", "L", "K", "B", "J"] {
             assert_eq!(line["at_bound"][p], found["parameters"][p]["at_bound"], "{p} of {line}");
         }

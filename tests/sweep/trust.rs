@@ -1,7 +1,7 @@
 //! Proves: the level of trust of a line is that of `identify`, for good and for corrupted recordings; levels are counted, and
 //! `--strict` requires good ones; folders of earlier versions, whose lines have no level, are not changed.
 
-use super::models::same;
+use super::extensions::same;
 use super::*;
 use motorfit::identify::REASONS;
 use std::collections::BTreeSet;
@@ -47,7 +47,7 @@ fn check_lines(folder: &Folder, study: &str, flags: &[&str]) -> BTreeSet<String>
         for code in line["trust"]["reasons"].as_array().into_iter().flatten() {
             assert!(REASONS.iter().any(|(known, _)| code == known), "{code} is not in the table");
         }
-        if same(&line, &models::identified(folder, &line, &files, flags)) {
+        if same(&line, &extensions::identified(folder, &line, &files, flags)) {
             let trust = &line["trust"];
             seen.extend(trust["reasons"].as_array().unwrap().iter().map(|code| code.as_str().unwrap().to_owned()));
             seen.insert(trust["level"].as_str().unwrap().to_owned());

@@ -9,8 +9,6 @@ use crate::throughput_profile::throughput_profile;
 use motorfit::device::with_threads;
 use motorfit::report::sweep::{motors_csv, status_document, sweep_document, sweep_parts, tally_document};
 use motorfit::report::{Part, html_fragment, json, plain_text};
-use motorfit::setting::Setting;
-use motorfit::settings::parse;
 use motorfit::study::sweep::{Limits, Shard, Sweep as Planned, SweepProgress as State, Tally};
 use motorfit::{Error, Result};
 use pyo3::prelude::*;
@@ -222,7 +220,7 @@ impl Sweep {
     ///     If the limits are wrong, or a file cannot be read or written.
     #[pyo3(signature = (*, limits=None))]
     fn merge<'py>(&self, py: Python<'py>, limits: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
-        let limits = self.0.limits_or_own(limits_of(limits, py)?);
+        let limits = self.0.limits_or_own(limits_of(limits, py)?).raise(py)?;
         let merged = on_all(py, || self.0.merge())?.raise(py)?;
         let document = loaded(py, &json(&sweep_document(&merged.summary, &limits)))?;
         document.set_item("results", merged.results)?;
@@ -324,7 +322,7 @@ fn shard_of((index, count): (u64, u64)) -> Result<Shard> {
 
 fn limits_of(limits: Option<&Bound<'_, PyAny>>, py: Python<'_>) -> PyResult<Limits> {
     let items = limits.map(|limits| spec::items(limits, "limits")).transpose()?.unwrap_or_default();
-    parse::ranges(&items, Setting::Limits).and_then(Limits::new).raise(py)
+    Limits::parse(&items).raise(py)
 }
 
 /// Parses a JSON document to Python objects.

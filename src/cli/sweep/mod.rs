@@ -197,7 +197,7 @@ impl<'a> Show<'a> {
         if let Some(path) = parquet {
             check_parquet(path)?;
         }
-        let limits = Limits::new(parse::ranges(&shown.limits, Setting::Limits)?)?;
+        let limits = Limits::parse(&shown.limits)?;
         let (csv, strict_limits) = (shown.csv.as_deref(), shown.strict_limits);
         if json && csv.is_some_and(inputs::is_stdio) {
             let message = "--csv - and --json both write to stdout";
@@ -216,7 +216,7 @@ impl<'a> Show<'a> {
 
     /// Checks that there are limits for `--strict-limits`.
     fn check(&self, sweep: &Sweep) -> Result<()> {
-        if self.strict_limits && sweep.limits_or_own(self.limits.clone()).is_empty() {
+        if sweep.limits_or_own(self.limits.clone())?.is_empty() && self.strict_limits {
             let message = "--strict-limits has no limits";
             return Err(Error::usage(message, "Give --limits, or the key limits in the study."));
         }
@@ -245,7 +245,7 @@ fn check_parquet(path: &Path) -> Result<()> {
 fn merge(sweep: &Sweep, outputs: Show<'_>, strict: Strict, style: &Style) -> Result<Outcome> {
     outputs.check(sweep)?;
     let Show { limits, out, parquet: wanted, csv, strict_limits, json: as_json, has_script } = outputs;
-    let limits = sweep.limits_or_own(limits);
+    let limits = sweep.limits_or_own(limits)?;
     let Merged { results, summary, damaged } = sweep.merge()?;
     if damaged > 0 && summary.missing > 0 {
         let are = if damaged == 1 { "is" } else { "are" };

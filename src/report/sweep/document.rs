@@ -3,7 +3,6 @@
 use super::capability::Capability;
 use super::line::{Excess, Spread, excesses, spreads};
 use super::words::cell_of;
-use crate::motor::Parameter;
 use crate::report::document::joined;
 use crate::report::spelling::command_line;
 use crate::study::sweep::{
@@ -16,8 +15,8 @@ use serde_json::{Map, Value, json as value};
 #[must_use]
 pub fn sweep_document(summary: &SweepSummary, limits: &Limits) -> Value {
     let motors = spreads(summary, limits);
-    let motors = motors.iter().map(|s| (s.named.1.name(s.named.0), spread(s, !limits.is_empty())));
-    let bounds = |p: Parameter| Some((p.symbol().to_owned(), value!(limits.of(p)?)));
+    let motors = motors.iter().map(|s| (s.quantity.name.clone(), spread(s, !limits.is_empty())));
+    let bounds = |symbol: &str| (symbol.to_owned(), value!(limits.of(symbol)));
     value!({
         "motorfit": env!("CARGO_PKG_VERSION"),
         "name": summary.name,
@@ -36,7 +35,7 @@ pub fn sweep_document(summary: &SweepSummary, limits: &Limits) -> Value {
             "identified": summary.results.len(),
             "parameters": motors.collect::<Map<String, Value>>(),
         },
-        "limits": Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS).filter_map(bounds).collect::<Map<String, Value>>(),
+        "limits": limits.symbols().map(bounds).collect::<Map<String, Value>>(),
         "outside": excesses(summary, limits).iter().map(outside).collect::<Value>(),
     })
 }
@@ -75,18 +74,17 @@ fn block(block: &SweepBlock) -> Value {
     })
 }
 
-/// Returns the levels of the factors of a cell or run. The model is included if the study names models.
-fn levels(f: &Factors, with: Option<&String>) -> Value {
+/// Returns the levels of the factors of a cell or run. Extensions and the model are included if the study names any.
+fn levels(f: &Factors, cell: Option<&Cell>) -> Value {
     let first = value!({"method": f.method.name(), "polish": f.polish.name()});
-    let with = with.map_or(Value::Null, |name| value!({"with": name}));
-    joined(joined(first, with), value!({"population": f.population, "generations": f.generations}))
+    let named = |key: &str, name: Option<&String>| name.map_or(Value::Null, |name| value!({key: name}));
+    let with = named("with", cell.and_then(|cell| cell.with.as_ref()));
+    let model = named("model", cell.and_then(|cell| cell.model.as_ref()));
+    joined(joined(joined(first, with), model), value!({"population": f.population, "generations": f.generations}))
 }
 
 fn cell(cell: &Cell) -> Value {
-    let parameters = cell
-        .parameters
-        .iter()
-        .map(|((parameter, scope), values)| (scope.name(*parameter), value!(Quantiles::of(values))));
+    let parameters = cell.parameters.iter().map(|(name, values)| (name.clone(), value!(Quantiles::of(values))));
     let others = value!({
         "noise": cell.noise,
         "runs": cell.runs,
@@ -96,7 +94,7 @@ fn cell(cell: &Cell) -> Value {
         "parameters": parameters.collect::<Map<String, Value>>(),
         "seconds": cell.seconds,
     });
-    joined(levels(&cell.factors, cell.with.as_ref()), others)
+    joined(levels(&cell.factors, Some(cell)), others)
 }
 
 /// Returns the numbers of results by level of trust; null if no result has a level.
@@ -109,12 +107,12 @@ fn worst(block: &SweepBlock, run: &NamedRun) -> Value {
     let cell = cell_of(block, f);
     let first = value!({"id": run.job.id, "motor": run.motor});
     let others = value!({"noise": cell.map_or("", |cell| &cell.noise), "seed": f.seed, "cost": run.outcome.cost});
-    joined(joined(first, levels(f, cell.and_then(|cell| cell.with.as_ref()))), others)
+    joined(joined(first, levels(f, cell)), others)
 }
 
 /// Returns the quantiles of a parameter over the motors, with the numbers outside if there are limits.
 fn spread(spread: &Spread, is_limited: bool) -> Value {
-    let mut entry = joined(value!({"unit": spread.named.0.unit()}), value!(Quantiles::of(&spread.values)));
+    let mut entry = joined(value!({"unit": spread.quantity.unit}), value!(Quantiles::of(&spread.values)));
     entry["std_error"] = spread.std_error.into();
     if is_limited {
         entry["outside"] = spread.limits.map(|_| spread.outside).into();
@@ -136,9 +134,9 @@ fn outside(excess: &Excess<'_>) -> Value {
     value!({
         "id": excess.run.job.id,
         "motor": excess.run.motor,
-        "parameter": excess.estimate.name(),
+        "parameter": excess.estimate.name,
         "value": excess.value,
-        "unit": excess.estimate.parameter.unit(),
+        "unit": excess.quantity.unit,
         "ci95": excess.estimate.ci95,
         "limit": excess.limit,
         "above": excess.is_above,

@@ -1,28 +1,29 @@
 //! All motors of a sweep as one CSV table: a line for each, with its parameters and their uncertainty.
 
 use super::line::excesses;
-use crate::identify::ParameterEstimate;
 use crate::report::Table;
-use crate::study::sweep::{Limits, NamedRun, SweepSummary};
+use crate::study::sweep::{Limits, NamedRun, RunEstimate, SweepSummary};
 use crate::text::Shortest;
 
-/// Returns CSV with a line for each motor: its name, parameters in SI units with standard errors and 95 % intervals, the parameters
+/// Returns CSV with a line for each motor: its name, parameters in their units with standard errors and 95 % intervals, the parameters
 /// outside the limits, fit, cost and level of trust. A motor without a result has its error. Cells without a value are empty.
 #[must_use]
 pub fn motors_csv(summary: &SweepSummary, limits: &Limits) -> String {
-    let names: Vec<String> = summary.parameters.iter().map(|(parameter, scope)| scope.name(*parameter)).collect();
+    let names: Vec<String> = summary.parameters.iter().map(|of| of.name.clone()).collect();
     let own =
         names.iter().flat_map(|name| ["", "_std_error", "_ci95_low", "_ci95_high"].map(|what| format!("{name}{what}")));
     let first = std::iter::once("motor".to_owned());
-    let last = ["outside", "fit_current_percent", "fit_speed_percent", "cost", "trust", "error"].map(str::to_owned);
-    let heads: Vec<String> = first.chain(own).chain(last).collect();
+    let fits = summary.outputs.iter().map(|output| format!("fit_{output}_percent"));
+    let last = ["cost", "trust", "error"].map(str::to_owned);
+    let heads: Vec<String> = first.chain(own).chain(["outside".to_owned()]).chain(fits).chain(last).collect();
     let mut table = Table::new("motors", "Motors", &heads);
     let excesses = excesses(summary, limits);
     for run in &summary.results {
-        let outside = excesses.iter().filter(|excess| excess.run.job.id == run.job.id).map(|e| e.estimate.name());
+        let outside = excesses.iter().filter(|excess| excess.run.job.id == run.job.id).map(|e| e.estimate.name.clone());
         let outside: Vec<String> = outside.collect();
-        let cells = summary.parameters.iter().flat_map(|named| values(run.estimate(*named)));
-        let fit = run.outcome.fit_percent.map_or([None; 2], |fit| [fit.current, fit.speed]).map(cell);
+        let cells = summary.parameters.iter().flat_map(|of| values(run.estimate(&of.name)));
+        let fits = run.outcome.fit_percent.as_ref();
+        let fit = summary.outputs.iter().map(|output| cell(fits.and_then(|fits| fits.of(output))));
         let trust = run.outcome.trust.as_ref().map_or_else(String::new, |trust| trust.level.name().to_owned());
         let rest = [cell(run.outcome.cost), trust, String::new()];
         table.named_row(&run.motor, cells.chain([outside.join(" ")]).chain(fit).chain(rest));
@@ -36,7 +37,7 @@ pub fn motors_csv(summary: &SweepSummary, limits: &Limits) -> String {
 }
 
 /// Returns the cells of an estimate: value, standard error and interval.
-fn values(estimate: Option<&ParameterEstimate>) -> [String; 4] {
+fn values(estimate: Option<&RunEstimate>) -> [String; 4] {
     let interval = estimate.and_then(|e| e.ci95).map_or([None; 2], |ends| ends.map(Some));
     let [low, high] = interval;
     [estimate.and_then(|e| e.value), estimate.and_then(|e| e.std_error), low, high].map(cell)

@@ -1,8 +1,7 @@
 //! Merged results as Parquet, one row per run with flat columns, in row groups that bound the memory.
 
 use crate::file::{replace, unwritable};
-use crate::identify::ParameterEstimate;
-use crate::study::sweep::{Line, Named, SweepSummary};
+use crate::study::sweep::{Line, OutputFits, Quantity, RunEstimate, SweepSummary};
 use crate::{Error, Result};
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
@@ -34,13 +33,20 @@ fn columns(sweep: &SweepSummary) -> Vec<(String, Column)> {
     let text = |name: &str, of| (name.to_owned(), Column::Text(of));
     let whole = |name: &str, of| (name.to_owned(), Column::Whole(of));
     let reason = |name: &str, of| (name.to_owned(), Column::Reason(of));
-    let each = |prefix: &str, of: fn(&ParameterEstimate) -> Option<f64>| {
-        let one = |&(parameter, scope): &Named| {
-            let is_own = move |e: &&ParameterEstimate| e.parameter == parameter && e.scope == scope;
-            let read = move |row: &Line| of(row.outcome.estimates.as_ref()?.list.iter().find(is_own)?);
-            (format!("{prefix}{}", scope.name(parameter)), Column::Real(Box::new(read)))
+    let each = |prefix: &str, of: fn(&RunEstimate) -> Option<f64>| {
+        let one = |quantity: &Quantity| {
+            let name = quantity.name.clone();
+            let read = move |row: &Line| of(row.outcome.estimates.as_ref()?.list.iter().find(|e| e.name == name)?);
+            (format!("{prefix}{}", quantity.name), Column::Real(Box::new(read)))
         };
         sweep.parameters.iter().map(one).collect::<Vec<_>>()
+    };
+    let fits = |prefix: &str, of: fn(&Line) -> Option<&OutputFits>| {
+        let one = |output: &String| {
+            let name = output.clone();
+            (format!("{prefix}{output}"), Column::Real(Box::new(move |row: &Line| of(row)?.of(&name))))
+        };
+        sweep.outputs.iter().map(one).collect::<Vec<_>>()
     };
     let real = |name: &str, of: fn(&Line) -> Option<f64>| (name.to_owned(), Column::Real(Box::new(of)));
     let mut columns = vec![
@@ -58,19 +64,17 @@ fn columns(sweep: &SweepSummary) -> Vec<(String, Column)> {
     if sweep.names_with {
         columns.insert(4, text("with", |row| row.with.clone().unwrap_or_default()));
     }
+    if sweep.names_models {
+        columns.insert(4, text("model", |row| row.model.clone().unwrap_or_default()));
+    }
     columns.extend(each("", |e| e.value));
     columns.extend(each("std_error_", |e| e.std_error));
     columns.extend(each("ci95_low_", |e| Some(e.ci95?[0])));
     columns.extend(each("ci95_high_", |e| Some(e.ci95?[1])));
-    columns.extend([
-        text("at_bound", at_bound),
-        real("cost", |row| row.outcome.cost),
-        real("fit_current", |row| row.outcome.fit_percent?.current),
-        real("fit_speed", |row| row.outcome.fit_percent?.speed),
-    ]);
+    columns.extend([text("at_bound", at_bound), real("cost", |row| row.outcome.cost)]);
+    columns.extend(fits("fit_", |row| row.outcome.fit_percent.as_ref()));
     if sweep.holds_out {
-        columns.push(real("validation_fit_current", |row| row.outcome.validation?.fit_percent.current));
-        columns.push(real("validation_fit_speed", |row| row.outcome.validation?.fit_percent.speed));
+        columns.extend(fits("validation_fit_", |row| Some(&row.outcome.validation.as_ref()?.fit_percent)));
     }
     columns.extend([
         whole("evaluations", |row| row.outcome.evaluations),
@@ -89,7 +93,7 @@ fn columns(sweep: &SweepSummary) -> Vec<(String, Column)> {
 
 /// Lists the parameters at a bound, as in `R:max,J:min`.
 fn at_bound(row: &Line) -> String {
-    let name = |e: &ParameterEstimate| Some(format!("{}:{}", e.name(), e.at_bound?));
+    let name = |e: &RunEstimate| Some(format!("{}:{}", e.name, e.at_bound?));
     let all = row.outcome.estimates.iter().flat_map(|estimates| &estimates.list);
     all.filter_map(name).collect::<Vec<_>>().join(",")
 }
@@ -192,8 +196,8 @@ mod tests {
     /// Returns a summary of results with an extension and a parameter of two recordings.
     fn summary() -> SweepSummary {
         let mut summary = super::super::sample::product(1);
-        let own = |n| (Parameter::Load, Scope::Recording(n));
-        summary.parameters.extend([(Parameter::Coulomb, Scope::Shared), own(0), own(1)]);
+        let own = |n| Quantity::of_motor(Parameter::Load, Scope::Recording(n));
+        summary.parameters.extend([Quantity::of_motor(Parameter::Coulomb, Scope::Shared), own(0), own(1)]);
         (summary.names_with, summary.holds_out) = (true, true);
         summary.trust.levels.check = 1;
         summary

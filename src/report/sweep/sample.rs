@@ -6,7 +6,7 @@ use crate::motor::{Parameter, Parameters};
 use crate::named::Named as _;
 use crate::report::Reproduced;
 use crate::study::sweep::{
-    Cell, Factors, Job, Limits, MOTOR, NamedRun, Outcome, SweepBlock, SweepSummary, TrustCounts,
+    Cell, Factors, Job, Limits, NamedRun, Outcome, Quantity, SweepBlock, SweepSummary, TrustCounts,
 };
 use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -22,7 +22,7 @@ fn factors(method: Method, noise: usize) -> Factors {
     Factors {
         method,
         polish: Polish::None,
-        with: 0,
+        machine: 0,
         population: 100,
         generations: 100,
         criterion,
@@ -48,12 +48,24 @@ fn run(id: u64, motor: usize, f: Factors, values: [f64; 5], cost: f64) -> NamedR
 }
 
 fn cell(factors: Factors, noise: &str, runs: &[NamedRun]) -> Cell {
-    let values = |named| runs.iter().filter_map(|run| run.estimate(named)?.value).collect();
-    let parameters = MOTOR.iter().map(|named| (*named, values(*named))).collect();
+    let values = |name: &str| runs.iter().filter_map(|run| run.estimate(name)?.value).collect();
+    let parameters = Quantity::motor().into_iter().map(|of| (of.name.clone(), values(&of.name))).collect();
     let costs = runs.iter().filter_map(|run| run.outcome.cost).collect();
     let count = runs.len() as u64;
     let (noise, with, seconds) = (noise.to_owned(), None, 0.0031 * count as f64);
-    Cell { factors, noise, with, runs: count, failed: 0, trust: TrustCounts::default(), costs, parameters, seconds }
+    let model = None;
+    Cell {
+        factors,
+        noise,
+        with,
+        model,
+        runs: count,
+        failed: 0,
+        trust: TrustCounts::default(),
+        costs,
+        parameters,
+        seconds,
+    }
 }
 
 fn summary(name: &str, blocks: Vec<SweepBlock>, runs: u64) -> SweepSummary {
@@ -63,7 +75,8 @@ fn summary(name: &str, blocks: Vec<SweepBlock>, runs: u64) -> SweepSummary {
         stride: 1,
         blocks,
         motors: 1,
-        parameters: MOTOR.to_vec(),
+        parameters: Quantity::motor(),
+        outputs: ["current", "speed"].map(str::to_owned).to_vec(),
         device: ["cpu".to_owned(), "f64".to_owned()],
         ..SweepSummary::default()
     }
@@ -103,7 +116,8 @@ pub(super) fn line() -> (SweepSummary, Limits) {
     summary.motors = 302;
     summary.results = results;
     let m2 = Parameters::M2;
-    let around = |p: Parameter, share: f64| (p, m2.get(p) * (1.0 - share), m2.get(p) * (1.0 + share));
+    let around =
+        |p: Parameter, share: f64| (p.symbol().to_owned(), m2.get(p) * (1.0 - share), m2.get(p) * (1.0 + share));
     let limits =
         [around(Parameter::R, 0.05), around(Parameter::L, 0.1), around(Parameter::K, 0.05), around(Parameter::J, 0.05)];
     (summary, Limits::new(limits.to_vec()).unwrap())

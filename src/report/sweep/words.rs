@@ -2,7 +2,7 @@
 
 use crate::numeric::{quantile, sorted};
 use crate::report::table::dash;
-use crate::study::sweep::{Cell, Factors, Named, SweepBlock, SweepSummary};
+use crate::study::sweep::{Cell, Factors, Quantity, SweepBlock, SweepSummary};
 use crate::text::{SuitableUnit, printable, significant};
 
 /// Formats a count with commas between thousands.
@@ -44,9 +44,18 @@ pub(super) fn level(name: &str, factors: &Factors, cell: &Cell) -> String {
         "method" => factors.method.name().to_owned(),
         "polish" => factors.polish.name().to_owned(),
         "with" => cell.with.clone().unwrap_or_default(),
+        "model" => machine(cell),
         "population" => factors.population.to_string(),
         "generations" => factors.generations.to_string(),
         _ => cell.noise.clone(),
+    }
+}
+
+/// Returns the name of the machine of a cell: its model, or the extensions of the DC motor.
+fn machine(cell: &Cell) -> String {
+    match (&cell.model, &cell.with) {
+        (Some(model), Some(with)) if model == "none" => with.clone(),
+        (model, _) => model.clone().unwrap_or_default(),
     }
 }
 
@@ -77,24 +86,24 @@ pub(super) fn block_name(block: &SweepBlock) -> String {
 
 /// Returns a cell with the model and the noise of a run, whose names the study gives.
 pub(super) fn cell_of<'a>(block: &'a SweepBlock, f: &Factors) -> Option<&'a Cell> {
-    block.cells.iter().find(|cell| (cell.factors.noise, cell.factors.with) == (f.noise, f.with))
+    block.cells.iter().find(|cell| (cell.factors.noise, cell.factors.machine) == (f.noise, f.machine))
 }
 
 /// A parameter with the unit that suits the size of its values.
 pub(super) struct Unit {
-    pub named: Named,
+    pub quantity: Quantity,
     unit: SuitableUnit,
 }
 
 impl Unit {
     /// Chooses the unit for a typical value.
-    pub fn of(named: Named, typical: f64) -> Self {
-        Self { named, unit: SuitableUnit::of(typical, named.0.unit()) }
+    pub fn of(quantity: &Quantity, typical: f64) -> Self {
+        Self { quantity: quantity.clone(), unit: SuitableUnit::of(typical, &quantity.unit) }
     }
 
     /// Chooses the unit for the median of values.
-    pub fn for_all(named: Named, values: &[f64]) -> Self {
-        Self::of(named, quantile(&sorted(values), 0.5))
+    pub fn for_all(quantity: &Quantity, values: &[f64]) -> Self {
+        Self::of(quantity, quantile(&sorted(values), 0.5))
     }
 
     /// Converts a value to the unit.
@@ -119,9 +128,8 @@ impl Unit {
 
     /// Returns symbol and unit, as in `L [mH]`.
     pub fn head(&self) -> String {
-        let (parameter, scope) = self.named;
         let unit = if self.unit.text.is_empty() { "1" } else { &self.unit.text };
-        format!("{} [{unit}]", scope.name(parameter))
+        format!("{} [{unit}]", self.quantity.name)
     }
 }
 

@@ -2,12 +2,14 @@
 //! to the fitted ones if the study requests it.
 
 use super::Sweep;
+use super::machine::ModelLevel;
 use super::manifest::{File, Motor};
 use crate::analysis::{split, warnings_of_records};
 use crate::criterion::Noise;
+use crate::evaluate::model::ModelRecording;
 use crate::experiment::{noise_of, with_noise};
 use crate::identify::{Diagnosed, Identification, IdentifySpec, needs_voltage, validate};
-use crate::record::Record;
+use crate::record::{Reading, Record};
 use crate::warning::Warning;
 use crate::{Error, Result};
 use sha2::{Digest as _, Sha256};
@@ -35,8 +37,12 @@ pub(super) struct Recordings {
 /// Recordings of a motor, or the error of reading them.
 pub(super) type Read = Result<Recordings>;
 
+/// Recordings of a motor as each machine of the study reads them: the DC motor, `None` if it is not among the machines, then each
+/// model.
+pub(super) type Sets = Arc<[Option<Read>]>;
+
 /// Index and recordings of the motor read last, so that a motor with many noise realizations is read once.
-pub(super) type Kept = Option<(usize, Read)>;
+pub(super) type Kept = Option<(usize, Sets)>;
 
 impl Recordings {
     fn new(fitted: Vec<Record>, held_out: Arc<Vec<Record>>) -> Self {
@@ -59,11 +65,24 @@ impl Recordings {
 }
 
 impl Sweep {
+    /// Reads the recordings of a motor for each machine of the study.
+    pub(super) fn sets(&self, motor: usize) -> Sets {
+        let own = self.study().has_motor().then(|| self.read_motor(motor));
+        let models = self.study().model_levels().map(|level| Some(self.read(motor, &level.reading)));
+        std::iter::once(own).chain(models).collect()
+    }
+
+    /// Reads the recordings of a motor for the DC motor.
+    pub(super) fn read_motor(&self, motor: usize) -> Read {
+        let recordings = self.read(motor, &self.study().reading)?;
+        needs_voltage(&recordings.fitted)?;
+        Ok(recordings)
+    }
+
     /// Reads the recordings of a motor and checks their digests against the manifest.
-    pub(super) fn read(&self, motor: usize) -> Read {
+    fn read(&self, motor: usize, reading: &Reading) -> Read {
         let Motor { files, validate, .. } = &self.manifest.motors[motor];
-        let (fitted, mut held_out) = (self.read_all(files)?, self.read_all(validate)?);
-        needs_voltage(&fitted)?;
+        let (fitted, mut held_out) = (self.read_all(files, reading)?, self.read_all(validate, reading)?);
         let fitted = match self.study().split {
             Some(fraction) => split(fitted, fraction, &mut held_out)?,
             None => fitted,
@@ -72,15 +91,15 @@ impl Sweep {
     }
 
     /// Returns the recordings of a motor, from `kept` if it has them.
-    pub(super) fn read_or_kept(&self, motor: usize, kept: Option<&(usize, Read)>) -> Read {
-        kept.filter(|(of, _)| *of == motor).map_or_else(|| self.read(motor), |(_, recordings)| recordings.clone())
+    pub(super) fn read_or_kept(&self, motor: usize, kept: Option<&(usize, Sets)>) -> Sets {
+        kept.filter(|(of, _)| *of == motor).map_or_else(|| self.sets(motor), |(_, recordings)| recordings.clone())
     }
 
-    fn read_all(&self, files: &[File]) -> Result<Vec<Record>> {
+    fn read_all(&self, files: &[File], reading: &Reading) -> Result<Vec<Record>> {
         let mut records = Vec::new();
         for file in files {
             let path = self.manifest.file(file);
-            let read = self.study().reading.records(&path)?;
+            let read = reading.records(&path)?;
             let digest = read.first().and_then(|record| record.source().sha256.clone());
             if file.sha256.is_none() || digest != file.sha256 {
                 let message = match file.sha256 {
@@ -96,16 +115,34 @@ impl Sweep {
         Ok(records)
     }
 
-    /// Returns recordings with noise added to the fitted ones. The noise depends on the seed and the recording, not on
-    /// the method.
-    pub(super) fn with_noise(&self, recordings: &Read, noise: usize, seed: u64) -> Read {
-        let Some(noise) = self.study().noise[noise].noise else { return recordings.clone() };
-        let recordings = recordings.clone()?;
+    /// Returns the recordings of the DC motor with noise added to the fitted ones. The noise depends on the seed and the recording,
+    /// not on the method.
+    pub(super) fn with_noise(&self, sets: &Sets, noise: usize, seed: u64) -> Read {
+        let none = || Err(Error::usage("the DC motor is not among the machines of the study", "Add it."));
+        let recordings = sets.first().cloned().flatten().unwrap_or_else(none)?;
+        let Some(noise) = self.study().noise[noise].noise else { return Ok(recordings) };
         let noisy =
             |(n, record): (usize, &Record)| with_noise(record, noise_of(record, noise), key(record, n, noise, seed));
         let fitted = recordings.fitted.iter().enumerate().map(noisy).collect::<Result<Vec<Record>>>()?;
         Ok(Recordings::new(fitted, recordings.held_out))
     }
+}
+
+/// Returns the fitted and the held-out recordings of a model, with noise added to the outputs of the fitted ones.
+pub(super) fn of_model(
+    recordings: &Recordings,
+    level: &ModelLevel,
+    (noise, seed): (Option<Noise>, u64),
+) -> Result<[Vec<ModelRecording>; 2]> {
+    let all =
+        |records: &[Record]| records.iter().map(|r| ModelRecording::new(&level.model, r)).collect::<Result<Vec<_>>>();
+    let (mut fitted, held_out) = (all(&recordings.fitted)?, all(&recordings.held_out)?);
+    if let Some(noise) = noise {
+        for (n, (record, recording)) in recordings.fitted.iter().zip(&mut fitted).enumerate() {
+            *recording = recording.with_noise(noise, key(record, n, noise, seed));
+        }
+    }
+    Ok([fitted, held_out])
 }
 
 /// Returns the seed of the noise of a recording, different for each recording.

@@ -2,23 +2,29 @@
 //! not depend on.
 
 use super::Sweep;
-use super::dataset::{Read, Recordings};
+use super::dataset::{Dataset, Read, Recordings, Sets, of_model};
 use super::line::Outcome;
 use super::runs::Job;
-use crate::Result;
 use crate::device::DeviceSpec;
 use crate::estimate::fit_problem;
 use crate::evaluate::Problem;
+use crate::identify::model::{hold_out_model, identify_model};
 use crate::identify::{Identification, IdentifySpec, Method, fit_on, has_all_channels, identify, with_cost_on};
+use crate::{Error, Result};
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 
-/// Names of method, polish, criterion and scale, and the index of the model.
+/// Names of method, polish, criterion and scale, and the index of the machine.
 type Key = ([&'static str; 4], usize);
 
 /// Fits of a dataset.
 pub(super) struct Fits<'a> {
     sweep: &'a Sweep,
-    recordings: Read,
+    sets: &'a Sets,
+    dataset: Dataset,
+    /// Recordings of the DC motor with the noise of the dataset.
+    recordings: OnceCell<Read>,
     /// Problem of the linear fits, by index of the model.
     plain: BTreeMap<usize, Result<Problem>>,
     /// Estimates of Steiglitz–McBride, by polish and index of the model.
@@ -27,19 +33,36 @@ pub(super) struct Fits<'a> {
 }
 
 impl<'a> Fits<'a> {
-    pub(super) fn new(sweep: &'a Sweep, recordings: Read) -> Self {
-        Self { sweep, recordings, plain: BTreeMap::new(), linear: BTreeMap::new(), outcomes: BTreeMap::new() }
+    pub(super) fn new(sweep: &'a Sweep, sets: &'a Sets, dataset: Dataset) -> Self {
+        let recordings = OnceCell::new();
+        Self {
+            sweep,
+            sets,
+            dataset,
+            recordings,
+            plain: BTreeMap::new(),
+            linear: BTreeMap::new(),
+            outcomes: BTreeMap::new(),
+        }
+    }
+
+    fn recordings(&self) -> Read {
+        let Dataset { noise, seed, .. } = self.dataset;
+        self.recordings.get_or_init(|| self.sweep.with_noise(self.sets, noise, seed)).clone()
     }
 
     /// Returns the result of a run.
     pub(super) fn outcome(&mut self, job: &Job) -> Outcome {
         let f = &job.factors;
-        let key = ([f.method.name(), f.polish.name(), f.criterion.name(), f.scale.name()], f.with);
+        let key = ([f.method.name(), f.polish.name(), f.criterion.name(), f.scale.name()], f.machine);
         if let Some(known) = self.outcomes.get(&key) {
             return known.clone();
         }
+        if self.sweep.study().machine(f).model.is_some() {
+            return self.of_model(job).unwrap_or_else(|error| self.sweep.failed(&error));
+        }
         let spec = self.sweep.study().spec(f);
-        let (found, is_fixed) = match self.recordings.clone() {
+        let (found, is_fixed) = match self.recordings() {
             Err(error) => (Err(error), true),
             Ok(of) if f.method == Method::Auto || spec.is_extended() || !has_all_channels(&of.fitted) => {
                 let found = identify(&of.fitted, &IdentifySpec { device: DeviceSpec::Cpu, ..spec.clone() });
@@ -47,13 +70,25 @@ impl<'a> Fits<'a> {
                 let is_fixed = found.as_ref().is_ok_and(|found| !found.searched.has_population);
                 (found.and_then(|found| of.validated(found, &spec)), is_fixed)
             }
-            Ok(of) => (self.linear(&of, &spec, f.with), true),
+            Ok(of) => (self.linear(&of, &spec, f.machine), true),
         };
         let outcome = found.map_or_else(|error| self.sweep.failed(&error), |found| Outcome::of(&found));
         if is_fixed {
             self.outcomes.insert(key, outcome.clone());
         }
         outcome
+    }
+
+    /// Identifies a model. Its search depends on the seed, so that each run has its own.
+    fn of_model(&self, job: &Job) -> Result<Outcome> {
+        let Some((level, spec)) = self.sweep.study().model(&job.factors) else { return Ok(Outcome::default()) };
+        let read = self.sets.get(level.number).cloned().flatten();
+        let recordings = read.unwrap_or_else(|| Err(Error::data("was not read", "Run the sweep again.")))?;
+        let noise = self.sweep.study().noise[self.dataset.noise].noise;
+        let [fitted, held_out] = of_model(&recordings, level, (noise, self.dataset.seed))?;
+        let mut found = identify_model(&level.model, &fitted, &spec, &mut |_| ControlFlow::Continue(()))?;
+        hold_out_model(&level.model, &mut found, &held_out, &spec)?;
+        Ok(Outcome::of_model(&level.model, &found))
     }
 
     /// Returns the Steiglitz–McBride estimate after the polish, with its cost in the criterion of the run.

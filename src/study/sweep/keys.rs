@@ -1,11 +1,11 @@
 //! Reading and checking of the keys of a study.
 
-use super::study::{AddedNoise, Entry, Level, Seeds};
-use super::summary::Limits;
+use super::limits::Limits;
+use super::study::{AddedNoise, Entry, Seeds};
 use super::toml::{Document, Item};
 use crate::device::{DeviceSpec, OnLoss};
 use crate::identify::{IdentifySpec, Method};
-use crate::motor::{Discretization, Parameter, Space, With};
+use crate::motor::Discretization;
 use crate::named::named;
 use crate::optimize::SEARCHES;
 use crate::record::Reading;
@@ -49,13 +49,13 @@ pub(super) struct Keys<'a> {
 }
 
 impl<'a> Keys<'a> {
-    fn get(&self, key: &'a str) -> Option<Item<'a>> {
+    pub(super) fn get(&self, key: &'a str) -> Option<Item<'a>> {
         let value = self.table.iter().find(|(name, _)| *name.get_ref() == key).map(|(_, value)| value)?;
         Some(Item { document: self.document, key, value })
     }
 
     /// Returns the span of a key's value; the start of the text if the key is absent.
-    fn span(&self, key: &'a str) -> Range<usize> {
+    pub(super) fn span(&self, key: &'a str) -> Range<usize> {
         self.get(key).map(|item| item.value.span()).unwrap_or_default()
     }
 
@@ -142,8 +142,8 @@ impl<'a> Keys<'a> {
         }
     }
 
-    /// Reads the settings that are present in the table by the common rules of all front ends.
-    fn given(&self, settings: &[Setting]) -> Result<Given> {
+    /// Reads the settings that are present in the table by the common rules of all front ends. `symbols` are those of the parameters.
+    pub(super) fn given(&self, settings: &[Setting], symbols: &[&str]) -> Result<Given> {
         let mut given = Given::default();
         let quoted = |names: &[&str]| format!("\"{}\"", names.join("\", \""));
         for row in settings.iter().filter_map(|setting| row(*setting)) {
@@ -157,8 +157,10 @@ impl<'a> Keys<'a> {
                     Value::Text(item.text(&quoted(&rows.iter().map(|(name, _)| *name).collect::<Vec<_>>()))?)
                 }
                 Kind::List => Value::List(match row.setting {
-                    Setting::Bounds => bounds(item)?,
-                    Setting::Fix => parameters(item, |symbol, value| Ok(format!("{symbol}={}", value.number()?)))?,
+                    Setting::Bounds => bounds(item, symbols)?,
+                    Setting::Fix => {
+                        parameters(item, symbols, |symbol, value| Ok(format!("{symbol}={}", value.number()?)))?
+                    }
                     _ => item.words(&format!("[\"{}\"]", row.example))?,
                 }),
             };
@@ -168,57 +170,18 @@ impl<'a> Keys<'a> {
     }
 
     /// Adds the line of a setting to its error.
-    fn at(&self, fault: &Fault) -> Error {
+    pub(super) fn at(&self, fault: &Fault) -> Error {
         self.document.located(self.span(fault.setting.name()), &fault.error)
     }
 
     /// Returns the settings that apply to all runs.
     pub(super) fn spec(&self) -> Result<IdentifySpec> {
-        settings::problem(&self.given(&OF_ALL_RUNS)?).map_err(|fault| self.at(&fault))
+        settings::problem(&self.given(&OF_ALL_RUNS, &[])?).map_err(|fault| self.at(&fault))
     }
 
     /// Returns true if the study names models with the key `with`.
     pub(super) fn names_with(&self) -> bool {
         self.get("with").is_some()
-    }
-
-    /// Returns the models with the settings of all runs. If the study names models, each takes the bounds, fixed values
-    /// and per-recording parameters that it has; otherwise the bounds and fixed values define the model.
-    pub(super) fn with(&self, spec: &IdentifySpec) -> Result<Vec<Level>> {
-        let one = |item: Item<'_>| {
-            let text = item.text("\"coulomb,dead-time\"")?;
-            text.parse::<With>().map_err(|error| item.located(&error))
-        };
-        let models = self.list("with", one, With::default())?;
-        let (given, at) = (self.given(&OF_MODELS)?, |fault: Fault| self.at(&fault));
-        let bounds = given.items(Setting::Bounds, parse::bounds).map_err(at)?;
-        let auto_bounds = given.items(Setting::Bounds, parse::auto_bounds).map_err(at)?;
-        let fixed = given.items(Setting::Fix, |items| parse::parameters(items, Setting::Fix)).map_err(at)?;
-        let own = given.items(Setting::PerRecording, |items| parse::named(items, Setting::PerRecording)).map_err(at)?;
-        let is_given = |p: Parameter| bounds.iter().any(|(of, ..)| *of == p) || fixed.iter().any(|(of, _)| *of == p);
-        let has = |with: &With, p: Parameter| with.may_have(p) || (!self.names_with() && is_given(p));
-        let asked = bounds.iter().map(|(p, ..)| ("bounds", *p)).chain(fixed.iter().map(|(p, _)| ("fix", *p)));
-        for (key, parameter) in asked.chain(own.iter().map(|p| ("per_recording", *p))) {
-            if !models.iter().any(|with| has(with, parameter)) {
-                let symbol = parameter.symbol();
-                let message = format!("{key}: {symbol} is in no model of the study");
-                let remedy = format!("Name its extension in with, or remove {symbol}.");
-                return Err(self.document.error(self.span(key), message, remedy));
-            }
-        }
-        let level = |with: &With| {
-            let bounds: Vec<(Parameter, f64, f64)> = bounds.iter().filter(|(p, ..)| has(with, *p)).copied().collect();
-            let fixed: Vec<(Parameter, f64)> = fixed.iter().filter(|(p, _)| has(with, *p)).copied().collect();
-            // With extensions, all five parameters of the motor may be fixed.
-            let space = if *with == With::default() { Space::table2_with } else { Space::table2_to_extend };
-            let key = if given.has(Setting::Bounds) { "bounds" } else { "fix" };
-            let space = space(&bounds, &fixed).map_err(|error| self.document.located(self.span(key), &error))?;
-            let per_recording = own.iter().copied().filter(|p| has(with, *p)).collect();
-            let auto_bounds = auto_bounds.clone();
-            let spec = IdentifySpec { space, auto_bounds, with: with.clone(), per_recording, ..spec.clone() };
-            Ok(Level { name: with.to_string(), spec })
-        };
-        models.iter().map(level).collect()
     }
 
     pub(super) fn split(&self) -> Result<Option<f64>> {
@@ -233,9 +196,9 @@ impl<'a> Keys<'a> {
     }
 
     /// Returns the acceptance limits of the motors; none if the key is absent.
-    pub(super) fn limits(&self) -> Result<Limits> {
+    pub(super) fn limits(&self, symbols: &[&str]) -> Result<Limits> {
         let Some(item) = self.get("limits") else { return Ok(Limits::default()) };
-        let list = parse::ranges(&ranges(item)?, Setting::Limits).and_then(Limits::new);
+        let list = Limits::parse(&ranges(item, symbols)?);
         list.map_err(|error| {
             item.error(error.message().to_string(), "Write limits = {R = [0.8, 1.0]}, the lower limit first.")
         })
@@ -251,14 +214,14 @@ impl<'a> Keys<'a> {
     }
 
     pub(super) fn reading(&self, discretization: Discretization) -> Result<Reading> {
-        let mut given = self.given(&READING)?;
+        let mut given = self.given(&READING, &[])?;
         given.put(Setting::Discretization, Value::Text(discretization.name().to_owned()));
         settings::reading(&given).map_err(|fault| self.at(&fault))
     }
 }
 
 /// Returns the values of a table of parameters, in the order of the file.
-fn parameters<T>(item: Item<'_>, one: impl Fn(&str, Item<'_>) -> Result<T>) -> Result<Vec<T>> {
+fn parameters<T>(item: Item<'_>, symbols: &[&str], one: impl Fn(&str, Item<'_>) -> Result<T>) -> Result<Vec<T>> {
     let Item { document, key, value } = item;
     let Some(table) = value.get_ref().as_table() else {
         let example = match key {
@@ -268,25 +231,24 @@ fn parameters<T>(item: Item<'_>, one: impl Fn(&str, Item<'_>) -> Result<T>) -> R
         };
         return Err(item.error(format!("{key} is not a table"), format!("Write {key} = {example}.")));
     };
-    let symbols: Vec<&str> = Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS).map(Parameter::symbol).collect();
-    document.check_keys(table, &symbols, key)?;
+    document.check_keys(table, symbols, key)?;
     let mut entries: Vec<_> = table.iter().collect();
     entries.sort_by_key(|(name, _)| name.span().start);
     entries.into_iter().map(|(symbol, value)| one(symbol.get_ref(), Item { value, ..item })).collect()
 }
 
 /// Returns the bounds as a list of texts.
-fn bounds(item: Item<'_>) -> Result<Vec<String>> {
+fn bounds(item: Item<'_>, symbols: &[&str]) -> Result<Vec<String>> {
     if item.value.get_ref().as_str().is_some() {
         return Ok(vec![item.choice::<DefaultBounds>()?.name().to_owned()]);
     }
-    ranges(item)
+    ranges(item, symbols)
 }
 
 /// Returns a table of ranges as a list of texts.
-fn ranges(item: Item<'_>) -> Result<Vec<String>> {
+fn ranges(item: Item<'_>, symbols: &[&str]) -> Result<Vec<String>> {
     let key = item.key;
-    parameters(item, |symbol, value| {
+    parameters(item, symbols, |symbol, value| {
         let [min, max] = value.list(Item::number)?[..] else {
             let remedy = format!("Write {key} = {{{symbol} = [0.1, 1.0]}}.");
             return Err(value.error(format!("{key}: {symbol} is not [MIN, MAX]"), remedy));

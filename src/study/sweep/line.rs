@@ -1,11 +1,13 @@
 //! Finished runs as lines of JSON, written and parsed.
 
+use super::estimates::{OutputFits, RunEstimates, some_or_nulls};
 use super::runs::Job;
 use super::study::Study;
 use super::toml::as_key;
 use super::trust::RunTrust;
-use crate::channels::Channels;
-use crate::identify::{Estimates, Identification, some_or_nulls};
+use crate::identify::Identification;
+use crate::identify::model::ModelIdentification;
+use crate::model::Model;
 use crate::optimize::Stop;
 use crate::record::Severity;
 use crate::text::{hexadecimal, printable_json};
@@ -22,11 +24,11 @@ type Name = &'static str;
 pub struct Outcome {
     /// Parameter estimates; `None` without a result.
     #[serde(flatten, serialize_with = "some_or_nulls")]
-    pub estimates: Option<Estimates>,
+    pub estimates: Option<RunEstimates>,
     /// Cost in the criterion of the run, evaluated by the oracle.
     pub cost: Option<f64>,
-    /// Fit of current and speed \[%\].
-    pub fit_percent: Option<Channels<Option<f64>>>,
+    /// Fit of the outputs \[%\].
+    pub fit_percent: Option<OutputFits>,
     /// Fit of the held-out recordings; `None` in studies without any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub validation: Option<HeldOutFit>,
@@ -51,10 +53,10 @@ pub struct Outcome {
 }
 
 /// Fit of held-out recordings.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct HeldOutFit {
-    /// Fit of current and speed \[%\].
-    pub fit_percent: Channels<Option<f64>>,
+    /// Fit of the outputs \[%\].
+    pub fit_percent: OutputFits,
 }
 
 const FAILED: &str = "failed";
@@ -114,14 +116,36 @@ impl Outcome {
         let reported = found.warnings.iter().filter(|warning| warning.severity == Severity::Report);
         let held_out = found.validation.as_ref();
         Self {
-            estimates: Some(Estimates { list: found.estimates(), polished: found.uncertainty.is_some() }),
+            estimates: Some(found.into()),
             cost: Some(found.cost).filter(|cost| cost.is_finite()),
-            fit_percent: Some(found.fit_percent.into()),
-            validation: held_out.map(|validation| HeldOutFit { fit_percent: validation.fit_percent.into() }),
+            fit_percent: Some(OutputFits::of_motor(found.fit_percent)),
+            validation: held_out
+                .map(|validation| HeldOutFit { fit_percent: OutputFits::of_motor(validation.fit_percent) }),
             evaluations: found.evaluations,
             stop: Some(found.stop),
             device: found.device_kind,
             precision: found.precision,
+            warnings: reported.map(|warning| warning.code.to_owned()).collect(),
+            trust: Some((&found.trust).into()),
+            error: None,
+        }
+    }
+
+    /// Creates the outcome of an identification with a model.
+    #[must_use]
+    pub fn of_model(model: &Model, found: &ModelIdentification) -> Self {
+        let reported = found.warnings.iter().filter(|warning| warning.severity == Severity::Report);
+        let held_out = (!found.held_out.is_empty())
+            .then(|| HeldOutFit { fit_percent: OutputFits::of_model(model, &found.held_out_percent) });
+        Self {
+            estimates: Some(found.into()),
+            cost: Some(found.cost).filter(|cost| cost.is_finite()),
+            fit_percent: Some(OutputFits::of_model(model, &found.fit_percent)),
+            validation: held_out,
+            evaluations: found.evaluations,
+            stop: Some(found.stop),
+            device: found.device.kind,
+            precision: found.device.precision,
             warnings: reported.map(|warning| warning.code.to_owned()).collect(),
             trust: Some((&found.trust).into()),
             error: None,
@@ -160,6 +184,8 @@ pub(crate) struct Line {
     pub polish: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub with: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model: Option<String>,
     pub population: u64,
     pub generations: u64,
     pub criterion: String,
@@ -180,6 +206,7 @@ impl Line {
             method: f.method.name().to_owned(),
             polish: f.polish.name().to_owned(),
             with: study.with_name(f).map(str::to_owned),
+            model: study.model_name(f).map(str::to_owned),
             population: f.population as u64,
             generations: f.generations as u64,
             criterion: f.criterion.name().to_owned(),
@@ -226,12 +253,13 @@ pub(super) fn split(line: &str) -> Option<(String, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::sweep::machine::ModelTexts;
     use crate::study::sweep::sample::sample;
 
     #[test]
     fn a_line_comes_back_and_its_time_comes_off() {
         let text = "methods = [\"sm\"]\nrecordings = [\"a\"]\nnoise = [\"none\"]";
-        let study = Study::parse(text, std::path::Path::new("s.toml")).unwrap();
+        let study = Study::parse(text, std::path::Path::new("s.toml"), ModelTexts::Known(&[])).unwrap();
         let runs = super::super::runs::Runs::new(study.clone(), 1);
         let motor = "evil\",\"timing\":{}}\u{202e}\n";
         let outcome = sample();

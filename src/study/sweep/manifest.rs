@@ -1,5 +1,6 @@
 //! Manifest of a sweep: the text of the study, the recordings with their digests, and the device. It is immutable.
 
+use super::machine::ModelFile;
 use super::pattern::matched;
 use super::runs::Runs;
 use super::study::{Entry, Study};
@@ -85,6 +86,9 @@ pub struct Manifest {
     pub folder: String,
     /// Text of the study.
     pub study: String,
+    /// Models that the study names.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub models: Vec<ModelFile>,
     /// Motors in the order of their runs.
     pub motors: Vec<Motor>,
     /// SHA-256 digest of the file with an empty text here; earlier versions wrote none.
@@ -116,6 +120,7 @@ impl Manifest {
             path: path.display().to_string(),
             folder: folder.to_string_lossy().into_owned(),
             study: text.to_owned(),
+            models: study.models.clone(),
             motors,
             sha256: None,
         })
@@ -145,13 +150,19 @@ impl Manifest {
     /// Returns true if two manifests are of the same sweep, whatever the version of the program and the location of the
     /// files.
     pub(super) fn is_same(&self, other: &Self) -> bool {
-        self.study == other.study && self.motors == other.motors && self.device == other.device
+        self.study == other.study
+            && self.models == other.models
+            && self.motors == other.motors
+            && self.device == other.device
     }
 
     /// Describes the difference to another manifest.
     pub(super) fn difference(&self, other: &Self) -> String {
         if self.study != other.study {
             return "the study's text has changed".to_owned();
+        }
+        if let Some((old, _)) = self.models.iter().zip(&other.models).find(|(a, b)| a != b) {
+            return format!("the model {} has changed", excerpt(&old.name));
         }
         let names = |manifest: &Self| manifest.motors.iter().map(|m| m.motor.clone()).collect::<BTreeSet<String>>();
         let (old, new) = (names(self), names(other));

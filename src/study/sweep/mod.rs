@@ -6,14 +6,19 @@
 //! device kind, the precision and the instruction-set class.
 
 mod dataset;
+mod estimates;
 mod fits;
 mod head;
 mod keys;
+mod levels;
+mod limits;
 mod line;
+mod machine;
 mod manifest;
 mod merge;
 mod pattern;
 mod plan;
+mod quantity;
 mod remote_shard;
 mod results;
 mod run;
@@ -29,23 +34,31 @@ mod summary;
 mod toml;
 mod trust;
 
+pub use estimates::{OutputFits, RunEstimate, RunEstimates};
+pub use limits::Limits;
 #[cfg(all(feature = "report", feature = "parquet"))]
 pub(crate) use line::Line;
 pub use line::{Failure, HeldOutFit, Outcome};
+pub use machine::ModelFile;
 pub use manifest::{File, Manifest, Motor, PinnedDevice};
 pub use merge::{Merged, ShardStatus, SweepStatus};
+pub use quantity::Quantity;
 pub use run::{FailedRun, Failures, Observe, SweepProgress, Tally};
 pub use runs::Job;
 use runs::Runs;
 pub use shard::Shard;
 pub use study::Factors;
 use study::Study;
-pub use summary::{Cell, Limits, MOTOR, Named, NamedRun, Quantiles, SweepBlock, SweepSummary};
+pub use summary::{Cell, NamedRun, Quantiles, SweepBlock, SweepSummary};
 pub use trust::{LevelCounts, RunTrust, TrustCounts};
 
-use crate::Error;
 use crate::limit::{Limit, limit, limit_of};
+use crate::setting::text;
+use crate::text::{excerpt, listed, nearest};
+use crate::{Error, Result};
 use head::Origin;
+use machine::Level;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Limits of studies.
@@ -87,9 +100,27 @@ impl Sweep {
     }
 
     /// Returns the given acceptance limits, or those of the study if none are given.
-    #[must_use]
-    pub fn limits_or_own(&self, given: Limits) -> Limits {
-        if given.is_empty() { self.study().limits.clone() } else { given }
+    ///
+    /// # Errors
+    /// Returns a `Usage` error if a limit is of a parameter that no machine of the study has.
+    pub fn limits_or_own(&self, given: Limits) -> Result<Limits> {
+        if given.is_empty() {
+            return Ok(self.study().limits.clone());
+        }
+        for symbol in given.symbols() {
+            if !self.study().machines.iter().any(|level| level.quantity(symbol).is_some()) {
+                let all = self.study().machines.iter().flat_map(Level::quantities);
+                let names: BTreeSet<String> = all.map(|of| of.symbol).collect();
+                let names: Vec<&str> = names.iter().map(String::as_str).collect();
+                let hint = match nearest(symbol, &names) {
+                    Some(near) => format!("Did you mean {near}?"),
+                    None => format!("They have {}.", listed(&names, "and")),
+                };
+                let message = text!([Limits](": no machine of the study has the parameter {}", excerpt(symbol)));
+                return Err(Error::usage(message, hint));
+            }
+        }
+        Ok(given)
     }
 
     fn study(&self) -> &Study {
@@ -120,7 +151,9 @@ impl Sweep {
         }
         let job = self.runs.job(line.id);
         let own = line::Line::of(self.study(), &job, &self.manifest.motors[job.motor].motor, line.outcome.clone());
-        own == *line
+        let level = self.study().machine(&job.factors);
+        let is_own = |e: &RunEstimate| level.quantity(&e.name).is_some();
+        own == *line && line.outcome.estimates.iter().flat_map(|estimates| &estimates.list).all(is_own)
     }
 
     fn failed(&self, error: &Error) -> Outcome {

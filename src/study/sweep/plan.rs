@@ -2,6 +2,7 @@
 
 use super::Sweep;
 use super::head::Origin;
+use super::machine::ModelTexts;
 use super::manifest::{Manifest, PinnedDevice};
 use super::results::files;
 use super::runs::Runs;
@@ -31,7 +32,7 @@ impl Sweep {
     /// written or recordings are missing, and a `Device` error if the device is not available.
     pub fn plan(path: &Path, folder: &Path, throughput_profile: Option<ThroughputProfile>) -> Result<(Self, bool)> {
         let text = read(path, BYTES_MAX)?;
-        let study = Study::parse(&text, path)?;
+        let study = Study::parse(&text, path, ModelTexts::Folder(path.parent().unwrap_or(Path::new(""))))?;
         let mut manifest = Manifest::of(&study, &text, path)?;
         remove_leftovers(&folder.join(NAME));
         let known = if folder.join(NAME).exists() {
@@ -92,7 +93,8 @@ impl Sweep {
             let message = format!("is of motorfit {}, which uses another format", printable(&manifest.motorfit));
             return Err(Error::data(message, remedy).in_file(&path));
         }
-        let study = Study::parse(&manifest.study, &path).map_err(|e| broken(e.message().to_string()))?;
+        let texts = ModelTexts::Known(&manifest.models);
+        let study = Study::parse(&manifest.study, &path, texts).map_err(|e| broken(e.message().to_string()))?;
         let runs = Runs::new(study, manifest.motors.len());
         if runs.count() != manifest.runs || manifest.runs == 0 {
             return Err(broken(format!("has {} runs, but its study has {}", manifest.runs, runs.count())));
@@ -184,8 +186,8 @@ fn pinned(study: &Study, manifest: &Manifest, throughput_profile: Option<Through
     let cpu = manifest.device.clone();
     let spec = &study.spec;
     let searches = study.methods.iter().any(crate::identify::Method::is_search);
-    // Steiglitz–McBride and the fits of `auto` run on the CPU.
-    if !searches || spec.device == DeviceSpec::Cpu {
+    // Steiglitz–McBride, the fits of `auto` and models run on the CPU.
+    if !searches || spec.device == DeviceSpec::Cpu || !study.has_motor() {
         return Ok(cpu);
     }
     let select = match &spec.device {
@@ -220,7 +222,7 @@ fn opened(
     // The device is selected with the first recording that can be searched.
     let mut first = (0..manifest.motors.len()).filter_map(|motor| {
         let spec = IdentifySpec { polish: Polish::None, ..study.spec.clone() };
-        PreparedSearch::new(&sweep.read(motor).ok()?.fitted, &spec).ok()
+        PreparedSearch::new(&sweep.read_motor(motor).ok()?.fitted, &spec).ok()
     });
     let Some(search) = first.next() else { return Ok(("cpu", "f64")) };
     let population = study.population.iter().max().copied().unwrap_or(1);

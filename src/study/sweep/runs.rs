@@ -21,7 +21,7 @@ pub(super) type Levels = [u64; FACTORS];
 /// Index of the noise in [`Levels`].
 pub(super) const NOISE: usize = FACTORS - 1;
 
-/// Numbering of the runs: the motor changes slowest, then method, polish, model, population, generations, criterion,
+/// Numbering of the runs: the motor changes slowest, then method, polish, machine, population, generations, criterion,
 /// scale, noise; the seed fastest.
 #[derive(Debug, Clone)]
 pub(super) struct Runs {
@@ -59,11 +59,11 @@ impl Runs {
         let s = &self.study;
         let seeds = s.seeds.count();
         let (places, rest) = self.places(id / seeds);
-        let [method, polish, with, population, generations, criterion, scale, noise] = places.map(index);
+        let [method, polish, machine, population, generations, criterion, scale, noise] = places.map(index);
         let factors = Factors {
             method: s.methods[method],
             polish: s.polish[polish],
-            with,
+            machine,
             population: s.population[population],
             generations: s.generations[generations],
             criterion: s.criterion[criterion],

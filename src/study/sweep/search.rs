@@ -1,12 +1,12 @@
 //! Population searches: many runs in lockstep, the candidates of a generation as one batch, in pieces of bounded size.
 
 use super::Sweep;
-use super::dataset::{Dataset, Kept, Read, Recordings};
+use super::dataset::{Dataset, Kept, Read, Recordings, Sets};
 use super::line::Outcome;
 use super::run::{End, Finished, Running, Step};
 use super::runs::Job;
 use super::streaming::{RUNS, Unit, Units};
-use super::study::Factors;
+use super::study::{Factors, Study};
 use crate::device::{BatchSearchEvaluator, DeviceSpec, OnLoss, PrecisionSpec};
 use crate::evaluate::{Problem, Scalar};
 use crate::identify::{IdentifySpec, PreparedSearch, SearchRun, has_all_channels};
@@ -47,6 +47,11 @@ struct Ready {
 /// depends on it.
 type Key = (usize, [&'static str; 2], usize, Option<&'static str>);
 
+/// Returns true if a run is a population search that shares its batches with others: models search one run at a time.
+pub(super) fn is_lockstep(study: &Study, job: &Job) -> bool {
+    job.factors.method.is_search() && study.machine(&job.factors).model.is_none()
+}
+
 impl Running<'_> {
     /// Runs the population searches, those with the same number of generations together.
     pub(super) fn search(&mut self) -> Step {
@@ -54,8 +59,9 @@ impl Running<'_> {
         let mut generations = self.sweep.study().generations.clone();
         generations.sort_unstable();
         for generations in generations {
-            let mut units =
-                Units::new(self, RUNS, |job| job.factors.method.is_search() && job.factors.generations == generations);
+            let mut units = Units::new(self, RUNS, |job| {
+                is_lockstep(self.sweep.study(), job) && job.factors.generations == generations
+            });
             let mut rest: Option<(Dataset, Vec<Search>)> = None;
             let mut kept: Kept = None;
             loop {
@@ -95,7 +101,7 @@ impl Running<'_> {
                     continue;
                 }
                 agents += f.population;
-                work += self.work(&f, prepared.insert((f.criterion.name(), f.scale.name(), f.with)));
+                work += self.work(&f, prepared.insert((f.criterion.name(), f.scale.name(), f.machine)));
                 searches.push((datasets.len(), search));
             }
             samples += prepared.len() as u64 * self.samples(dataset.motor);
@@ -119,7 +125,7 @@ impl Running<'_> {
         for id in &unit.ids {
             let job = self.sweep.runs.job(*id);
             let f = &job.factors;
-            let key = (f.seed, f.method.name(), f.population, [f.criterion.name(), f.scale.name()], f.with);
+            let key = (f.seed, f.method.name(), f.population, [f.criterion.name(), f.scale.name()], f.machine);
             all.entry(key).or_default().push(job);
         }
         all.into_values().collect()
@@ -192,7 +198,7 @@ impl Sweep {
         let key = |of: usize, job: &Job| -> Key {
             let f = &job.factors;
             let by_polish = realized[of].as_ref().is_ok_and(|of| !has_all_channels(&of.fitted));
-            (of, [f.criterion.name(), f.scale.name()], f.with, by_polish.then_some(f.polish.name()))
+            (of, [f.criterion.name(), f.scale.name()], f.machine, by_polish.then_some(f.polish.name()))
         };
         let mut wanted: BTreeMap<Key, IdentifySpec> = BTreeMap::new();
         let mut runs: Vec<(Key, Search)> = Vec::new();
@@ -234,7 +240,7 @@ impl Sweep {
         motors.dedup();
         let known = kept.take();
         let read = |motor: &usize| (*motor, self.read_or_kept(*motor, known.as_ref()));
-        let read: BTreeMap<usize, Read> = motors.par_iter().map(read).collect();
+        let read: BTreeMap<usize, Sets> = motors.par_iter().map(read).collect();
         *kept = motors.last().and_then(|motor| Some((*motor, read.get(motor)?.clone())));
         datasets.par_iter().map(|of| self.with_noise(&read[&of.motor], of.noise, of.seed)).collect()
     }

@@ -208,9 +208,14 @@ mod tests {
     }
 
     fn line(id: u64) -> String {
+        use crate::study::sweep::machine::ModelTexts;
         use crate::study::sweep::study::Study;
-        let study =
-            Study::parse("methods = [\"sm\"]\nrecordings = [\"a\"]\nseeds = \"1..9\"", Path::new("s.toml")).unwrap();
+        let study = Study::parse(
+            "methods = [\"sm\"]\nrecordings = [\"a\"]\nseeds = \"1..9\"",
+            Path::new("s.toml"),
+            ModelTexts::Known(&[]),
+        )
+        .unwrap();
         let runs = crate::study::sweep::runs::Runs::new(study.clone(), 1);
         let outcome = crate::study::sweep::sample::sample();
         crate::study::sweep::line::line(&study, &runs.job(id), "m", &outcome, 0.1)

@@ -5,6 +5,7 @@ use super::dataset::{Dataset, Kept};
 use super::fits::Fits;
 use super::run::{Finished, Running, Step};
 use super::runs::{Job, Levels, NOISE};
+use super::search::is_lockstep;
 use crate::identify::Method;
 use crate::numeric::index;
 use rayon::prelude::*;
@@ -25,6 +26,8 @@ const BYTES: u64 = 64 << 20;
 
 /// Candidate-steps of a piece of `auto` if all of its runs had to search: some tenths of a second.
 const STEPS: u64 = 1_000_000_000;
+/// Work of a step of a model, relative to one of the linear motor.
+const MODEL: u64 = 20;
 
 /// Iterator over the unfinished units of a sweep for some of its methods.
 pub(super) struct Units {
@@ -82,8 +85,10 @@ impl Running<'_> {
     /// of which may have to search.
     pub(super) fn stream(&mut self, may_search: bool) -> Step {
         let sweep = self.sweep;
-        let searches = |job: &Job| job.factors.method == Method::Auto || sweep.study().spec(&job.factors).is_extended();
-        let takes = |job: &Job| !job.factors.method.is_search() && searches(job) == may_search;
+        let is_model = |job: &Job| sweep.study().machine(&job.factors).model.is_some();
+        let is_extended = |job: &Job| sweep.study().spec(&job.factors).is_extended();
+        let searches = |job: &Job| job.factors.method == Method::Auto || is_model(job) || is_extended(job);
+        let takes = |job: &Job| !is_lockstep(sweep.study(), job) && searches(job) == may_search;
         let mut units = Units::new(self, if may_search { 1 } else { RUNS }, takes);
         let mut next = units.next(self);
         // The recordings of a motor with many noise realizations are read once.
@@ -109,12 +114,14 @@ impl Running<'_> {
         }) {
             (runs, count) = (runs + unit.ids.len(), count + 1);
             if may_search {
-                let agents = |id: &u64| {
+                let samples = self.samples(unit.dataset.motor);
+                let work = |id: &u64| {
                     let f = self.sweep.runs.job(*id).factors;
-                    (f.population as u64).saturating_mul(f.generations as u64)
+                    let agents = (f.population as u64).saturating_mul(f.generations as u64);
+                    let factor = if self.sweep.study().machine(&f).model.is_some() { MODEL } else { 1 };
+                    agents.saturating_mul(samples).saturating_mul(factor)
                 };
-                let candidates = unit.ids.iter().map(agents).fold(0, u64::saturating_add);
-                steps = candidates.saturating_mul(self.samples(unit.dataset.motor)).saturating_add(steps);
+                steps = unit.ids.iter().map(work).fold(steps, u64::saturating_add);
             }
             match items.last_mut().filter(|(motor, _)| *motor == unit.dataset.motor) {
                 Some((_, units)) => units.push(unit),
@@ -138,7 +145,7 @@ impl Sweep {
             let recordings = self.read_or_kept(motor, kept.as_ref());
             let unit = |unit: &Unit| {
                 let begun = Instant::now();
-                let mut fits = Fits::new(self, self.with_noise(&recordings, unit.dataset.noise, unit.dataset.seed));
+                let mut fits = Fits::new(self, &recordings, unit.dataset);
                 let mut before = 0.0;
                 let one = |id: &u64| {
                     let job = self.runs.job(*id);

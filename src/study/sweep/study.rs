@@ -1,11 +1,15 @@
 //! A study as described by its file: factors, whose product gives the runs, and settings of all runs.
 
 use super::keys::{Keys, OF_ALL_RUNS, OF_MODELS};
-use super::summary::Limits;
+use super::levels::Machines;
+use super::limits::Limits;
+use super::machine::{Level, ModelFile, ModelLevel, ModelTexts};
+use super::quantity::Quantity;
 use super::toml::{Document, Item};
 use crate::Result;
 use crate::criterion::{Criterion, Noise, Norm, Scale};
 use crate::device::{DeviceSpec, OnLoss, PrecisionSpec};
+use crate::identify::model::ModelSpec;
 use crate::identify::{IdentifySpec, Method, Polish};
 use crate::record::Reading;
 use crate::settings::READING;
@@ -57,24 +61,18 @@ impl Seeds {
     }
 }
 
-/// A level of the factor `with`, that is a model of the motor.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Level {
-    /// `none`, `auto`, or the extensions separated by commas.
-    pub name: String,
-    /// Settings of all runs with the extensions, bounds, fixed values and per-recording parameters of this model.
-    pub spec: IdentifySpec,
-}
-
 /// A study. Each list is a factor whose entries are its levels.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub(super) struct Study {
     pub name: String,
     pub recordings: Vec<Entry>,
     pub methods: Vec<Method>,
     pub polish: Vec<Polish>,
-    pub with: Vec<Level>,
-    /// True if the study names models; the lines of its results then name them too.
+    /// Machines: the DC motor with its extensions, and models.
+    pub machines: Vec<Level>,
+    /// Texts of the models.
+    pub models: Vec<ModelFile>,
+    /// True if the study names extensions; the lines of its results then name them too.
     pub names_with: bool,
     pub population: Vec<usize>,
     /// Numbers of generations, the initial population included.
@@ -100,12 +98,13 @@ pub(super) struct Study {
 /// Number of factors except motor and seed.
 pub(super) const FACTORS: usize = 8;
 /// Keys of a study other than the common settings of all front ends.
-const OWN_KEYS: [&str; 16] = [
+const OWN_KEYS: [&str; 17] = [
     "name",
     "recordings",
     "methods",
     "polish",
     "with",
+    "model",
     "population",
     "generations",
     "seeds",
@@ -120,11 +119,11 @@ const OWN_KEYS: [&str; 16] = [
 ];
 
 impl Study {
-    /// Parses a study; `path` is used in errors.
+    /// Parses a study; `path` is used in errors, and `texts` has its models.
     ///
     /// # Errors
     /// Returns a `Usage` error with the line of the first invalid key or value.
-    pub(super) fn parse(text: &str, path: &Path) -> Result<Self> {
+    pub(super) fn parse(text: &str, path: &Path, texts: ModelTexts<'_>) -> Result<Self> {
         let document = Document { text, path };
         let table = document.table()?;
         let settings = OF_ALL_RUNS.iter().chain(&OF_MODELS).chain(&READING).map(|setting| setting.name());
@@ -133,13 +132,17 @@ impl Study {
         let keys = Keys { document, table: &table };
         let spec = keys.spec()?;
         let methods = keys.methods()?;
+        let models = keys.models(texts)?;
+        let limits = keys.limits(&models.symbols())?;
+        let Machines { levels, files } = keys.machines(&spec, models)?;
         // `auto` is the complete pipeline, which refines; a comparison of searches is about what they find themselves.
         let is_complete = methods.iter().all(|method| *method == Method::Auto);
         let study = Self {
             name: keys.name(path)?,
             recordings: keys.recordings()?,
             methods,
-            with: keys.with(&spec)?,
+            machines: levels,
+            models: files,
             names_with: keys.names_with(),
             polish: keys.list(
                 "polish",
@@ -156,7 +159,7 @@ impl Study {
             validate: keys.words("validate", "[\"held-out.csv\"]")?,
             split: keys.split()?,
             on_loss: keys.on_loss(&spec)?,
-            limits: keys.limits()?,
+            limits,
             spec,
         };
         study.check(document)?;
@@ -167,12 +170,29 @@ impl Study {
     fn check(&self, document: Document<'_>) -> Result<()> {
         let wrong = |message: String, remedy: &str| Err(document.error(0..0, message, remedy));
         if self.methods.contains(&Method::SteiglitzMcBride)
-            && self.with.iter().any(|level| !level.spec.space.fixed().is_empty())
+            && self.machines.iter().any(|level| !level.spec.space.fixed().is_empty())
         {
             return wrong(
                 "fix: Steiglitz–McBride estimates all five parameters and cannot fix any".to_owned(),
                 "Remove fix or the method sm.",
             );
+        }
+        let has_models = !self.models.is_empty();
+        if has_models && self.methods.contains(&Method::SteiglitzMcBride) {
+            let message = "methods: Steiglitz–McBride is a method of the linear DC motor";
+            return wrong(message.to_owned(), "Remove sm, or give the models a study of their own.");
+        }
+        if has_models && !matches!(self.spec.device, DeviceSpec::Auto | DeviceSpec::Cpu) {
+            let message = "device: models are evaluated on the CPU in a sweep";
+            return wrong(message.to_owned(), "Leave device out, or identify each recording alone.");
+        }
+        let quantities: Vec<Quantity> = self.machines.iter().flat_map(Level::quantities).collect();
+        for (place, one) in quantities.iter().enumerate() {
+            if let Some(other) = quantities[..place].iter().find(|of| of.name == one.name && of.unit != one.unit) {
+                let message =
+                    format!("model: {} is in {} in one model and in {} in another", one.name, other.unit, one.unit);
+                return wrong(message, "Give it the same unit, or another name: their results share a column.");
+            }
         }
         if self.spec.device == DeviceSpec::Cpu && self.spec.precision == PrecisionSpec::F32 {
             let message = "precision: f32 is for GPUs, the CPU evaluates in f64 only";
@@ -191,7 +211,7 @@ impl Study {
         [
             ("method", self.methods.len()),
             ("polish", self.polish.len()),
-            ("with", self.with.len()),
+            (if self.models.is_empty() { "with" } else { "model" }, self.machines.len()),
             ("population", self.population.len()),
             ("generations", self.generations.len()),
             ("criterion", self.criterion.len()),
@@ -209,13 +229,48 @@ impl Study {
             generations: factors.generations,
             seed: factors.seed,
             criterion: Criterion { norm: factors.criterion, scale: factors.scale, ..self.spec.criterion },
-            ..self.with[factors.with].spec.clone()
+            ..self.machine(factors).spec.clone()
         }
     }
 
-    /// Returns the name of the model of a run; `None` if the study names no models.
+    /// Returns the machine of a run.
+    pub(super) fn machine(&self, factors: &Factors) -> &Level {
+        &self.machines[factors.machine]
+    }
+
+    /// Returns the model of a run with its settings; `None` for the DC motor.
+    pub(super) fn model(&self, factors: &Factors) -> Option<(&ModelLevel, ModelSpec)> {
+        let level = self.machine(factors).model.as_deref()?;
+        let spec = ModelSpec {
+            method: factors.method,
+            is_polished: factors.polish != Polish::None,
+            population: factors.population,
+            generations: factors.generations,
+            seed: factors.seed,
+            criterion: Criterion { norm: factors.criterion, scale: factors.scale, ..level.spec.criterion },
+            ..level.spec.clone()
+        };
+        Some((level, spec))
+    }
+
+    /// Returns the models with their settings.
+    pub(super) fn model_levels(&self) -> impl Iterator<Item = &ModelLevel> {
+        self.machines.iter().filter_map(|level| level.model.as_deref())
+    }
+
+    /// Returns true if the DC motor is among the machines.
+    pub(super) fn has_motor(&self) -> bool {
+        self.machines.iter().any(|level| level.model.is_none())
+    }
+
+    /// Returns the extensions of a run; `None` if the study names none.
     pub(super) fn with_name(&self, factors: &Factors) -> Option<&str> {
-        self.names_with.then(|| self.with[factors.with].name.as_str())
+        self.names_with.then(|| self.machine(factors).with.as_str())
+    }
+
+    /// Returns the name of the model of a run; `None` if the study names no models.
+    pub(super) fn model_name(&self, factors: &Factors) -> Option<&str> {
+        (!self.models.is_empty()).then(|| self.machine(factors).model_name())
     }
 }
 
@@ -226,8 +281,8 @@ pub struct Factors {
     pub method: Method,
     /// Refinement after the method.
     pub polish: Polish,
-    /// Index of the model in the study.
-    pub with: usize,
+    /// Index of the machine in the study: the DC motor with its extensions, or a model.
+    pub machine: usize,
     /// Population size.
     pub population: usize,
     /// Number of generations.

@@ -1,17 +1,15 @@
 //! Summary of a sweep: quantiles by factor, the worst runs, and the motors with their parameters.
 
 use super::Sweep;
+use super::estimates::RunEstimate;
 use super::line::Outcome;
+use super::machine::Level;
+use super::quantity::Quantity;
 use super::run::Failures;
 use super::runs::Job;
-use super::study::Factors;
+use super::study::{Factors, Study};
 use super::trust::TrustCounts;
-use crate::identify::ParameterEstimate;
-use crate::motor::{Parameter, Scope};
 use crate::numeric::{quantile, sorted};
-use crate::setting::text;
-use crate::text::excerpt;
-use crate::{Error, Result};
 use std::collections::BTreeMap;
 
 /// Largest number of runs whose values are kept for quantiles; of more, every Nth is kept.
@@ -56,8 +54,10 @@ pub struct Cell {
     pub factors: Factors,
     /// Name of the noise level.
     pub noise: String,
-    /// Name of the model; `None` if the study names no models.
+    /// Extensions of the DC motor; `None` if the study names none.
     pub with: Option<String>,
+    /// Name of the model; `None` if the study names no models.
+    pub model: Option<String>,
     /// Number of finished runs.
     pub runs: u64,
     /// Number of finished runs without a result.
@@ -66,26 +66,17 @@ pub struct Cell {
     pub trust: TrustCounts,
     /// Costs of the results, in the order of the runs, of every Nth run (see [`SweepSummary::stride`]).
     pub costs: Vec<f64>,
-    /// Estimates of each parameter, of the same runs: R, L, K, B, J, then the other parameters.
-    pub parameters: Vec<(Named, Vec<f64>)>,
+    /// Estimates of each parameter by name, of the same runs.
+    pub parameters: Vec<(String, Vec<f64>)>,
     /// Total time of the runs \[s\].
     pub seconds: f64,
 }
 
-/// A parameter, either shared by all recordings or of one recording.
-pub type Named = (Parameter, Scope);
-
-/// Parameters that every result has.
-pub const MOTOR: [Named; 5] = {
-    let [r, l, k, b, j] = Parameter::ALL;
-    [(r, Scope::Shared), (l, Scope::Shared), (k, Scope::Shared), (b, Scope::Shared), (j, Scope::Shared)]
-};
-
 impl Cell {
     /// Returns the estimates of a parameter; none if no run has it.
     #[must_use]
-    pub fn values(&self, parameter: Named) -> &[f64] {
-        self.parameters.iter().find(|(of, _)| *of == parameter).map_or(&[], |(_, values)| values)
+    pub fn values(&self, parameter: &str) -> &[f64] {
+        self.parameters.iter().find(|(of, _)| of == parameter).map_or(&[], |(_, values)| values)
     }
 }
 
@@ -135,10 +126,14 @@ pub struct SweepSummary {
     /// Best run of each motor with a result, in the order of the study, among the runs with the first criterion, scale and
     /// noise. Runs with standard errors are preferred.
     pub results: Vec<NamedRun>,
-    /// Parameters of the results: R, L, K, B, J, then those of extensions and of single recordings.
-    pub parameters: Vec<Named>,
-    /// True if the study names models.
+    /// Parameters of the results: those that every result of a machine has, and those of extensions and of single recordings.
+    pub parameters: Vec<Quantity>,
+    /// Names of the outputs.
+    pub outputs: Vec<String>,
+    /// True if the study names extensions of the DC motor.
     pub names_with: bool,
+    /// True if the study names models.
+    pub names_models: bool,
     /// True if the study has held-out recordings.
     pub holds_out: bool,
     /// Names of the factors with more than one level, except criterion and scale.
@@ -162,8 +157,10 @@ impl SweepSummary {
             runs: sweep.manifest.runs,
             stride: sweep.manifest.runs.div_ceil(SAMPLE).max(1),
             motors: sweep.manifest.motors.len(),
-            parameters: MOTOR.to_vec(),
+            parameters: distinct(study.machines.iter().flat_map(Level::quantities)),
+            outputs: outputs(study),
             names_with: study.names_with,
+            names_models: !study.models.is_empty(),
             holds_out: study.split.is_some() || sweep.manifest.motors.iter().any(|motor| !motor.validate.is_empty()),
             varied: study.levels().into_iter().filter(is_varied).map(|(name, _)| name).collect(),
             device: [device.kind.clone(), device.precision.clone()],
@@ -192,19 +189,19 @@ impl SweepSummary {
         if taken.runs.is_multiple_of(self.stride) || self.stride == 1 {
             taken.costs.push(cost);
             for e in &estimates.list {
-                let named = (e.parameter, e.scope);
-                match taken.parameters.iter_mut().find(|(of, _)| *of == named) {
+                match taken.parameters.iter_mut().find(|(of, _)| *of == e.name) {
                     Some((_, values)) => values.extend(e.value),
-                    None => taken.parameters.push((named, e.value.into_iter().collect())),
+                    None => taken.parameters.push((e.name.clone(), e.value.into_iter().collect())),
                 }
             }
         }
         for e in &estimates.list {
-            let place =
-                self.parameters.partition_point(|(p, s)| ParameterEstimate::new(*p, *s, None).order() < e.order());
-            if self.parameters.get(place) != Some(&(e.parameter, e.scope)) {
-                self.parameters.insert(place, (e.parameter, e.scope));
+            if self.parameters.iter().any(|known| known.name == e.name) {
+                continue;
             }
+            let Some(quantity) = sweep.study().machine(&job.factors).quantity(&e.name) else { continue };
+            let place = self.parameters.partition_point(|known| known.order < quantity.order);
+            self.parameters.insert(place, quantity);
         }
         let named = || NamedRun { job: *job, motor: motor.clone(), outcome: outcome.clone() };
         let worst = &mut self.blocks[block].worst;
@@ -245,16 +242,18 @@ impl SweepSummary {
         if known.is_none() {
             self.blocks.push(SweepBlock { cells: Vec::new(), worst: Vec::new() });
         }
+        let machine = sweep.study().machine(factors);
         let cells = &mut self.blocks[block].cells;
         cells.push(Cell {
             factors: *factors,
             noise: sweep.study().noise[factors.noise].name.clone(),
             with: sweep.study().with_name(factors).map(str::to_owned),
+            model: sweep.study().model_name(factors).map(str::to_owned),
             runs: 0,
             failed: 0,
             trust: TrustCounts::default(),
             costs: Vec::new(),
-            parameters: MOTOR.map(|named| (named, Vec::new())).to_vec(),
+            parameters: machine.quantities().into_iter().map(|of| (of.name, Vec::new())).collect(),
             seconds: 0.0,
         });
         let place = (block, cells.len() - 1);
@@ -270,48 +269,31 @@ impl SweepSummary {
 }
 
 impl NamedRun {
-    /// Returns the estimate of a parameter; `None` if the run has none.
+    /// Returns the estimate of a parameter by its name; `None` if the run has none.
     #[must_use]
-    pub fn estimate(&self, (parameter, scope): Named) -> Option<&ParameterEstimate> {
-        self.outcome.estimates.as_ref()?.list.iter().find(|e| e.parameter == parameter && e.scope == scope)
+    pub fn estimate(&self, parameter: &str) -> Option<&RunEstimate> {
+        self.outcome.estimates.as_ref()?.list.iter().find(|e| e.name == parameter)
     }
 }
 
-/// Acceptance limits of the parameters of a motor.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Limits(Vec<(Parameter, f64, f64)>);
-
-impl Limits {
-    /// Creates limits from a list of parameters with their lower and upper limits.
-    ///
-    /// # Errors
-    /// Returns a `Usage` error if a limit is NaN or a lower limit is not below the upper one.
-    pub fn new(list: Vec<(Parameter, f64, f64)>) -> Result<Self> {
-        match list.iter().find(|(_, low, high)| low.is_nan() || high.is_nan() || low >= high) {
-            Some((parameter, low, high)) => {
-                let message = text!([Limits](": {}={low}:{high} is empty", excerpt(parameter.symbol())));
-                Err(Error::usage(message, text!("Write " [Limits = "R=0.8:1.0"] ", the lower limit first.")))
-            }
-            None => Ok(Self(list)),
+/// Returns the parameters of several machines, each name once, in their order.
+fn distinct(all: impl Iterator<Item = Quantity>) -> Vec<Quantity> {
+    let mut found: Vec<Quantity> = Vec::new();
+    for quantity in all {
+        if !found.iter().any(|known| known.name == quantity.name) {
+            found.push(quantity);
         }
     }
+    found
+}
 
-    /// Returns the lower and upper limit of a parameter, if it has any.
-    #[must_use]
-    pub fn of(&self, parameter: Parameter) -> Option<[f64; 2]> {
-        self.0.iter().find(|(of, _, _)| *of == parameter).map(|(_, low, high)| [*low, *high])
+/// Returns the names of the outputs of all machines of a study.
+fn outputs(study: &Study) -> Vec<String> {
+    let mut found: Vec<String> = Vec::new();
+    for name in study.machines.iter().flat_map(Level::outputs) {
+        if !found.contains(&name) {
+            found.push(name);
+        }
     }
-
-    /// Returns true if a value of a parameter is within its limits, or the parameter has none.
-    #[must_use]
-    #[cfg(feature = "report")]
-    pub(crate) fn permit(&self, parameter: Parameter, value: f64) -> bool {
-        self.of(parameter).is_none_or(|[low, high]| (low..=high).contains(&value))
-    }
-
-    /// Returns true if no parameter has limits.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
+    found
 }

@@ -8,8 +8,8 @@ use motorfit::estimate::fit_problem;
 use motorfit::evaluate::{Model, Problem};
 use motorfit::experiment::with_noise;
 use motorfit::identify::{
-    BatchCosts, Estimates, Identifiability, Identification, IdentifySpec, Inspection, Method, ParameterEstimate,
-    Polish, PreparedSearch, SearchRun, Status, TrustLevel, fit_on, has_all_channels, hold_out, identify, identify_with,
+    BatchCosts, Identifiability, Identification, IdentifySpec, Inspection, Method, ParameterEstimate, Polish,
+    PreparedSearch, SearchRun, Status, TrustLevel, fit_on, has_all_channels, hold_out, identify, identify_with,
     needs_voltage, validate, verify_at, with_cost_on,
 };
 use motorfit::motor::{Axis, Parameter, Parameters, Scope, Space, With};
@@ -171,11 +171,9 @@ pub fn words(calls: &mut Calls) {
     );
     for (value, scope) in NUMBERS.into_iter().flat_map(|v| [(v, Scope::Shared), (v, Scope::Recording(u32::MAX))]) {
         let estimate = ParameterEstimate::new(Parameter::Load, scope, Some(value));
-        let list = Estimates { list: vec![estimate; 2], polished: true };
         drive!(calls, (value, scope);
             "identify::ParameterEstimate::new" => ParameterEstimate::new(Parameter::R, scope, None),
             "identify::ParameterEstimate::name" => estimate.name(),
-            "identify::Estimates::get" => (list.get(Parameter::Load), list.get(Parameter::R)),
             "identify::Identifiability::errors" => Identifiability::Identifies { relative_error: [Some(value); 5] }.errors(),
         );
     }

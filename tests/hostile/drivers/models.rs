@@ -3,6 +3,7 @@
 use crate::arguments::{COUNTS, FEW, NUMBERS, texts};
 use crate::calls::{Calls, ask, drive};
 use motorfit::candidates::Candidates;
+use motorfit::criterion::Noise;
 use motorfit::device::{DeviceSpec, ModelDevice, PrecisionSpec};
 use motorfit::estimate::model::{ModelWeights, model_optima, refine_model};
 use motorfit::evaluate::model::{
@@ -23,6 +24,7 @@ use motorfit::report::{
 };
 use motorfit::setting::Setting;
 use motorfit::settings::{Given, Value, model_reading, model_spec};
+use motorfit::study::sweep::Outcome;
 use motorfit::units::{Dimension, parse_unit};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -144,6 +146,9 @@ pub fn signals(calls: &mut Calls) {
         drive!(calls, n;
             "evaluate::model::ModelRecording::counts" => good.counts(n),
             "evaluate::model::ModelRecording::counted" => good.counted(n),
+            "evaluate::model::ModelRecording::with_noise" => {
+                [Noise::Estimated, Noise::Decibels(f64::NAN), Noise::Sigma([Some(1.0); 2])].map(|noise| good.with_noise(noise, 1).len())
+            },
         );
     }
     let options = ReadOptions { signals: signal_requests(&model), ..ReadOptions::default() };
@@ -422,6 +427,7 @@ pub fn identifications(calls: &mut Calls) {
             ask!(calls, recording;
                 "identify::model::hold_out_model" => hold_out_model(&model, &mut found, &all, &spec),
                 "identify::model::hold_out_model" => hold_out_model(&model, &mut found, &[], &spec),
+                "study::sweep::Outcome::of_model" => Ok::<_, motorfit::Error>(Outcome::of_model(&model, &found)),
             );
             for of in [&model, &other] {
                 drive!(calls, recording;

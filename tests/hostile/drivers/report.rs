@@ -9,7 +9,7 @@ use crate::drivers::sweep::summaries;
 use motorfit::Error;
 use motorfit::analysis::NoiseFloor;
 use motorfit::identify::{BatchCosts, Identifiability, IdentifySpec, Inspection, SelectionStep};
-use motorfit::motor::{Discretization, Extension, Parameter, Parameters};
+use motorfit::motor::{Discretization, Extension, Parameters};
 use motorfit::report::sweep as of_sweep;
 use motorfit::report::{
     AxisScale, Band, Card, Chart, EvaluateDocument, Figure, Form, Item, Map, Mark, Page, Panel, Part, Reproduced,
@@ -266,7 +266,7 @@ pub fn swept(calls: &mut Calls) {
     let folder = tempfile::tempdir().unwrap();
     let all_limits = [
         Limits::default(),
-        Limits::new(vec![(Parameter::R, f64::NEG_INFINITY, 0.0), (Parameter::Load, 5e-324, f64::INFINITY)]).unwrap(),
+        Limits::new(vec![("R".to_owned(), f64::NEG_INFINITY, 0.0), ("TL".to_owned(), 5e-324, f64::INFINITY)]).unwrap(),
     ];
     let summaries = summaries();
     for (summary, limits) in summaries.iter().flat_map(|s| all_limits.iter().map(move |l| (s, l))) {

@@ -5,7 +5,9 @@ use crate::calls::{Calls, ask, drive};
 use motorfit::Error;
 use motorfit::identify::Polish;
 use motorfit::setting::Setting;
-use motorfit::settings::parse::{auto_bounds, bounds, motor, named, noise, number, pair, parameters, ranges};
+use motorfit::settings::parse::{
+    auto_bounds, bounds, motor, named, named_ranges, noise, number, pair, parameters, ranges,
+};
 use motorfit::settings::{DEVICE, Given, PROBLEM, READING, SEARCH, Value, device, identify, method, problem, reading};
 
 pub fn languages(calls: &mut Calls) {
@@ -27,6 +29,7 @@ pub fn languages(calls: &mut Calls) {
                 ask!(calls, (setting, items);
                     "settings::parse::parameters" => parameters(items, setting),
                     "settings::parse::ranges" => ranges(items, setting),
+                    "settings::parse::named_ranges" => named_ranges(items, setting),
                     "settings::parse::named" => named(items, setting),
                 );
             }

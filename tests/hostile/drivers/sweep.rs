@@ -8,8 +8,8 @@ use motorfit::identify::{Trust, TrustLevel, TrustReason};
 use motorfit::motor::{Parameter, Scope};
 use motorfit::record::write_csv;
 use motorfit::study::sweep::{
-    Failures, LevelCounts, Limits, MOTOR, Outcome, Quantiles, RunTrust, Shard, Sweep, SweepProgress, SweepSummary,
-    TrustCounts,
+    Failures, LevelCounts, Limits, Outcome, OutputFits, Quantiles, Quantity, RunTrust, Shard, Sweep, SweepProgress,
+    SweepSummary, TrustCounts,
 };
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -49,7 +49,7 @@ pub fn summaries() -> Vec<SweepSummary> {
     with(&|s| s.blocks.iter_mut().for_each(|b| b.worst.clear()));
     with(&|s| s.results.clear());
     with(&|s| s.parameters.clear());
-    with(&|s| s.parameters.push((Parameter::Load, Scope::Recording(u32::MAX))));
+    with(&|s| s.parameters.push(Quantity::of_motor(Parameter::Load, Scope::Recording(u32::MAX))));
     with(&|s| (s.motors, s.stride) = (0, 0));
     with(&|s| (s.runs, s.missing, s.failed, s.taken_over) = (0, u64::MAX, u64::MAX, u64::MAX));
     with(&|s| s.trust.levels = LevelCounts { good: u64::MAX, check: u64::MAX, poor: u64::MAX, unknown: u64::MAX });
@@ -79,10 +79,11 @@ pub fn figures(calls: &mut Calls) {
         drive!(calls, values; "study::sweep::Quantiles::of" => Quantiles::of(&values));
     }
     for (a, b) in NUMBERS.into_iter().flat_map(|a| NUMBERS.map(|b| (a, b))) {
-        let made = calls.ask("study::sweep::Limits::new", &(a, b), || Limits::new(vec![(Parameter::R, a, b); 2]));
+        let made = calls.ask("study::sweep::Limits::new", &(a, b), || Limits::new(vec![("R".to_owned(), a, b); 2]));
         let Some(limits) = made else { continue };
         drive!(calls, limits;
-            "study::sweep::Limits::of" => [limits.of(Parameter::R), limits.of(Parameter::Load)],
+            "study::sweep::Limits::of" => [limits.of("R"), limits.of("TL")],
+            "study::sweep::Limits::symbols" => limits.symbols().count(),
             "study::sweep::Limits::is_empty" => limits.is_empty(),
         );
     }
@@ -100,6 +101,14 @@ pub fn figures(calls: &mut Calls) {
                 "study::sweep::SweepProgress::remaining" => progress.remaining(),
             );
         }
+    }
+    for (value, scope) in NUMBERS.into_iter().flat_map(|v| [(v, Scope::Shared), (v, Scope::Recording(u32::MAX))]) {
+        let fits = OutputFits(vec![("current".to_owned(), Some(value)), (String::new(), None)]);
+        drive!(calls, (value, scope);
+            "study::sweep::Quantity::of_motor" => Quantity::of_motor(Parameter::Load, scope),
+            "study::sweep::Quantity::motor" => Quantity::motor(),
+            "study::sweep::OutputFits::of" => (fits.of("current"), fits.of("")),
+        );
     }
     let mut failures = Failures::default();
     for (word, id) in texts().into_iter().zip(WIDE.into_iter().cycle()) {
@@ -124,10 +133,10 @@ pub fn figures(calls: &mut Calls) {
         drive!(calls, summary;
             "study::sweep::SweepSummary::is_complete" => summary.is_complete(),
             "study::sweep::Cell::values" => {
-                summary.blocks.iter().flat_map(|b| &b.cells).map(|cell| cell.values(MOTOR[0]).len() + cell.values((Parameter::Load, Scope::Recording(u32::MAX))).len()).sum::<usize>()
+                summary.blocks.iter().flat_map(|b| &b.cells).map(|cell| cell.values("R").len() + cell.values("TL[4294967295]").len()).sum::<usize>()
             },
             "study::sweep::NamedRun::estimate" => {
-                summary.results.iter().filter_map(|run| run.estimate((Parameter::Load, Scope::Recording(u32::MAX)))).count()
+                summary.results.iter().filter_map(|run| run.estimate("TL[4294967295]")).count()
             },
         );
     }
@@ -138,12 +147,18 @@ pub fn sweeps(calls: &mut Calls) {
     let sweep = swept(folder.path());
     drive!(calls, ();
         "study::sweep::Sweep::digest" => sweep.digest().len(),
-        "study::sweep::Sweep::limits_or_own" => sweep.limits_or_own(Limits::default()).is_empty(),
         "study::sweep::Sweep::folder" => sweep.folder(),
         "study::sweep::Sweep::manifest" => sweep.manifest().runs,
         "study::sweep::Motor::all_files" => sweep.manifest().motors.iter().map(|motor| motor.all_files().count()).sum::<usize>(),
         "study::sweep::SweepSummary::new" => SweepSummary::new(&sweep),
     );
+    for word in texts() {
+        let given = || Limits::new(vec![(word.clone(), 0.0, 1.0)]).unwrap_or_default();
+        ask!(calls, word;
+            "study::sweep::Sweep::limits_or_own" => sweep.limits_or_own(given()).map(drop),
+            "study::sweep::Limits::parse" => Limits::parse(&[word.clone(), format!("{word}=0:1")]).map(drop),
+        );
+    }
     ask!(calls, ();
         "study::sweep::Sweep::status" => sweep.status(),
         "study::sweep::Sweep::merge" => sweep.merge().map(drop),
