@@ -1,5 +1,6 @@
 //! Commands and the flags that belong to one command. Shared flags are in `flags`.
 
+pub(crate) use super::bench_args::BenchArgs;
 pub(crate) use super::flags::*;
 pub(crate) use super::model::args::*;
 pub(crate) use super::sweep::args::*;
@@ -7,6 +8,7 @@ use clap::builder::ArgPredicate;
 use clap::{ArgGroup, ArgMatches, Args, FromArgMatches};
 use motorfit::identify::Method;
 use motorfit::motor::Discretization;
+use motorfit::report::ExportFormat;
 use motorfit::study::compare::Preset;
 use motorfit::study::suite::Suite;
 use std::path::PathBuf;
@@ -167,6 +169,9 @@ pub(crate) struct IdentifyArgs {
     /// Write an SVG plot of measured and modelled signals; one file per recording; - writes it to stdout instead of the result
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
+    /// Print a file for a simulator instead of the result; with --out, write it to that folder as motor.xml, .urdf, .mo or .json
+    #[arg(long, value_name = "FORMAT", value_parser = named::<ExportFormat>(), hide_short_help = true)]
+    pub export: Option<ExportFormat>,
     /// Plot measured and modelled signals and their residuals in the terminal
     #[arg(long, conflicts_with = "json")]
     pub plot: bool,
@@ -357,38 +362,6 @@ pub(crate) struct InspectArgs {
     pub out: Option<PathBuf>,
     #[command(flatten)]
     pub page: PageArgs,
-}
-
-#[derive(Args)]
-pub(crate) struct BenchArgs {
-    /// Batch sizes, in candidates
-    #[arg(long, value_delimiter = ',', value_name = "LIST", default_value = "1,10,100,1000,10000,100000,1000000")]
-    pub populations: Vec<usize>,
-    /// Lengths of the recordings, in samples
-    #[arg(long, value_delimiter = ',', value_name = "LIST", default_value = "300,3000")]
-    pub samples: Vec<usize>,
-    /// Approximate time for the measurements, in seconds
-    #[arg(long, default_value_t = 60.0, value_name = "S")]
-    pub seconds: f64,
-    /// Threads of the multithreaded CPU evaluator [default: all]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    pub threads: Option<usize>,
-    /// Write a plot (SVG) of throughput against batch size to this file; with several lengths one file each, with the
-    /// length in its name
-    #[arg(long, value_name = "FILE")]
-    pub svg: Option<PathBuf>,
-    /// Measure no GPUs
-    #[arg(long)]
-    pub no_gpu: bool,
-    /// Also measure GPUs in plain f32, without deviations from a reference: the fastest, but inaccurate near the optimum
-    #[arg(long)]
-    pub plain: bool,
-    /// Do not store the measurements that --device auto uses
-    #[arg(long)]
-    pub no_keep: bool,
-    /// Print one JSON document
-    #[arg(long)]
-    pub json: bool,
 }
 
 #[derive(Args)]

@@ -3,10 +3,14 @@
 use super::args::BenchArgs;
 use super::prelude::*;
 use motorfit::evaluate::Level;
+use motorfit::model::Model;
 use motorfit::numeric::count;
 use motorfit::optimize::Progress;
 use motorfit::report::{AxisScale, Chart, Form, Panel, Series, bench_document};
-use motorfit::study::{Contender, Crossover, Measurement, Throughput, ThroughputSpec, contenders, throughput};
+use motorfit::study::{
+    BenchSubject, Contender, Crossover, Measurement, Throughput, ThroughputSpec, contenders, model_contenders,
+    throughput,
+};
 
 pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
     motorfit::device::check_threads(args.threads)?;
@@ -14,9 +18,18 @@ pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
     let spec =
         ThroughputSpec { populations: args.populations.clone(), samples: args.samples.clone(), budget_s: args.seconds }
             .checked()?;
-    let contenders = contenders(threads, !args.no_gpu, args.plain)?;
+    let model = args.model.model.as_deref().map(Model::open).transpose()?;
+    let contenders = match &model {
+        None => contenders(threads, !args.no_gpu, args.plain)?,
+        Some(_) if args.plain => {
+            return Err(Error::usage("--plain is a form of the DC motor", "Leave it out with --model."));
+        }
+        Some(model) => model_contenders(model, threads, !args.no_gpu)?,
+    };
+    let is_of_motor = model.is_none();
+    let subject = model.map_or(BenchSubject::Motor, |model| BenchSubject::Model(Box::new(model)));
     let mut observe = progress::reporter(style, "case");
-    let result = throughput(&spec, contenders, &mut |done, all| {
+    let result = throughput((&spec, &subject), contenders, &mut |done, all| {
         observe(&Progress { generation: done, generations: all, evaluations: done as u64, cost: f64::NAN });
         signals::interrupted()
     });
@@ -29,7 +42,7 @@ pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
     show(&text)?;
     if result.interrupted {
         style.note("interrupted: the result has only the measurements made so far");
-    } else if !args.no_gpu && !args.no_keep {
+    } else if !args.no_gpu && !args.no_keep && is_of_motor {
         keep(&spec, &result, style);
     }
     if let Some(path) = &args.svg {

@@ -3,7 +3,7 @@
 use super::args::IdentifyArgs;
 use super::prelude::*;
 use super::terminal::Stream;
-use super::{next, output, plot};
+use super::{export, next, output, plot};
 use motorfit::analysis::suspicions;
 use motorfit::estimate::ReferenceKind;
 use motorfit::identify::{Identification, IdentifySpec, Polish, Status, TrustLevel, hold_out, identify_with};
@@ -12,8 +12,8 @@ use motorfit::optimize::Stop;
 use motorfit::record::{Quantity, Record};
 use motorfit::report::figures;
 use motorfit::report::{
-    characteristics_lines, identify_document, identify_page, noise_floor_text, selection_table, selection_text,
-    verdicts,
+    characteristics_lines, exported_motor, identify_document, identify_page, noise_floor_text, selection_table,
+    selection_text, verdicts,
 };
 
 pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
@@ -30,10 +30,8 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
         spec.model.discretization = Discretization::Foh;
     }
     let records = inputs::fitted_part(records, args.split, &mut held_out)?;
-    if args.svg.as_deref().is_some_and(inputs::is_stdio) && (args.json || records.len() > 1) {
-        let message = "--svg - writes one drawing to stdout, which has another document or several drawings here";
-        return Err(Error::usage(message, "Name a file with --svg."));
-    }
+    export::check(args)?;
+    out::check_drawings(args.svg.as_deref(), args.json || records.len() > 1)?;
     let out = args.out.as_deref().map(Out::take).transpose()?;
     let mut observe = progress::reporter(style, "generation");
     let found = identify_with(&records, &spec, &mut |progress| {
@@ -56,7 +54,7 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     };
     if args.json {
         data(&document())?;
-    } else if !args.svg.as_deref().is_some_and(inputs::is_stdio) {
+    } else if !args.svg.as_deref().is_some_and(inputs::is_stdio) && !export::is_printed(args) {
         show(
             &(output::trust_line(&found.trust, WITHOUT_REASONS, next.as_deref())
                 + &table(&records, &spec, &found, style)),
@@ -65,11 +63,15 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
             data(&plots(&records, &found)?)?;
         }
     }
+    let exported = export::file(args, || exported_motor(&records, &found))?;
+    export::print(args, exported.as_ref(), &found.trust, style)?;
     if let Some(path) = &args.svg {
         draw(path, &records, &found, style)?;
     }
     if let Some(out) = out {
-        out.write(&report(&records, &spec, &found, document(), !args.page.no_script), style)?;
+        let mut files = report(&records, &spec, &found, document(), !args.page.no_script);
+        files.extend(exported);
+        out.write(&files, style)?;
     }
     Ok(match found.trust.level {
         _ if found.stop == Stop::Interrupted => Outcome::Interrupted,
@@ -106,14 +108,11 @@ fn report(
 
 /// Draws measured and modelled signals, one file for each recording.
 fn draw(path: &Path, records: &[Record], found: &Identification, style: &Style) -> Result<()> {
-    for ((n, record), signals) in (1..).zip(records).zip(&found.modelled(records)?) {
-        let file = out::numbered(path, (records.len() > 1).then_some(n));
-        out::write_file(&file, &figures::responses("response", record, "model", signals).file("", false))?;
-        if !inputs::is_stdio(&file) {
-            style.note(&format!("wrote {}", file.display()));
-        }
-    }
-    Ok(())
+    let drawing = |(record, signals): (&Record, &[Vec<f64>; 2])| {
+        figures::responses("response", record, "model", signals).file("", false)
+    };
+    let drawings: Vec<String> = records.iter().zip(&found.modelled(records)?).map(drawing).collect();
+    out::drawings(path, &drawings, style)
 }
 
 /// Returns plots of the measured channels of all recordings for the terminal.

@@ -8,7 +8,7 @@ use motorfit::setting::Text;
 
 pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
     if let Some(model) = &args.model.model {
-        return super::model::inspect::run(args, model);
+        return super::model::inspect::run(args, model, style);
     }
     let band = band(args.band.settling_band)?;
     let records = inputs::records(&args.recordings.records, &args.recordings.reading.0)?;

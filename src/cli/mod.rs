@@ -3,11 +3,13 @@
 mod adapters;
 mod args;
 mod bench;
+mod bench_args;
 mod cache;
 mod candidates;
 mod compare;
 mod devices;
 mod evaluate;
+mod export;
 mod failure;
 mod flags;
 mod folder;

@@ -87,6 +87,27 @@ pub(super) fn numbered(path: &Path, number: Option<usize>) -> PathBuf {
     number.map_or_else(|| path.to_path_buf(), |number| path.with_file_name(format!("{stem}-{number}.svg")))
 }
 
+/// Checks that stdout takes the drawing of `--svg -`: it must be the only one, and there must be no other document.
+pub(super) fn check_drawings(path: Option<&Path>, has_others: bool) -> Result<()> {
+    if path.is_some_and(super::inputs::is_stdio) && has_others {
+        let message = "--svg - writes one drawing to stdout, which has another document or several drawings here";
+        return Err(Error::usage(message, "Name a file with --svg."));
+    }
+    Ok(())
+}
+
+/// Writes drawings, one for each recording; several have numbers after the file's stem.
+pub(super) fn drawings(path: &Path, drawings: &[String], style: &Style) -> Result<()> {
+    for (n, drawing) in (1..).zip(drawings) {
+        let file = numbered(path, (drawings.len() > 1).then_some(n));
+        write_file(&file, drawing)?;
+        if !super::inputs::is_stdio(&file) {
+            style.note(&format!("wrote {}", file.display()));
+        }
+    }
+    Ok(())
+}
+
 /// Writes a text to a file, which is then complete or, on an error, not replaced; `-` is stdout.
 pub(super) fn write_file(path: &Path, text: &str) -> Result<()> {
     if super::inputs::is_stdio(path) {

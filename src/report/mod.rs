@@ -6,6 +6,7 @@ mod chart;
 #[cfg(feature = "report")]
 pub mod compare;
 mod document;
+mod export;
 #[cfg(feature = "report")]
 pub mod figures;
 #[cfg(feature = "report")]
@@ -37,6 +38,7 @@ pub use bench::bench_document;
 #[cfg(feature = "report")]
 pub use chart::{AxisScale, Band, Chart, Form, Map, Mark, Panel, Series, heat_map};
 pub use document::{EvaluateDocument, devices_document, identify_document, json};
+pub use export::{ExportFormat, Exported, ExportedParameter, exported_model, exported_motor};
 pub use identified::{characteristics_lines, noise_floor_text, verdicts};
 #[cfg(feature = "report")]
 pub use identified_tables::{selection_table, selection_text};
@@ -45,10 +47,10 @@ pub use identify_page::{identify_page, identify_parts};
 pub use inspect::{SignalFacts, SignalStatistics, inspect_document};
 #[cfg(feature = "report")]
 pub use inspect::{inspect_page, record_figure};
+#[cfg(feature = "report")]
+pub use model::{ModelInspection, model_check_page, model_figure, model_inspect_page, model_page};
 pub use model::{ModelSignalFacts, model_inspect_document};
 pub use model::{model_check_document, model_costs_document, model_document};
-#[cfg(feature = "report")]
-pub use model::{model_check_page, model_page};
 #[cfg(feature = "report")]
 pub use notebook::{html_fragment, plain_text};
 #[cfg(feature = "report")]

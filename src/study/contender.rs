@@ -1,7 +1,11 @@
 //! The evaluators that a throughput benchmark compares: the CPU kernels and every GPU adapter in each precision.
 
+use super::subject::{BenchProblem, BenchSubject, Engine};
 use crate::device::check_threads;
-use crate::evaluate::{Batch, Evaluator, Group, Level, Scalar, Simd, cpu_name};
+use crate::device::{DeviceSpec, ModelDevice, PrecisionSpec};
+use crate::evaluate::model::ModelSimd;
+use crate::evaluate::{Evaluator, Level, Scalar, Simd, cpu_name};
+use crate::model::Model;
 use crate::numeric::count;
 use crate::setting::text;
 use crate::{Error, Result};
@@ -25,7 +29,7 @@ pub struct Contender {
     pub operations: f64,
     /// Time to open and check the device \[s\].
     pub opening_s: f64,
-    evaluator: Box<dyn Evaluator>,
+    evaluator: Engine,
     pool: Option<rayon::ThreadPool>,
 }
 
@@ -39,21 +43,39 @@ impl Contender {
     /// # Errors
     /// Returns a `Usage` error if the number of threads is out of range or the threads cannot be started.
     pub fn on_cpu(name: String, evaluator: Box<dyn Evaluator>, threads: usize) -> Result<Self> {
+        Self::of_engine(name, Engine::Motor(evaluator), (threads, CPU_OPERATIONS))
+    }
+
+    fn of_engine(name: String, evaluator: Engine, (threads, operations): (usize, f64)) -> Result<Self> {
         check_threads(Some(threads))?;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let hint = || text!("Give fewer " [Threads] ".");
         let pool = pool.map_err(|e| Error::usage(format!("threads cannot be started: {e}"), hint()))?;
-        let (kind, precision, pool, operations) = ("cpu", "f64", Some(pool), CPU_OPERATIONS);
-        let (device, driver) = (cpu_name(), None);
-        Ok(Self { name, device, kind, precision, threads, driver, operations, opening_s: 0.0, evaluator, pool })
+        Ok(Self {
+            name,
+            device: cpu_name(),
+            kind: "cpu",
+            precision: "f64",
+            threads,
+            driver: None,
+            operations,
+            opening_s: 0.0,
+            evaluator,
+            pool: Some(pool),
+        })
     }
 
     /// Returns the mean time of one evaluation over `repeats` evaluations \[s\].
-    pub(super) fn seconds(&mut self, groups: &[Group<'_>], costs: &mut [f64], repeats: usize) -> Result<f64> {
+    pub(super) fn seconds(
+        &mut self,
+        (problem, values): (&BenchProblem, &[f64]),
+        costs: &mut [f64],
+        repeats: usize,
+    ) -> Result<f64> {
         self.run(|evaluator| {
             let begun = Instant::now();
             for _ in 0..repeats {
-                evaluator.evaluate(&Batch { groups }, costs)?;
+                evaluator.evaluate(problem, values, costs)?;
             }
             Ok(begun.elapsed().as_secs_f64() / count(repeats))
         })
@@ -61,19 +83,23 @@ impl Contender {
 
     /// Returns the time that the device computes in one evaluation and the time of that evaluation end to end \[s\];
     /// `None` if the device has no clock.
-    pub(super) fn kernel_seconds(&mut self, groups: &[Group<'_>], costs: &mut [f64]) -> Result<Option<[f64; 2]>> {
+    pub(super) fn kernel_seconds(
+        &mut self,
+        (problem, values): (&BenchProblem, &[f64]),
+        costs: &mut [f64],
+    ) -> Result<Option<[f64; 2]>> {
         self.run(|evaluator| {
             let begun = Instant::now();
-            let kernel = evaluator.evaluate_timed(&Batch { groups }, costs)?;
+            let kernel = evaluator.evaluate_timed(problem, values, costs)?;
             Ok(kernel.map(|kernel| [kernel, begun.elapsed().as_secs_f64()]))
         })
     }
 
-    fn run<T: Send>(&mut self, work: impl FnOnce(&mut dyn Evaluator) -> Result<T> + Send) -> Result<T> {
+    fn run<T: Send>(&mut self, work: impl FnOnce(&mut Engine) -> Result<T> + Send) -> Result<T> {
         let Self { evaluator, pool, .. } = self;
         match pool {
-            Some(pool) => pool.install(|| work(evaluator.as_mut())),
-            None => work(evaluator.as_mut()),
+            Some(pool) => pool.install(|| work(evaluator)),
+            None => work(evaluator),
         }
     }
 }
@@ -105,6 +131,58 @@ pub fn contenders(threads: usize, adapters: bool, plain: bool) -> Result<Contend
     Ok((list, refused))
 }
 
+/// Samples of the recording with which shaders of a model are checked.
+const SAMPLES: usize = 300;
+
+/// Returns the evaluators of a model: the interpreter on one thread and on `threads` threads, and with `adapters` the best GPU adapter
+/// in f32 and f64.
+///
+/// # Errors
+/// Returns a `Usage` error if the number of threads is out of range or the threads cannot be started, and the errors of
+/// [`ModelProblem::new`](crate::evaluate::model::ModelProblem::new).
+pub fn model_contenders(model: &Model, threads: usize, adapters: bool) -> Result<Contenders> {
+    check_threads(Some(threads))?;
+    let (cpu, level) = (cpu_name(), Level::best());
+    let BenchProblem::Model(problem) = BenchSubject::Model(Box::new(model.clone())).problem(SAMPLES)? else {
+        return Ok((Vec::new(), Vec::new()));
+    };
+    let operations = count(problem.work());
+    let simd = |threads: usize| {
+        let plural = if threads == 1 { "" } else { "s" };
+        let name = format!("{cpu}, {} f64, {threads} thread{plural}", level.name());
+        Contender::of_engine(name, Engine::Model(Box::new(ModelSimd)), (threads, operations))
+    };
+    let mut list = vec![simd(1)?];
+    if threads > 1 {
+        list.push(simd(threads)?);
+    }
+    let mut refused = Vec::new();
+    for precision in [PrecisionSpec::F32, PrecisionSpec::F64].into_iter().filter(|_| adapters) {
+        let begun = Instant::now();
+        match ModelDevice::open(&DeviceSpec::Gpu, precision, &problem) {
+            Ok(device) if device.kind == "gpu" => {
+                let (kind, precision) = (device.evaluator.kind(), device.evaluator.precision());
+                let own = Contender {
+                    name: format!("{}, {kind} adapter, {precision}", device.evaluator.name()),
+                    device: device.evaluator.name(),
+                    kind,
+                    precision,
+                    threads: 0,
+                    driver: device.evaluator.driver(),
+                    operations,
+                    opening_s: begun.elapsed().as_secs_f64(),
+                    evaluator: Engine::Model(device.evaluator),
+                    pool: None,
+                };
+                list.push(own);
+            }
+            Ok(device) => refused.extend(device.warnings.iter().map(|warning| warning.message.to_string())),
+            Err(error) => refused.push(error.to_string()),
+        }
+    }
+    Ok((list, refused))
+}
+
 #[cfg(feature = "gpu")]
 fn gpus(list: &mut Vec<Contender>, refused: &mut Vec<String>, plain: bool) {
     use crate::evaluate::gpu::{Gpu, Precision, Selector};
@@ -123,7 +201,7 @@ fn gpus(list: &mut Vec<Contender>, refused: &mut Vec<String>, plain: bool) {
                     driver: Some((adapter.backend.clone(), adapter.driver.clone())),
                     operations: precision.operations(),
                     opening_s: begun.elapsed().as_secs_f64(),
-                    evaluator: Box::new(gpu),
+                    evaluator: Engine::Motor(Box::new(gpu)),
                     pool: None,
                 }),
                 Err(error) => refused.push(error.to_string()),

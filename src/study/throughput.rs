@@ -7,20 +7,15 @@
 
 use super::contender::Contenders;
 use super::measurement::{Measurement, Throughput};
-use crate::candidates::Candidates;
-use crate::criterion::Criterion;
-use crate::evaluate::{Group, Level, Model, Problem, fma_loop};
-use crate::experiment::{Excitation, simulated};
-use crate::motor::{Discretization, Parameters, Space};
+use super::subject::{BenchProblem, BenchSubject};
+use crate::evaluate::{Level, fma_loop};
 use crate::numeric::{count, whole};
-use crate::optimize::{Sample, Sampling};
 use crate::record::SAMPLES_MAX;
 use crate::setting::{Setting, text};
 use crate::{Error, Result};
 use rand::SeedableRng as _;
 use rand::seq::SliceRandom as _;
 use std::ops::ControlFlow;
-use std::sync::Arc;
 use std::time::Instant;
 
 /// Settings of a throughput benchmark.
@@ -77,13 +72,13 @@ impl ThroughputSpec {
     }
 }
 
-/// Measures the evaluators over all cases. `observe` receives the number of finished cases and of all cases, and may
+/// Measures the evaluators of a machine over all cases. `observe` receives the number of finished cases and of all cases, and may
 /// end the benchmark. An evaluator that fails is excluded from then on and listed in [`Throughput::refused`].
 ///
 /// # Errors
 /// Returns a `Usage` error for invalid settings.
 pub fn throughput(
-    spec: &ThroughputSpec,
+    (spec, subject): (&ThroughputSpec, &BenchSubject),
     (contenders, refused): Contenders,
     observe: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
 ) -> Result<Throughput> {
@@ -95,10 +90,8 @@ pub fn throughput(
     let share = spec.budget_s / count(cases.len() * (result.contenders.len() + 1));
     let mut failed = vec![false; result.contenders.len()];
     for (done, &(samples, population)) in cases.iter().enumerate() {
-        let problem = problem(samples)?;
-        let bounds = problem.space().bounds();
-        let mut values = vec![0.0; population * bounds.len()];
-        Sample::new(Sampling::Uniform, population as u64, bounds, 1)?.fill(0, &mut values);
+        let problem = subject.problem(samples)?;
+        let values = problem.values(population)?;
         let costs = vec![0.0; population];
         let mut case = Case { problem, values, costs, samples, population, share, failed: &mut failed };
         if case.measure(&mut result, &mut || observe(done, cases.len())).is_break() {
@@ -122,7 +115,7 @@ fn fma_peak() -> Option<f64> {
 
 /// One population size on one recording, with a budget of `share` seconds for each evaluator.
 struct Case<'a> {
-    problem: Arc<Problem>,
+    problem: BenchProblem,
     values: Vec<f64>,
     costs: Vec<f64>,
     samples: usize,
@@ -198,12 +191,11 @@ impl Case<'_> {
     /// Returns the mean time of an evaluation of the first `size` candidates \[s\]; `None` if the evaluator fails, which
     /// excludes it from then on.
     fn seconds(&mut self, result: &mut Throughput, contender: usize, size: usize, repeats: usize) -> Option<f64> {
-        let candidates = Candidates::new(&self.values[..5 * size], 5);
-        let groups = [Group { problem: &self.problem, candidates, reference: None }];
+        let (problem, values) = (&self.problem, &self.values[..self.problem.width() * size]);
         if self.failed[contender] {
             return None;
         }
-        let seconds = result.contenders[contender].seconds(&groups, &mut self.costs[..size], repeats);
+        let seconds = result.contenders[contender].seconds((problem, values), &mut self.costs[..size], repeats);
         if let Err(error) = &seconds {
             self.failed[contender] = true;
             result.refused.push(format!("{}: {error}", result.contenders[contender].name));
@@ -216,8 +208,6 @@ impl Case<'_> {
         let (population, samples) = (self.population, self.samples);
         let again = times.pop().filter(|times| !times.is_empty());
         let again = again.map(|times| Measurement::of(0, population, samples, times));
-        let candidates = Candidates::new(&self.values, 5);
-        let groups = [Group { problem: &self.problem, candidates, reference: None }];
         for (n, times) in times.into_iter().enumerate() {
             let rounds = times.len();
             let mut measurement = Measurement::of(n, population, samples, times);
@@ -227,7 +217,7 @@ impl Case<'_> {
             let mut kernel = Vec::new();
             for _ in 0..TIMED.min(rounds).min(if result.contenders[n].driver.is_some() { TIMED } else { 0 }) {
                 // The measurement of a device that fails here is kept.
-                let timed = result.contenders[n].kernel_seconds(&groups, &mut self.costs);
+                let timed = result.contenders[n].kernel_seconds((&self.problem, &self.values), &mut self.costs);
                 kernel.extend(timed.ok().flatten().filter(|[kernel, _]| *kernel > 0.0));
             }
             kernel.sort_by(|a: &[f64; 2], b| a[0].total_cmp(&b[0]));
@@ -235,12 +225,4 @@ impl Case<'_> {
             result.measurements.push(measurement);
         }
     }
-}
-
-/// Returns the problem of the paper's motor M2 under a voltage step at the first sample, so that every sample is
-/// simulated.
-fn problem(samples: usize) -> Result<Arc<Problem>> {
-    let excitation = Excitation::step(10.5, 0.0, count(samples - 1) * 0.001, 0.001)?;
-    let record = simulated(&Parameters::M2, &excitation, Discretization::Zoh)?;
-    Ok(Arc::new(Problem::new(&[record], Model::default(), Space::table2(), Criterion::default())?))
 }

@@ -65,6 +65,7 @@ const DRIVERS: &[Driver] = &[
     models::settings,
     models::problems,
     models::identifications,
+    models::exports,
 ];
 
 #[test]

@@ -3,6 +3,7 @@
 use crate::answers::{Answer, ResultData, TEXT_WIDTH, given, result};
 use crate::arrays::{array, rows};
 use crate::errors::{Raise as _, codes, keyword, reasons, warnings};
+use crate::export::written;
 use crate::figure::Svg;
 use motorfit::Error;
 use motorfit::identify::{IdentifySpec, ParameterEstimate};
@@ -10,7 +11,7 @@ use motorfit::motor::{Discretization, Scope};
 use motorfit::named::Named as _;
 use motorfit::record::{Record, Severity};
 use motorfit::report::figures;
-use motorfit::report::{Part, html_fragment, identify_document, identify_parts, json, plain_text};
+use motorfit::report::{Part, exported_motor, html_fragment, identify_document, identify_parts, json, plain_text};
 use motorfit::text::significant;
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
@@ -58,6 +59,9 @@ result! {
         warnings = |of, py| given(py, warnings(py, &of.found.warnings, Severity::Report)?);
         /// Remarks, which need no action: a list of `MotorfitWarning`.
         remarks = |of, py| given(py, warnings(py, &of.found.warnings, Severity::Mention)?);
+        /// Files for simulators by format: "mjcf" (MuJoCo), "urdf", "modelica" and "json"; a format that needs what is not identifiable
+        /// is absent.
+        exports = |of, py| given(py, written(py, exported_motor(&of.records, &of.found).ok().as_ref())?);
         /// Recordings that the model was fitted to.
         records = |of, py| given(py, of.records.iter().cloned().map(crate::record::Record).collect::<Vec<_>>());
     }

@@ -9,6 +9,7 @@ mod comparison;
 mod errors;
 mod evaluator;
 mod exclusive_lock;
+mod export;
 mod figure;
 mod frame;
 mod identification;

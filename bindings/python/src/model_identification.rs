@@ -2,10 +2,12 @@
 
 use crate::answers::{Answer, ResultData, given, result};
 use crate::arrays::{array, rows};
-use crate::errors::{codes, keyword, reasons, warnings};
+use crate::errors::{Raise as _, codes, keyword, reasons, warnings};
+use crate::export::written;
+use motorfit::evaluate::model::ModelRecording;
 use motorfit::identify::model::{ModelEstimate, ModelSpec};
 use motorfit::record::{Record, Severity};
-use motorfit::report::{json, model_document};
+use motorfit::report::{exported_model, json, model_document};
 use motorfit::text::significant;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -51,6 +53,9 @@ result! {
         warnings = |of, py| given(py, warnings(py, &of.found.warnings, Severity::Report)?);
         /// The model.
         model = |of, py| given(py, crate::model::Model(of.model.clone()));
+        /// Files for simulators by format: "mjcf" (MuJoCo), "urdf", "modelica" and "json"; a format that needs what the model does not
+        /// name, or what is not identifiable, is absent.
+        exports = Found::exports;
         /// Recordings that the model was fitted to.
         records = |of, py| given(py, of.records.iter().cloned().map(crate::record::Record).collect::<Vec<_>>());
     }
@@ -125,6 +130,13 @@ impl Found {
             values.set_item(estimate.label(), of(estimate))?;
         }
         Ok(values.into_any())
+    }
+
+    fn exports<'py>(&self, py: Python<'py>) -> Answer<'py> {
+        let recordings = self.records.iter().map(|record| ModelRecording::new(&self.model, record));
+        let recordings = recordings.collect::<motorfit::Result<Vec<_>>>().raise(py)?;
+        let of = exported_model(&self.records, (&self.model, &recordings), &self.found);
+        given(py, written(py, Some(&of))?)
     }
 
     fn correlation<'py>(&self, py: Python<'py>) -> Answer<'py> {

@@ -4,27 +4,30 @@ use crate::cli::args::EvaluateArgs;
 use crate::cli::candidates::{Sampled, Source};
 use crate::cli::evaluate::{Costs, evaluate, sample};
 use crate::cli::prelude::*;
+use crate::cli::slice;
 use motorfit::evaluate::model::{ModelAxis, ModelRecording};
 use motorfit::identify::model::ModelCosts;
 use motorfit::model::Model;
 use motorfit::optimize::Sample;
 use motorfit::record::Record;
 use motorfit::report::{EvaluateDocument, model_costs_document};
+use motorfit::study::model_cost_map;
 use motorfit::warning::Warning;
 use serde_json::Value;
 
 pub(in crate::cli) fn run(args: &EvaluateArgs, path: &Path, style: &Style) -> Result<Outcome> {
     let model = Model::open(path)?;
-    if args.slice.is_some() {
-        return Err(Error::usage("--slice maps the cost of the DC motor", "Use --sample grid:N, which takes models."));
-    }
     let given = args.problem.0.and(&args.device.0);
     let spec = settings::model_spec(&given)?;
     let reading = settings::model_reading(&args.recordings.reading.0.and(&args.problem.0), &model)?;
-    let sampled = sample(args)?;
+    let sampled = if args.slice.is_some() { None } else { sample(args)? };
     let records = inputs::records_with(&args.recordings.records, &reading)?;
     let recordings = records.iter().map(|record| ModelRecording::new(&model, record)).collect::<Result<Vec<_>>>()?;
     with_threads(given.count(Setting::Threads), || {
+        if let Some(slice) = &args.slice {
+            let map = model_cost_map((&model, &recordings), &spec, slice::names(slice)?, slice::side(args)?)?;
+            return slice::shown(args, &map, &spec.criterion, style);
+        }
         let costs = ModelCosts::new(&model, recordings, &spec)?;
         let axes = costs.problem().space().free.clone();
         let unit = vec![(0.0, 1.0); axes.len()];

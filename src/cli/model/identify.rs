@@ -2,14 +2,14 @@
 
 use crate::cli::args::IdentifyArgs;
 use crate::cli::prelude::*;
-use crate::cli::{output, plot};
+use crate::cli::{export, output, plot};
 use motorfit::evaluate::model::ModelRecording;
 use motorfit::identify::TrustLevel;
 use motorfit::identify::model::{ModelIdentification, ModelProgress, ModelSpec, hold_out_model, identify_model};
 use motorfit::model::Model;
 use motorfit::optimize::{Progress, Stop};
 use motorfit::record::Record;
-use motorfit::report::{command_line, model_document, model_page};
+use motorfit::report::{command_line, exported_model, model_document, model_figure, model_page};
 
 /// Text in place of reasons for a level of trust.
 const WITHOUT_REASONS: &str = "no test of the residuals or the search contradicts the standard errors";
@@ -21,15 +21,11 @@ pub(in crate::cli) fn run(args: &IdentifyArgs, path: &Path, style: &Style) -> Re
     let given = args.search.0.and(&args.problem.0).and(&args.device.0);
     let spec = settings::model_spec(&given)?;
     let reading = settings::model_reading(&args.recordings.reading.0.and(&args.problem.0), &model)?;
-    if args.svg.is_some() {
-        return Err(Error::usage(
-            "--svg draws the DC motor only",
-            "Use --out, whose report has the charts of the model.",
-        ));
-    }
     let records = inputs::records_with(&args.recordings.records, &reading)?;
     let mut held_out = inputs::records_with(&args.validate, &reading)?;
     let records = inputs::fitted_part(records, args.split, &mut held_out)?;
+    export::check(args)?;
+    out::check_drawings(args.svg.as_deref(), args.json || records.len() > 1)?;
     let of = |records: &[Record]| records.iter().map(|r| ModelRecording::new(&model, r)).collect::<Result<Vec<_>>>();
     let (recordings, others) = (of(&records)?, of(&held_out)?);
     let out = args.out.as_deref().map(Out::take).transpose()?;
@@ -51,7 +47,7 @@ pub(in crate::cli) fn run(args: &IdentifyArgs, path: &Path, style: &Style) -> Re
     let document = json(&model_document(&records, &model, &spec, &found));
     if args.json {
         data(&document)?;
-    } else {
+    } else if !args.svg.as_deref().is_some_and(inputs::is_stdio) && !export::is_printed(args) {
         let next = found.trust.next.as_ref().map(|next| next.spelled(command_line));
         show(
             &(output::trust_line(&found.trust, WITHOUT_REASONS, next.as_deref())
@@ -61,8 +57,16 @@ pub(in crate::cli) fn run(args: &IdentifyArgs, path: &Path, style: &Style) -> Re
             data(&plots(&model, &recordings, &found))?;
         }
     }
+    let exported = export::file(args, || Ok(exported_model(&records, (&model, &recordings), &found)))?;
+    export::print(args, exported.as_ref(), &found.trust, style)?;
+    if let Some(path) = &args.svg {
+        let drawing = |(recording, fit)| model_figure(&model, recording, fit).file("", false);
+        out::drawings(path, &recordings.iter().zip(&found.fits).map(drawing).collect::<Vec<_>>(), style)?;
+    }
     if let Some(out) = out {
-        out.write(&report(&records, (&model, &recordings), (&spec, &found), document, !args.page.no_script), style)?;
+        let mut files = report(&records, (&model, &recordings), (&spec, &found), document, !args.page.no_script);
+        files.extend(exported);
+        out.write(&files, style)?;
     }
     Ok(match found.trust.level {
         _ if found.stop == Stop::Interrupted => Outcome::Interrupted,

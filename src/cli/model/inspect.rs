@@ -7,34 +7,42 @@ use motorfit::evaluate::model::ModelRecording;
 use motorfit::identify::model::{ModelIdentification, ModelSpec, identify_model};
 use motorfit::model::Model;
 use motorfit::record::Record;
-use motorfit::report::{ModelSignalFacts, command_line, model_inspect_document};
+use motorfit::report::{ModelInspection, ModelSignalFacts, command_line, model_inspect_document, model_inspect_page};
 
-pub(in crate::cli) fn run(args: &InspectArgs, path: &Path) -> Result<Outcome> {
+pub(in crate::cli) fn run(args: &InspectArgs, path: &Path, style: &Style) -> Result<Outcome> {
     let model = Model::open(path)?;
-    if args.out.is_some() {
-        let hint = "Use identify with --out, whose report has the charts of the model.";
-        return Err(Error::usage("--out of inspect draws the signals of the DC motor", hint));
-    }
     let reading = settings::model_reading(&args.recordings.reading.0, &model)?;
     let records = inputs::records_with(&args.recordings.records, &reading)?;
-    let mut documents = Vec::new();
-    for record in &records {
+    let out = args.out.as_deref().map(Out::take).transpose()?;
+    let inspected = |record| {
         let recording = ModelRecording::new(&model, record)?;
         let facts = ModelSignalFacts::of(&model, &recording);
         let spec = ModelSpec::default();
-        let found = identify_model(&model, &[recording], &spec, &mut |_| signals::interrupted());
-        if args.json {
-            documents.push(model_inspect_document(record, &facts, &found));
-        } else {
-            show(&text(record, &facts, &found))?;
-        }
-    }
+        let found = identify_model(&model, std::slice::from_ref(&recording), &spec, &mut |_| signals::interrupted());
+        Ok(ModelInspection { record, recording, facts, found })
+    };
+    let inspections = records.iter().map(inspected).collect::<Result<Vec<_>>>()?;
+    let document = document(&model, &inspections);
     if args.json {
-        let model = serde_json::json!({"name": model.name(), "sha256": model.digest()});
-        let version = env!("CARGO_PKG_VERSION");
-        data(&json(&serde_json::json!({"motorfit": version, "model": model, "records": documents})))?;
+        data(&document)?;
+    }
+    for one in inspections.iter().filter(|_| !args.json) {
+        show(&text(one.record, &one.facts, &one.found))?;
+    }
+    if let Some(out) = out {
+        let how = out::reproduced(vec![("model", format!("{}, sha256 {}", model.name(), model.digest()))]);
+        let page = model_inspect_page(&model, &inspections, &how).html(!args.page.no_script);
+        out.write(&[("report.html".to_owned(), page), ("result.json".to_owned(), document)], style)?;
     }
     Ok(if signals::is_interrupted() { Outcome::Interrupted } else { Outcome::Done })
+}
+
+fn document(model: &Model, inspections: &[ModelInspection<'_>]) -> String {
+    let one = |of: &ModelInspection<'_>| model_inspect_document(of.record, &of.facts, &of.found);
+    let records: Vec<_> = inspections.iter().map(one).collect();
+    let model = serde_json::json!({"name": model.name(), "sha256": model.digest()});
+    let version = env!("CARGO_PKG_VERSION");
+    json(&serde_json::json!({"motorfit": version, "model": model, "records": records}))
 }
 
 fn text(record: &Record, facts: &[ModelSignalFacts], found: &Result<ModelIdentification>) -> String {

@@ -8,5 +8,5 @@ mod refine;
 
 pub use covariance::ModelUncertainty;
 pub(crate) use multistart::ARRIVALS;
-pub use multistart::{ModelOptima, model_optima};
+pub use multistart::{ModelOptima, ModelStarts, Populations, model_optima};
 pub use refine::{ModelRefined, ModelWeights, refine_model};

@@ -1,4 +1,5 @@
-//! Optima of a model over its bounds: a batch of random candidates, then descents from the best of them that lie apart.
+//! Optima of a model over its bounds: descents from the best of a batch of random candidates that lie apart. Where these do not agree,
+//! and for friction that sticks, descents begin at the best of small populations.
 
 use super::descent::Descent;
 use super::fit::{Fit, Normal};
@@ -17,6 +18,8 @@ const CANDIDATES: [usize; 2] = [1024, 8192];
 const STARTS: usize = 12;
 /// Rounds at most; a further one begins if fewer than [`ARRIVALS`] descents ended in the lowest optimum.
 const ROUNDS: usize = 3;
+/// Rounds at most for a model with friction that sticks.
+const ROUNDS_STICKING: usize = 2;
 /// Descents that must end in the lowest optimum.
 pub(crate) const ARRIVALS: usize = 3;
 /// Smallest distance of two starts, as a fraction of the range of some coordinate.
@@ -45,8 +48,20 @@ pub struct ModelOptima {
     pub is_interrupted: bool,
 }
 
-/// Searches the bounds of a problem from many starts, which the evaluator finds among random candidates, and from `more` starts of the
-/// caller. `observe` may end the search between rounds.
+/// A function that evolves populations on a problem with an evaluator and a seed; returns the best candidate of each, and the number of
+/// evaluated candidates.
+pub type Populations<'a> = dyn FnMut(&ModelProblem, &mut dyn ModelEvaluator, u64) -> Result<(Vec<Vec<f64>>, u64)> + 'a;
+
+/// Starts of descents beside the best of random candidates.
+pub struct ModelStarts<'a> {
+    /// Values of the free parameters, each a start of the first round.
+    pub given: &'a [Vec<f64>],
+    /// Populations that give the starts for friction that sticks, and where other descents do not agree.
+    pub populations: &'a mut Populations<'a>,
+}
+
+/// Searches the bounds of a problem from many starts, which the evaluator finds among random candidates, and from further ones.
+/// `observe` may end the search between rounds.
 ///
 /// # Errors
 /// Returns `Usage` if a given start does not fit the space, `NotIdentified` if the model diverges from every start, and a device error if
@@ -55,27 +70,36 @@ pub fn model_optima(
     problem: &ModelProblem,
     evaluator: &mut dyn ModelEvaluator,
     (estimates_initial, seed): (bool, u64),
-    more: &[Vec<f64>],
+    starts: ModelStarts<'_>,
     observe: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
 ) -> Result<ModelOptima> {
     let fit = Fit { problem, estimates_initial };
     let initial: Vec<Vec<f64>> = (0..problem.recordings()).map(|n| problem.open_initial(n).to_vec()).collect();
-    for start in more {
+    let ModelStarts { given, populations } = starts;
+    for start in given {
         fit.check(start, &initial)?;
     }
+    let sticks = problem.model().reactions() > 0;
     let mut ends: Vec<End> = Vec::new();
     let mut evaluations = 0;
     let mut is_interrupted = false;
-    for round in 0..ROUNDS {
-        let mut starts = if round == 0 { more.to_vec() } else { Vec::new() };
+    let rounds = if sticks { ROUNDS_STICKING } else { ROUNDS };
+    for round in 0..rounds {
+        let mut starts = if round == 0 { given.to_vec() } else { Vec::new() };
         let number = (CANDIDATES_PER_AXIS * fit.axes()).clamp(CANDIDATES[0], CANDIDATES[1]);
         let round_seed = seed.wrapping_mul(ROUNDS as u64).wrapping_add(round as u64);
-        starts.extend(best_apart(problem, evaluator, number, round_seed)?);
-        evaluations += number as u64;
+        if (round == 0) != sticks {
+            starts.extend(best_apart(problem, evaluator, number, round_seed)?);
+            evaluations += number as u64;
+        } else {
+            let (best, evaluated) = populations(problem, evaluator, round_seed)?;
+            starts.extend(best);
+            evaluations += evaluated;
+        }
         let found: Vec<End> = starts.par_iter().filter_map(|start| descend(&fit, start)).collect();
         evaluations += found.iter().map(|end| end.simulations as u64).sum::<u64>();
         ends.extend(found);
-        is_interrupted = observe(round + 1, ROUNDS).is_break();
+        is_interrupted = observe(round + 1, rounds).is_break();
         if is_interrupted || (!ends.is_empty() && (arrivals(&ends) >= ARRIVALS || fit.axes() == 0)) {
             break;
         }
@@ -123,6 +147,7 @@ fn descend(fit: &Fit<'_>, start: &[f64]) -> Option<End> {
     let initial: Vec<Vec<f64>> = (0..fit.problem.recordings()).map(|n| fit.problem.open_initial(n).to_vec()).collect();
     let mut descent = Descent::new(fit, fit.at(start, &initial), |normal| deviations(fit.problem, normal))?;
     // In units of the deviations of the signals a step of 1e-7 is far below any noise.
+    descent.is_patient = fit.problem.model().reactions() == 0;
     descent.run(1e-7 * count(fit.problem.counted()).sqrt(), SIMULATIONS);
     Some(End {
         values: fit.values(&descent.at),

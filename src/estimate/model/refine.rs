@@ -23,6 +23,8 @@ const ROUNDS: usize = 30;
 const SIGMA_CHANGE: f64 = 1e-7;
 /// Simulations of a round at most.
 const SIMULATIONS: usize = 60;
+/// Simulations of a round at most for friction that sticks: descents that need more do not end.
+const SIMULATIONS_STICKING: usize = 25;
 /// Length of the last step \[standard errors\].
 const STEP: f64 = 1e-6;
 /// Smallest σ relative to the deviation of the signal: below, residuals are rounding errors.
@@ -70,7 +72,8 @@ pub fn refine_model(
         return Err(Error::not_identified("the model diverges at the start of the refinement", hint));
     };
     let scale = descent.sigma.clone();
-    let mut converged = descent.run(1e-6 * count(problem.counted()).sqrt(), 2 * SIMULATIONS);
+    let simulations = if problem.model().reactions() > 0 { SIMULATIONS_STICKING } else { SIMULATIONS };
+    let mut converged = descent.run(1e-6 * count(problem.counted()).sqrt(), 2 * simulations);
     let by_signals = descent.normal.rms();
     let floor = |normal: &Normal, freedom: f64| -> Vec<f64> {
         normal.rms().iter().zip(&scale).map(|(rms, scale)| (rms / freedom.sqrt()).max(SIGMA_MIN * scale)).collect()
@@ -80,7 +83,7 @@ pub fn refine_model(
     descent.sigma = floor(&descent.normal, freedom);
     if weights == ModelWeights::MaximumLikelihood {
         for _ in 0..ROUNDS {
-            converged = descent.run(STEP, SIMULATIONS);
+            converged = descent.run(STEP, simulations);
             let sigma = floor(&descent.normal, freedom);
             let change = sigma.iter().zip(&descent.sigma).map(|(new, old)| (new / old - 1.0).abs()).fold(0.0, f64::max);
             descent.sigma = sigma;

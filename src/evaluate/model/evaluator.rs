@@ -19,6 +19,16 @@ pub trait ModelEvaluator: Send {
 
     /// Returns the precision of the evaluation, `f32` or `f64`.
     fn precision(&self) -> &'static str;
+
+    /// Returns the kind of the device: `cpu`, or that of an adapter.
+    fn kind(&self) -> &'static str {
+        "cpu"
+    }
+
+    /// Returns the graphics interface and the driver of an adapter; `None` for a CPU.
+    fn driver(&self) -> Option<(String, String)> {
+        None
+    }
 }
 
 /// The SIMD evaluator on all threads of the caller's rayon pool, in f64.

@@ -46,6 +46,8 @@ pub struct ModelMethod {
     pub stiffness: Stiffness,
     /// True if `h|λ|` of a substep is larger than the method is accurate for.
     pub is_rough: bool,
+    /// True if the model has friction that sticks: it acts once a step, at whose end the moments of rest are known only.
+    pub sticks: bool,
 }
 
 impl ModelMethod {
@@ -58,19 +60,21 @@ impl ModelMethod {
         let step = recordings.iter().map(ModelRecording::longest_step_s).fold(0.0, f64::max);
         let rate = if is_even && is_affine { 0.0 } else { largest_rate(model, space, recordings, step) };
         let stiffness = Stiffness { rate, per_step: step * rate, is_affine };
-        let exponential = Self { method: IntegrationMethod::Exponential, substeps: 1, stiffness, is_rough: false };
+        let sticks = model.reactions() > 0;
+        let exponential =
+            Self { method: IntegrationMethod::Exponential, substeps: 1, stiffness, is_rough: false, sticks };
         if is_even && (is_affine || stiffness.per_step > STIFFNESS_MAX) {
             return exponential;
         }
         let needed = whole((stiffness.per_step / STIFFNESS_MAX).ceil().min(1e6)).max(1);
         let substeps = needed.min(SUBSTEPS_MAX);
-        Self { method: IntegrationMethod::RungeKutta, substeps, stiffness, is_rough: needed > substeps }
+        Self { method: IntegrationMethod::RungeKutta, substeps, stiffness, is_rough: needed > substeps, sticks }
     }
 
-    /// Returns true if steps are exact: affine equations with matrix exponentials.
+    /// Returns true if steps are exact: affine equations with matrix exponentials, without friction that sticks.
     #[must_use]
     pub fn is_exact(&self) -> bool {
-        self.method == IntegrationMethod::Exponential && self.stiffness.is_affine
+        self.method == IntegrationMethod::Exponential && self.stiffness.is_affine && !self.sticks
     }
 
     /// Returns a description of the method and of the reason for it.
@@ -79,8 +83,13 @@ impl ModelMethod {
         let Stiffness { per_step, is_affine, .. } = self.stiffness;
         let stiffness = crate::text::significant(per_step, 2);
         match self.method {
-            IntegrationMethod::Exponential if is_affine => {
+            IntegrationMethod::Exponential if self.is_exact() => {
                 "matrix exponentials, exact: the equations are affine".to_owned()
+            }
+            IntegrationMethod::Exponential if is_affine => {
+                let substeps =
+                    if self.substeps > 1 { format!("{} substeps", self.substeps) } else { "one step".to_owned() };
+                format!("matrix exponentials with {substeps}: the equations are affine, up to friction that sticks")
             }
             IntegrationMethod::Exponential if self.substeps > 1 => {
                 format!("exponential Runge–Kutta of order 4 with {} substeps (h|λ| = {stiffness})", self.substeps)

@@ -1,7 +1,5 @@
 //! Recordings as a model needs them: its inputs and measured outputs, in its units.
 
-use crate::criterion::Noise;
-use crate::experiment::white_noise;
 use crate::model::step::open_states;
 use crate::model::{InitialState, Model};
 use crate::numeric::count;
@@ -171,21 +169,5 @@ impl ModelRecording {
             Some(step) => count(n) * step,
             None => self.time_s[n] - self.time_s[0],
         }
-    }
-}
-
-impl ModelRecording {
-    /// Returns the recording with white Gaussian noise added to the measured outputs. The standard deviation is that of the ratio to
-    /// each output, or its own estimated noise; standard deviations of current and speed add none.
-    #[must_use]
-    pub fn with_noise(&self, noise: Noise, seed: u64) -> Self {
-        let mut noisy = self.clone();
-        for (stream, signal) in (0..).zip(&mut noisy.measured) {
-            let Some(signal) = signal else { continue };
-            let sigma = if let Noise::Sigma(_) = noise { 0.0 } else { noise.sigma(0, signal) };
-            let added = white_noise(signal.len(), sigma, seed, stream);
-            signal.iter_mut().zip(added).for_each(|(value, noise)| *value += noise);
-        }
-        noisy
     }
 }

@@ -3,6 +3,8 @@
 mod batch_costs;
 mod combinations;
 mod estimates;
+mod fine_steps;
+mod islands;
 mod pipeline;
 mod result;
 mod tests_of_residuals;

@@ -2,13 +2,17 @@
 
 use super::combinations::described;
 use super::estimates::estimates;
+use super::fine_steps::with_fine_steps;
+use super::islands::islands;
 use super::result::{ModelDeviceUsed, ModelIdentification, ModelSearch, ModelVerification};
 use super::tests_of_residuals::{fitted, over_all};
 use super::trust::trust;
 use crate::candidates::Candidates;
 use crate::criterion::Criterion;
 use crate::device::{DeviceSpec, ModelDevice, PrecisionSpec};
-use crate::estimate::model::{ARRIVALS, ModelOptima, ModelRefined, ModelWeights, model_optima, refine_model};
+use crate::estimate::model::{
+    ARRIVALS, ModelOptima, ModelRefined, ModelStarts, ModelWeights, model_optima, refine_model,
+};
 use crate::evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
 use crate::identify::method::Method;
 use crate::identify::trust_level::Trust;
@@ -147,35 +151,6 @@ pub fn identify_model(
 /// Largest number of candidates between two looks at an interruption.
 const SLICE: usize = 1 << 14;
 
-/// Largest number of substeps of a refinement, and the largest change of an estimate by half the step, in standard errors.
-const SUBSTEPS_MAX: usize = 16;
-const CHANGE_MAX: f64 = 0.1;
-
-/// Repeats a refinement with half the step until the estimates do not depend on it: an error of the integration that a search does not
-/// see can be many standard errors. If they still change at the finest step, the method is marked as rough.
-fn with_fine_steps(
-    mut problem: ModelProblem,
-    mut refined: ModelRefined,
-    how: (bool, ModelWeights),
-) -> Result<(ModelProblem, ModelRefined)> {
-    while !problem.method().is_exact() {
-        if 2 * problem.method().substeps > SUBSTEPS_MAX {
-            return Ok((problem.with_rough_steps(true), refined));
-        }
-        let finer = problem.with_substeps(2 * problem.method().substeps)?;
-        let next = refine_model(&finer, &refined.values, &refined.initial, how)?;
-        let errors = next.uncertainty.std_error.iter();
-        let changes = errors.zip(next.values.iter().zip(&refined.values));
-        let largest = changes.filter_map(|(error, (new, old))| Some((new - old).abs() / (*error)?)).fold(0.0, f64::max);
-        (problem, refined) = (finer, next);
-        if largest < CHANGE_MAX {
-            problem = problem.with_rough_steps(false);
-            break;
-        }
-    }
-    Ok((problem, refined))
-}
-
 /// The outcome of a search.
 struct Found {
     method: &'static str,
@@ -190,15 +165,17 @@ struct Found {
     history: Vec<f64>,
 }
 
+fn cost_of(problem: &ModelProblem, values: &[f64]) -> Result<f64> {
+    let mut cost = [f64::INFINITY];
+    problem.costs(Candidates::new(values, values.len()), &mut cost).map(|()| cost[0])
+}
+
 fn search(
     (problem, device): (&ModelProblem, &mut ModelDevice),
     spec: &ModelSpec,
     observe: &mut dyn FnMut(ModelProgress) -> ControlFlow<()>,
 ) -> Result<Found> {
-    let cost = |values: &[f64]| {
-        let mut cost = [f64::INFINITY];
-        problem.costs(Candidates::new(values, values.len()), &mut cost).map(|()| cost[0])
-    };
+    let cost = |values: &[f64]| cost_of(problem, values);
     let settings = (spec.estimates_initial, spec.seed);
     let population = match &spec.method {
         Method::Auto => None,
@@ -234,8 +211,9 @@ fn search(
         };
         let optima = match spec.is_polished {
             true => {
-                let (evaluator, from) = (device.evaluator.as_mut(), std::slice::from_ref(&best));
-                Some(model_optima(problem, evaluator, settings, from, &mut |_, _| ControlFlow::Continue(()))?)
+                let starts = ModelStarts { given: std::slice::from_ref(&best), populations: &mut islands };
+                let evaluator = device.evaluator.as_mut();
+                Some(model_optima(problem, evaluator, settings, starts, &mut |_, _| ControlFlow::Continue(()))?)
             }
             false => None,
         };
@@ -253,7 +231,8 @@ fn search(
         });
     }
     let mut look = |done, of| observe(ModelProgress { done, of });
-    let optima = model_optima(problem, device.evaluator.as_mut(), settings, &[], &mut look)?;
+    let starts = ModelStarts { given: &[], populations: &mut islands };
+    let optima = model_optima(problem, device.evaluator.as_mut(), settings, starts, &mut look)?;
     Ok(Found {
         method: "multistart",
         values: optima.values.clone(),

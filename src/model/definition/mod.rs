@@ -25,8 +25,9 @@ pub const LIMITS: [Limit; 5] = [
 ];
 
 use super::graph::{Graph, Id};
+use super::role::Role;
 use super::step::Affine;
-use crate::units::Unit;
+use crate::units::{Dimension, Unit};
 
 /// A unit as it is written, and what it means.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,6 +70,17 @@ pub struct ModelInput {
     pub column: Option<String>,
     /// Value where the recording has no such column; `None` if it must have one.
     pub default: Option<f64>,
+}
+
+/// A constant of a model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelConstant {
+    /// Name in the equations.
+    pub name: String,
+    /// Value in SI units.
+    pub value: f64,
+    /// Dimension of the value.
+    pub dimension: Dimension,
 }
 
 /// Initial value of a state.
@@ -150,6 +162,7 @@ pub struct Model {
     pub(crate) text: String,
     pub(crate) name: String,
     pub(crate) graph: Graph,
+    pub(crate) constants: Vec<ModelConstant>,
     pub(crate) parameters: Vec<ModelParameter>,
     pub(crate) inputs: Vec<ModelInput>,
     pub(crate) delayed: Vec<DelayedSignal>,
@@ -157,6 +170,8 @@ pub struct Model {
     pub(crate) reactions: Vec<Reaction>,
     pub(crate) outputs: Vec<ModelOutput>,
     pub(crate) equations: Vec<Equation>,
+    /// Values of the roles in the files of simulators, in SI units.
+    pub(crate) roles: Vec<(Role, Id)>,
 }
 
 impl Model {
@@ -203,6 +218,12 @@ impl Model {
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Returns the constants in the order of the text.
+    #[must_use]
+    pub fn constants(&self) -> &[ModelConstant] {
+        &self.constants
     }
 
     /// Returns the parameters in the order of the text.

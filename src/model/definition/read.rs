@@ -6,6 +6,8 @@ use super::sections::{constants, definitions, delays, inputs, parameters, requir
 use super::{Equation, InitialState, Model, ModelOutput, ModelState, NodeId, check};
 use crate::Result;
 use crate::model::graph::{Dependency, Graph, Id, Leaf};
+use crate::model::role::Role;
+use crate::named::Named as _;
 use crate::text::{nearest, quoted};
 use crate::units::Dimension;
 
@@ -13,7 +15,7 @@ use crate::units::Dimension;
 pub(crate) const DECLARED_MAX: usize = 64;
 
 /// Sections whose items are names or equations.
-const SECTIONS: [&str; 7] = ["inputs", "constants", "parameters", "signals", "let", "states", "outputs"];
+const SECTIONS: [&str; 8] = ["inputs", "constants", "parameters", "signals", "let", "states", "outputs", "export"];
 
 impl Model {
     /// Reads a model from its text.
@@ -26,7 +28,7 @@ impl Model {
         let name = heading(&document)?;
         let mut names = Names::new(&document);
         let inputs = inputs(&mut names)?;
-        constants(&mut names)?;
+        let constants = constants(&mut names)?;
         let parameters = parameters(&mut names)?;
         let states = document.section("states")?;
         for (number, state) in (0_u16..).zip(&states) {
@@ -49,10 +51,24 @@ impl Model {
         let delayed = delays(&mut names, delayed)?;
         let (outputs, measured) = outputs(&mut names)?;
         let states = states.iter().map(|entry| state(&mut names, entry, &measured)).collect::<Result<_>>()?;
+        let roles = roles(&mut names)?;
         let (graph, reactions) = (names.scope.graph, names.scope.reactions);
         let equations = equations(&document)?;
         let text = text.to_owned();
-        let model = Self { text, name, graph, parameters, inputs, delayed, states, reactions, outputs, equations };
+        let model = Self {
+            text,
+            name,
+            graph,
+            constants,
+            parameters,
+            inputs,
+            delayed,
+            states,
+            reactions,
+            outputs,
+            equations,
+            roles,
+        };
         check::model(&document, &model)?;
         Ok(model)
     }
@@ -134,6 +150,20 @@ fn outputs(names: &mut Names<'_>) -> Result<(Vec<ModelOutput>, Vec<Id>)> {
         nodes.push(id);
     }
     Ok((outputs, nodes))
+}
+
+/// Reads the roles of values in the files of simulators.
+fn roles(names: &mut Names<'_>) -> Result<Vec<(Role, Id)>> {
+    let document = names.document;
+    let mut roles = Vec::new();
+    for entry in document.section("export")? {
+        let role = Role::named("export", entry.key).map_err(|error| {
+            let hint = error.hint().to_string();
+            document.error(entry.at, format!("{} is not a role of a value in a simulator", quoted(entry.key)), hint)
+        })?;
+        roles.push((role, number_of(names, &entry, role.dimension(), role.name())?));
+    }
+    Ok(roles)
 }
 
 /// Reads a state; `measured` are the nodes of the outputs.

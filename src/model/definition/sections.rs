@@ -3,7 +3,7 @@
 use super::document::{Document, Entry};
 use super::names::{Definition, Names, in_si};
 use super::read::number_of;
-use super::{DelayedSignal, ModelInput, ModelParameter, WrittenUnit};
+use super::{DelayedSignal, ModelConstant, ModelInput, ModelParameter, WrittenUnit};
 use crate::Result;
 use crate::model::graph::Leaf;
 use crate::text::quoted;
@@ -25,8 +25,9 @@ pub(super) fn unit(document: &Document<'_>, entry: Option<&Entry<'_>>) -> Result
     }
 }
 
-pub(super) fn constants(names: &mut Names<'_>) -> Result<()> {
+pub(super) fn constants(names: &mut Names<'_>) -> Result<Vec<ModelConstant>> {
     let document = names.document;
+    let mut constants = Vec::new();
     for entry in document.section("constants")? {
         names.declare(&entry)?;
         let (value, unit) = match Document::number_of(entry.value) {
@@ -37,11 +38,12 @@ pub(super) fn constants(names: &mut Names<'_>) -> Result<()> {
                 (document.number(&value)?, unit(document, written.as_ref())?.unit)
             }
         };
-        let graph = &mut names.scope.graph;
-        let id = graph.constant(value * unit.factor + unit.offset);
+        let value = value * unit.factor + unit.offset;
+        let id = names.scope.graph.constant(value);
         names.set(entry.key, id, unit.dimension);
+        constants.push(ModelConstant { name: entry.key.to_owned(), value, dimension: unit.dimension });
     }
-    Ok(())
+    Ok(constants)
 }
 
 pub(super) fn inputs(names: &mut Names<'_>) -> Result<Vec<ModelInput>> {

@@ -3,11 +3,11 @@
 use super::mathml::equation;
 use crate::evaluate::model::ModelRecording;
 use crate::identify::model::{ModelEstimate, ModelFit, ModelIdentification};
-use crate::model::{InitialState, Model};
+use crate::model::{InitialState, Model, ModelInput, ModelOutput};
 use crate::numeric::rms;
 use crate::record::Record;
 use crate::report::chart::{Band, Chart, Form, Panel, Series, correlation};
-use crate::report::page::{Card, Page, Part, Trust, capital};
+use crate::report::page::{Card, Figure, Page, Part, Trust, capital};
 use crate::report::pages::{Reproduced, reproduce, section, warnings};
 use crate::report::spelling::command_line;
 use crate::report::table::{Table, dash};
@@ -46,6 +46,12 @@ pub fn model_page(
         answer: String::new(),
         sections,
     }
+}
+
+/// Returns the chart of the measured and modelled signals of a recording, as a drawing for a file.
+#[must_use]
+pub fn model_figure(model: &Model, recording: &ModelRecording, fit: &ModelFit) -> Figure {
+    chart("response", model, recording, fit).figure()
 }
 
 /// Returns the page of what was understood of a model.
@@ -177,7 +183,7 @@ fn verdict(found: &ModelIdentification) -> String {
     }
 }
 
-fn correlations(model: &Model, found: &ModelIdentification) -> Option<crate::report::page::Figure> {
+fn correlations(model: &Model, found: &ModelIdentification) -> Option<Figure> {
     let uncertainty = found.uncertainty.as_ref()?;
     let names = found.space.names(model);
     let values: Vec<Vec<f64>> =
@@ -195,17 +201,8 @@ fn correlations(model: &Model, found: &ModelIdentification) -> Option<crate::rep
 /// Returns inputs, outputs and residuals over time.
 fn chart(id: &str, model: &Model, recording: &ModelRecording, fit: &ModelFit) -> Chart {
     let time = &recording.time_s;
-    let curve = |values: &[f64]| time.iter().copied().zip(values.iter().copied()).collect::<Vec<_>>();
-    let label = |name: &str, unit: &str| format!("{name} [{}]", unit.replace('*', "·"));
-    let mut panels: Vec<Panel> = model
-        .inputs()
-        .iter()
-        .zip(&recording.inputs)
-        .filter(|(_, values)| values.windows(2).any(|pair| pair[0].to_bits() != pair[1].to_bits()))
-        .map(|(input, values)| {
-            Panel::new(&label(&input.name, &input.unit.text), vec![Series::new("", 0, Form::Steps, curve(values))])
-        })
-        .collect();
+    let curve = |values: &[f64]| curve(time, values);
+    let mut panels = input_panels(model, recording);
     let mut residuals = Vec::new();
     for ((output, measured), simulated) in model.outputs().iter().zip(&recording.measured).zip(&fit.simulated) {
         let label = label(&output.name, &output.unit.text);
@@ -241,6 +238,34 @@ fn chart(id: &str, model: &Model, recording: &ModelRecording, fit: &ModelFit) ->
             "Bands and dashed lines: \u{b1}1.96 times the root mean square of the residuals, measured minus modelled."
                 .to_owned(),
     }
+}
+
+fn curve(time: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
+    time.iter().copied().zip(values.iter().copied()).collect()
+}
+
+fn label(name: &str, unit: &str) -> String {
+    format!("{name} [{}]", unit.replace('*', "·"))
+}
+
+/// Returns a panel for each input that varies.
+fn input_panels(model: &Model, recording: &ModelRecording) -> Vec<Panel> {
+    let varies = |values: &[f64]| values.windows(2).any(|pair| pair[0].to_bits() != pair[1].to_bits());
+    let panel = |(input, values): (&ModelInput, &Vec<f64>)| {
+        let series = Series::new("", 0, Form::Steps, curve(&recording.time_s, values));
+        Panel::new(&label(&input.name, &input.unit.text), vec![series])
+    };
+    model.inputs().iter().zip(&recording.inputs).filter(|(_, values)| varies(values)).map(panel).collect()
+}
+
+/// Returns a panel for each input that varies and each measured output.
+pub(super) fn signal_panels(model: &Model, recording: &ModelRecording) -> Vec<Panel> {
+    let output = |(output, values): (&ModelOutput, &Option<Vec<f64>>)| {
+        let series = Series::new("", 1, Form::Line, curve(&recording.time_s, values.as_ref()?));
+        Some(Panel::new(&label(&output.name, &output.unit.text), vec![series]))
+    };
+    let outputs = model.outputs().iter().zip(&recording.measured).filter_map(output);
+    input_panels(model, recording).into_iter().chain(outputs).collect()
 }
 
 fn signals(model: &Model) -> Table {

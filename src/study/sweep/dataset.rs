@@ -7,7 +7,7 @@ use super::manifest::{File, Motor};
 use crate::analysis::{split, warnings_of_records};
 use crate::criterion::Noise;
 use crate::evaluate::model::ModelRecording;
-use crate::experiment::{noise_of, with_noise};
+use crate::experiment::{noise_of, white_noise, with_noise};
 use crate::identify::{Diagnosed, Identification, IdentifySpec, needs_voltage, validate};
 use crate::record::{Reading, Record};
 use crate::warning::Warning;
@@ -139,10 +139,21 @@ pub(super) fn of_model(
     let (mut fitted, held_out) = (all(&recordings.fitted)?, all(&recordings.held_out)?);
     if let Some(noise) = noise {
         for (n, (record, recording)) in recordings.fitted.iter().zip(&mut fitted).enumerate() {
-            *recording = recording.with_noise(noise, key(record, n, noise, seed));
+            add_noise(recording, noise, key(record, n, noise, seed));
         }
     }
     Ok([fitted, held_out])
+}
+
+/// Adds white Gaussian noise to the measured outputs of a model, with the standard deviation of the ratio to each output, or of its own
+/// estimated noise; standard deviations of current and speed add none.
+fn add_noise(recording: &mut ModelRecording, noise: Noise, seed: u64) {
+    for (stream, signal) in (0..).zip(&mut recording.measured) {
+        let Some(signal) = signal else { continue };
+        let sigma = if let Noise::Sigma(_) = noise { 0.0 } else { noise.sigma(0, signal) };
+        let added = white_noise(signal.len(), sigma, seed, stream);
+        signal.iter_mut().zip(added).for_each(|(value, noise)| *value += noise);
+    }
 }
 
 /// Returns the seed of the noise of a recording, different for each recording.

@@ -1,36 +1,37 @@
 //! Calls of `model`, `units`, and of what evaluates, estimates and shows users' models.
 
-use crate::arguments::{COUNTS, FEW, NUMBERS, texts};
+use crate::arguments::{COUNTS, FEW, NUMBERS, step, texts};
 use crate::calls::{Calls, ask, drive};
+use crate::drivers::identify::{fitted, mangled as mangled_motors};
 use motorfit::candidates::Candidates;
-use motorfit::criterion::Noise;
 use motorfit::device::{DeviceSpec, ModelDevice, PrecisionSpec};
-use motorfit::estimate::model::{ModelWeights, model_optima, refine_model};
+use motorfit::estimate::model::{ModelStarts, ModelWeights, model_optima, refine_model};
 use motorfit::evaluate::model::{
     ModelAxis, ModelEvaluator, ModelProblem, ModelRecording, ModelSettings, ModelSimd, ModelSpace, signal_requests,
 };
 use motorfit::experiment::white_noise;
 use motorfit::identify::model::{ModelCosts, ModelEstimate, ModelSpec, hold_out_model, identify_model};
 use motorfit::identify::{IdentifySpec, identify};
-use motorfit::model::{BuiltIn, Function, IntegrationMethod, Model, ShaderPrecision};
+use motorfit::model::{BuiltIn, Function, IntegrationMethod, Model, Role, ShaderPrecision};
 use motorfit::named::Named;
 use motorfit::record::{
     Mask, Offset, Preparation, ReadOptions, Reading, Record, Samples, diagnose, parse_signal_columns, read_bytes,
     read_signal_inputs, step_lengths, write_csv,
 };
 use motorfit::report::{
-    EvaluateDocument, ModelSignalFacts, Reproduced, SignalStatistics, model_check_document, model_check_page,
-    model_costs_document, model_document, model_inspect_document, model_page,
+    EvaluateDocument, ExportFormat, ModelInspection, ModelSignalFacts, Reproduced, SignalStatistics, exported_model,
+    exported_motor, model_check_document, model_check_page, model_costs_document, model_document, model_figure,
+    model_inspect_document, model_inspect_page, model_page,
 };
 use motorfit::setting::Setting;
 use motorfit::settings::{Given, Value, model_reading, model_spec};
-use motorfit::study::sweep::Outcome;
+use motorfit::study::sweep::{Outcome, RunEstimate, RunEstimates};
 use motorfit::units::{Dimension, parse_unit};
 use std::ops::ControlFlow;
 use std::path::Path;
 
 /// Returns a small recording of the DC motor as a model.
-fn recording() -> ModelRecording {
+pub fn recording() -> ModelRecording {
     let time_s: Vec<f64> = (0..60).map(|n| f64::from(n) * 1e-3).collect();
     let wave = |rate: f64| -> Vec<f64> { time_s.iter().map(|t| (rate * t).sin()).collect() };
     ModelRecording {
@@ -146,9 +147,6 @@ pub fn signals(calls: &mut Calls) {
         drive!(calls, n;
             "evaluate::model::ModelRecording::counts" => good.counts(n),
             "evaluate::model::ModelRecording::counted" => good.counted(n),
-            "evaluate::model::ModelRecording::with_noise" => {
-                [Noise::Estimated, Noise::Decibels(f64::NAN), Noise::Sigma([Some(1.0); 2])].map(|noise| good.with_noise(noise, 1).len())
-            },
         );
     }
     let options = ReadOptions { signals: signal_requests(&model), ..ReadOptions::default() };
@@ -327,8 +325,14 @@ fn one(calls: &mut Calls, problem: &ModelProblem) {
         "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![0.0; 2]], (true, ModelWeights::default())),
         "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![f64::NAN; 2]], (false, ModelWeights::Signals)),
         "estimate::model::refine_model" => refine_model(problem, &[], &[], (true, ModelWeights::Signals)),
-        "estimate::model::model_optima" => model_optima(problem, &mut ModelSimd, (true, u64::MAX), std::slice::from_ref(&middle), &mut |_, _| ControlFlow::Continue(())),
-        "estimate::model::model_optima" => model_optima(problem, &mut ModelSimd, (false, 0), &[vec![]], &mut |_, _| ControlFlow::Break(())),
+        "estimate::model::model_optima" => {
+            let starts = ModelStarts { given: std::slice::from_ref(&middle), populations: &mut |_, _, _| Ok((Vec::new(), 0)) };
+            model_optima(problem, &mut ModelSimd, (true, u64::MAX), starts, &mut |_, _| ControlFlow::Continue(()))
+        },
+        "estimate::model::model_optima" => {
+            let starts = ModelStarts { given: &[vec![]], populations: &mut |_, _, _| Ok((vec![vec![]], 0)) };
+            model_optima(problem, &mut ModelSimd, (false, 0), starts, &mut |_, _| ControlFlow::Break(()))
+        },
     );
 }
 
@@ -345,6 +349,8 @@ fn populations(calls: &mut Calls, problem: &ModelProblem, middle: &[f64]) {
     drive!(calls, middle;
         "evaluate::model::ModelEvaluator::name" => ModelSimd.name(),
         "evaluate::model::ModelEvaluator::precision" => ModelSimd.precision(),
+        "evaluate::model::ModelEvaluator::kind" => ModelSimd.kind(),
+        "evaluate::model::ModelEvaluator::driver" => ModelSimd.driver(),
         "device::ModelDevice::cpu" => ModelDevice::cpu().kind,
     );
     #[cfg(feature = "gpu")]
@@ -404,6 +410,38 @@ fn gpus(calls: &mut Calls, problem: &ModelProblem, middle: &[f64]) {
     }
 }
 
+/// Calls what depends on the parameters of a model alone, and what files for simulators hold.
+pub fn exports(calls: &mut Calls) {
+    let lists = NUMBERS.map(|value| vec![value; 10]).into_iter().chain([Vec::new(), vec![1.0]]);
+    for values in lists {
+        for of in BuiltIn::ALL.map(|of| of.model().unwrap()) {
+            drive!(calls, values;
+                "model::Model::roles" => of.roles(&values),
+                "model::Model::parameters_in_roles" => of.parameters_in_roles(),
+                "model::Model::initial_values" => of.initial_values(&values),
+                "model::Model::delay_s" => [of.delay_s("vm", &values), of.delay_s("", &values)],
+                "model::Model::constants" => of.constants().len(),
+            );
+        }
+    }
+    drive!(calls, ();
+        "model::Role::unit" => Role::ALL.map(Role::unit),
+        "model::Role::name" => Role::ALL.map(Role::name),
+        "report::ExportFormat::extension" => ExportFormat::ALL.map(ExportFormat::extension),
+        "report::ExportFormat::name" => ExportFormat::ALL.map(ExportFormat::name),
+    );
+    let motor = fitted();
+    let step = step(60);
+    for found in mangled_motors(&motor) {
+        let of =
+            calls.ask("report::exported_motor", &found.values, || exported_motor(std::slice::from_ref(&step), &found));
+        let Some(of) = of else { continue };
+        for format in ExportFormat::ALL {
+            ask!(calls, format; "report::ExportFormat::write" => format.write(&of));
+        }
+    }
+}
+
 pub fn identifications(calls: &mut Calls) {
     let model = BuiltIn::DcMotor.model().unwrap();
     let other = BuiltIn::Pmsm.model().unwrap();
@@ -427,6 +465,10 @@ pub fn identifications(calls: &mut Calls) {
             ask!(calls, recording;
                 "identify::model::hold_out_model" => hold_out_model(&model, &mut found, &all, &spec),
                 "identify::model::hold_out_model" => hold_out_model(&model, &mut found, &[], &spec),
+                "study::sweep::RunEstimate::from" => {
+                    Ok::<_, motorfit::Error>(found.estimates.iter().map(|e| RunEstimate::from(e).name.len()).sum::<usize>())
+                },
+                "study::sweep::RunEstimates::from" => Ok::<_, motorfit::Error>(RunEstimates::from(&found)),
                 "study::sweep::Outcome::of_model" => Ok::<_, motorfit::Error>(Outcome::of_model(&model, &found)),
             );
             for of in [&model, &other] {
@@ -441,6 +483,16 @@ pub fn identifications(calls: &mut Calls) {
                     },
                     "report::model_document" => model_document(&[], of, &spec, &found),
                     "report::model_page" => model_page(&[], (of, &all), &found, &how),
+                    "report::exported_model" => {
+                        let of = exported_model(std::slice::from_ref(&plain), (of, &all), &found);
+                        ExportFormat::ALL.map(|format| format.write(&of).unwrap_or_else(|e| e.to_string())).len()
+                    },
+                    "report::model_figure" => model_figure(of, &recording, &found.fits[0]),
+                    "report::model_inspect_page" => {
+                        let facts = ModelSignalFacts::of(of, &recording);
+                        let (record, recording, found) = (&plain, recording.clone(), Ok(found.clone()));
+                        model_inspect_page(of, &[ModelInspection { record, recording, facts, found }], &how)
+                    },
                 );
             }
         }

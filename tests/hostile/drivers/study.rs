@@ -2,10 +2,12 @@
 
 use crate::arguments::{COUNTS, FEW, NUMBERS, records, step, texts};
 use crate::calls::{Calls, ask, drive};
-use crate::drivers::identify::{fitted, mangled};
+use crate::drivers::models::recording;
 use motorfit::criterion::{Criterion, Scale};
 use motorfit::evaluate::{Model, Scalar, Simd};
+use motorfit::identify::model::ModelSpec;
 use motorfit::identify::{IdentifySpec, Method};
+use motorfit::model::BuiltIn;
 use motorfit::motor::{Parameter, Parameters};
 use motorfit::named::Named;
 use motorfit::optimize::{Coordinates, GeneticOptions, GwoOptions};
@@ -13,7 +15,10 @@ use motorfit::study::compare::{
     Block, CompareSettings, CompareSpec, Comparison, ComparisonSetting, ComparisonSubject, Invariance, MethodEstimates,
     MethodResult, Outcome, Preset, Steiglitz, compare, paper, reached,
 };
-use motorfit::study::{Contender, CostMap, Measurement, Throughput, ThroughputSpec, contenders, cost_map, throughput};
+use motorfit::study::{
+    BenchSubject, Contender, CostMap, MapParameter, Measurement, Throughput, ThroughputSpec, contenders, cost_map,
+    model_contenders, model_cost_map, throughput,
+};
 use std::ops::ControlFlow;
 
 fn setting(population: usize, generations: usize) -> ComparisonSetting {
@@ -183,16 +188,23 @@ pub fn compare_specs(calls: &mut Calls) {
 }
 
 pub fn maps(calls: &mut Calls) {
-    for found in mangled(&fitted()) {
-        for (costs, value) in [(vec![], 0.0), (vec![vec![]], f64::NAN), (vec![vec![1.0; 2]; 2], f64::INFINITY)] {
-            let parameters = [Parameter::R, Parameter::Load];
-            let map = CostMap { parameters, ranges: [[value, 1.0]; 2], costs, found: found.clone() };
-            drive!(calls, value;
-                "study::CostMap::ellipse" => map.ellipse().len(),
-                "study::CostMap::optimum" => map.optimum(),
-                "study::CostMap::value" => COUNTS.map(|place| [map.value(0, place), map.value(1, place)]),
-            );
-            calls.may_panic("study::CostMap::value", || map.value(usize::MAX, 0));
+    for (costs, value) in [(vec![], 0.0), (vec![vec![]], f64::NAN), (vec![vec![1.0; 2]; 2], f64::INFINITY)] {
+        let none = || MapParameter { symbol: String::new(), name: String::new(), unit: String::new() };
+        let (optimum, ranges) = ([value; 2], [[value, 1.0]; 2]);
+        let map =
+            CostMap { parameters: [none(), none()], ranges, costs, optimum, ellipse: Vec::new(), warnings: Vec::new() };
+        drive!(calls, value;
+            "study::CostMap::value" => COUNTS.map(|place| [map.value(0, place), map.value(1, place)]),
+        );
+        calls.may_panic("study::CostMap::value", || map.value(usize::MAX, 0));
+    }
+    let model = BuiltIn::DcMotor.model().unwrap();
+    let model_spec = ModelSpec { population: 4, generations: 2, ..ModelSpec::default() };
+    for recordings in [Vec::new(), vec![recording()]] {
+        for (side, names) in [(0, ["R", "L"]), (2, ["R", "R"]), (2, ["R", ""]), (3, ["R", "J"])] {
+            ask!(calls, (side, names); "study::model_cost_map" => {
+                model_cost_map((&model, &recordings), &model_spec, names, side)
+            });
         }
     }
     let spec = IdentifySpec { population: 4, generations: 2, ..IdentifySpec::default() };
@@ -252,6 +264,7 @@ pub fn speeds(calls: &mut Calls) {
     for threads in COUNTS.into_iter().filter(|threads| *threads != 1000) {
         ask!(calls, threads;
             "study::contenders" => contenders(threads, false, true).map(drop),
+            "study::model_contenders" => model_contenders(&BuiltIn::DcMotor.model().unwrap(), threads, false).map(drop),
             "study::Contender::on_cpu" => Contender::on_cpu(String::new(), Box::new(Scalar), threads).map(drop),
         );
     }
@@ -270,8 +283,8 @@ pub fn speeds(calls: &mut Calls) {
                 let who =
                     || (vec![Contender::on_cpu(String::new(), Box::new(Simd::default()), 1).unwrap()], Vec::new());
                 ask!(calls, spec;
-                    "study::throughput" => throughput(&spec, who(), &mut |_, _| ControlFlow::Continue(())).map(drop),
-                    "study::throughput" => throughput(&spec, (Vec::new(), Vec::new()), &mut |_, _| ControlFlow::Break(())).map(drop),
+                    "study::throughput" => throughput((&spec, &BenchSubject::Motor), who(), &mut |_, _| ControlFlow::Continue(())).map(drop),
+                    "study::throughput" => throughput((&spec, &BenchSubject::Motor), (Vec::new(), Vec::new()), &mut |_, _| ControlFlow::Break(())).map(drop),
                 );
             }
         }

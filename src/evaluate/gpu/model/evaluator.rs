@@ -115,4 +115,12 @@ impl ModelEvaluator for ModelGpu {
     fn precision(&self) -> &'static str {
         self.precision.name()
     }
+
+    fn kind(&self) -> &'static str {
+        self.device.facts.kind
+    }
+
+    fn driver(&self) -> Option<(String, String)> {
+        Some((self.device.facts.backend.clone(), self.device.facts.driver.clone()))
+    }
 }

@@ -1,0 +1,108 @@
+"""Random machines of the built-in models against an independent integration of their equations: optimum, errors and intervals."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import motorfit
+
+# 24 machines of six parameters: 95 % intervals cover 144 values; three binomial deviations are 5.4 %. Of 100 machines of each model, which
+# take some minutes, all optima were reached, and intervals covered 95.4 % (DC motor) and 94.5 % (PMSM).
+MACHINES = 24
+SUBSTEPS = 12
+
+
+def drawn(names, low, high, seed):
+    """Parameters of machines, even in the logarithm; shape (machines,) by name."""
+    random = np.random.default_rng(seed)
+    return {name: np.exp(random.uniform(np.log(a), np.log(b), MACHINES)) for name, a, b in zip(names, low, high)}
+
+
+def integrated(rate, states, inputs, period):
+    """States at the samples by the Runge–Kutta method with fine steps and held inputs; shape (samples, states, machines)."""
+    x, rows, h = np.zeros((states, MACHINES)), [], period / SUBSTEPS
+    for u in inputs.T:
+        rows.append(x)
+        for _ in range(SUBSTEPS):
+            a = rate(x, u)
+            b = rate(x + h / 2 * a, u)
+            c = rate(x + h / 2 * b, u)
+            x = x + h / 6 * (a + 2 * b + 2 * c + rate(x + h * c, u))
+    return np.array(rows)
+
+
+def pmsm(p):
+    def rate(x, u):
+        d, q, w = x
+        e = 4 * w
+        torque = 6 * (p["psi"] + (p["Ld"] - p["Lq"]) * d) * q
+        return np.array(
+            [
+                (u[0] - p["R"] * d + e * p["Lq"] * q) / p["Ld"],
+                (u[1] - p["R"] * q - e * (p["Ld"] * d + p["psi"])) / p["Lq"],
+                (torque - p["B"] * w) / p["J"],
+            ]
+        )
+
+    return rate
+
+
+def motor(p):
+    def rate(x, u):
+        i, w = x
+        return np.array([(u[0] - p["R"] * i - p["K"] * w) / p["L"], (p["K"] * i - p["B"] * w) / p["J"]])
+
+    return rate
+
+
+def levels(samples, hold, size, seed):
+    random = np.random.default_rng(seed)
+    return np.repeat(size * random.choice([-1, -0.4, 0.5, 1], -(-samples // hold)), hold)[:samples]
+
+
+def check(model, rate, names, parameters, inputs, period, outputs):
+    """Identifies each machine; returns the relative errors by name, and the share of the intervals that cover."""
+    states = integrated(rate(parameters), len(outputs), np.array(list(inputs.values())), period)
+    # The first machine against an integrator of another kind.
+    first = {name: value[:1] for name, value in parameters.items()}
+    x = np.zeros(len(outputs))
+    for n, u in enumerate(np.array(list(inputs.values())).T[:200]):
+        np.testing.assert_allclose(states[n, :, 0], x, rtol=1e-7, atol=1e-7 * np.abs(states[:, :, 0]).max())
+        of = lambda _, x: rate(first)(x[:, None], u)[:, 0]
+        x = solve_ivp(of, (0, period), x, method="DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
+    random = np.random.default_rng(9)
+    time = np.arange(len(states)) * period
+    errors, covered = {name: [] for name in names}, []
+    for machine in range(MACHINES):
+        clean = states[:, :, machine].T
+        noisy = {name: y + 0.01 * np.std(y) * random.standard_normal(len(y)) for name, y in zip(outputs, clean)}
+        found = model.identify(model.read({"time_s": time, **inputs, **noisy}))
+        for name, fit in found.residual_sigma.items():
+            true = 0.01 * np.std(clean[outputs.index(name)])
+            # The optimum is reached: the residuals are the noise, to four deviations of its estimate.
+            assert fit == pytest.approx(true, rel=4 / np.sqrt(2 * len(time))), (machine, name)
+        for name in names:
+            truth, (low, high) = parameters[name][machine], found.ci95[name]
+            errors[name].append(abs(found.parameters[name] / truth - 1))
+            covered.append(low <= truth <= high)
+    return errors, np.mean(covered)
+
+
+def test_synchronous_machines():
+    names = ["R", "Ld", "Lq", "psi", "B", "J"]
+    parameters = drawn(names, [0.1, 3e-4, 4e-4, 0.01, 1e-4, 1e-4], [1, 2e-3, 3e-3, 0.05, 2e-3, 1e-3], 1)
+    samples = 1200
+    inputs = {"vd": levels(samples, 60, 3.0, 2), "vq": levels(samples, 90, 8.0, 3), "TL": np.zeros(samples)}
+    errors, covered = check(motorfit.Model("pmsm"), pmsm, names, parameters, inputs, 1e-4, ["id", "iq", "w"])
+    assert max(errors["R"]) < 0.02 and max(errors["Ld"]) < 0.05 and max(errors["Lq"]) < 0.05
+    assert 0.896 < covered < 1.0, covered
+
+
+def test_motors():
+    names = ["R", "L", "K", "B", "J"]
+    parameters = drawn(names, [0.2, 2e-3, 0.02, 5e-5, 3e-5], [0.9, 2e-2, 0.08, 5e-4, 5e-4], 4)
+    inputs = {"v": levels(1000, 80, 8.0, 5), "TL": np.zeros(1000)}
+    errors, covered = check(motorfit.Model("dc-motor"), motor, names, parameters, inputs, 1e-3, ["i", "w"])
+    assert max(errors["R"]) < 0.02
+    # 120 intervals: three deviations are 6 %.
+    assert 0.89 < covered < 1.0, covered

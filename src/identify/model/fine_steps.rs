@@ -1,0 +1,55 @@
+//! Refinement with steps so short that the estimates do not depend on them.
+
+use crate::Result;
+use crate::estimate::model::{ModelRefined, ModelWeights, refine_model};
+use crate::evaluate::model::ModelProblem;
+use crate::numeric::rms;
+
+/// Largest number of substeps of a refinement, and the largest change of an estimate by half the step, in standard errors.
+const SUBSTEPS_MAX: usize = 16;
+const CHANGE_MAX: f64 = 0.1;
+/// Part of the residuals below which a difference by half the step is far from what the model leaves unexplained.
+const OF_RESIDUALS: f64 = 0.1;
+
+/// Repeats a refinement with half the step until the estimates do not depend on it: an error of the integration that a search does not
+/// see can be many standard errors. If they still change at the finest step, the method is marked as rough.
+pub(super) fn with_fine_steps(
+    mut problem: ModelProblem,
+    mut refined: ModelRefined,
+    how: (bool, ModelWeights),
+) -> Result<(ModelProblem, ModelRefined)> {
+    while !problem.method().is_exact() {
+        if 2 * problem.method().substeps > SUBSTEPS_MAX {
+            return Ok((problem.with_rough_steps(true), refined));
+        }
+        let finer = problem.with_substeps(2 * problem.method().substeps)?;
+        // Where friction sticks, the moments of rest depend on the steps however short they are.
+        if problem.model().reactions() > 0 && !steps_matter(&problem, &finer, &refined) {
+            return Ok((problem.with_rough_steps(true), refined));
+        }
+        let next = refine_model(&finer, &refined.values, &refined.initial, how)?;
+        let errors = next.uncertainty.std_error.iter();
+        let changes = errors.zip(next.values.iter().zip(&refined.values));
+        let largest = changes.filter_map(|(error, (new, old))| Some((new - old).abs() / (*error)?)).fold(0.0, f64::max);
+        (problem, refined) = (finer, next);
+        if largest < CHANGE_MAX {
+            problem = problem.with_rough_steps(false);
+            break;
+        }
+    }
+    Ok((problem, refined))
+}
+
+/// Returns true if half the step changes an output by more than a small part of its residuals.
+fn steps_matter(problem: &ModelProblem, finer: &ModelProblem, refined: &ModelRefined) -> bool {
+    (0..problem.recordings()).any(|recording| {
+        let initial = &refined.initial[recording];
+        let [a, b] = [problem, finer].map(|of| of.simulate(&refined.values, recording, initial).outputs);
+        let residuals = &refined.residual_rms[recording];
+        a.iter().zip(&b).zip(residuals).any(|((a, b), residual)| {
+            let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+            let size = rms(&difference);
+            residual.is_some_and(|residual| size.is_nan() || size > OF_RESIDUALS * residual)
+        })
+    })
+}

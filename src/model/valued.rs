@@ -1,0 +1,48 @@
+//! Values of what depends on the parameters of a model alone.
+
+use super::graph::{Id, Leaf, evaluate};
+use super::{InitialState, Model, Role};
+
+impl Model {
+    /// Evaluates nodes for values of the parameters in their units; NaN for a node that depends on anything else.
+    fn valued(&self, ids: &[Id], values: &[f64]) -> Vec<f64> {
+        let leaf = |leaf: Leaf| match leaf {
+            Leaf::Parameter(n) => values.get(usize::from(n)).copied().unwrap_or(f64::NAN),
+            _ => f64::NAN,
+        };
+        evaluate(&self.graph, ids, &mut Vec::new(), &leaf)
+    }
+
+    /// Returns the roles of the section `export` with their values in SI units, for values of the parameters in their units.
+    #[must_use]
+    pub fn roles(&self, values: &[f64]) -> Vec<(Role, f64)> {
+        let ids: Vec<Id> = self.roles.iter().map(|(_, id)| *id).collect();
+        self.roles.iter().map(|(role, _)| *role).zip(self.valued(&ids, values)).collect()
+    }
+
+    /// Returns the numbers of the parameters that any role depends on.
+    #[must_use]
+    pub fn parameters_in_roles(&self) -> Vec<usize> {
+        let ids: Vec<Id> = self.roles.iter().map(|(_, id)| *id).collect();
+        let leaves = self.graph.leaves(&ids);
+        let number = |leaf: &Leaf| if let Leaf::Parameter(n) = leaf { Some(usize::from(*n)) } else { None };
+        leaves.iter().filter_map(number).collect()
+    }
+
+    /// Returns the initial values of the states in SI units from the zero of their units; `None` for those that are measured or free.
+    #[must_use]
+    pub fn initial_values(&self, values: &[f64]) -> Vec<Option<f64>> {
+        let one = |state: &super::ModelState| match &state.initial {
+            InitialState::Given(id) => self.valued(&[id.0], values).first().copied(),
+            _ => None,
+        };
+        self.states.iter().map(one).collect()
+    }
+
+    /// Returns the delay of a signal \[s\]; `None` if it has none.
+    #[must_use]
+    pub fn delay_s(&self, signal: &str, values: &[f64]) -> Option<f64> {
+        let of = self.delayed.iter().find(|of| of.name == signal)?;
+        self.valued(&[of.delay], values).first().copied()
+    }
+}
