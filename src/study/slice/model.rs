@@ -78,7 +78,8 @@ mod tests {
         let mut recording = ModelRecording {
             step_s: vec![1e-3],
             inputs: vec![voltage, vec![0.0; 400]],
-            measured: vec![None, None],
+            // Signals that vary, because a problem needs one; the simulated ones replace them.
+            measured: vec![Some(time_s.clone()); 2],
             counting: Vec::new(),
             effective_sample_ratio: 1.0,
             time_s,

@@ -61,6 +61,8 @@ pub fn languages(calls: &mut Calls) {
             "model::Function::named" => <Function as Named>::named("function", &word),
             "model::ShaderPrecision::named" => <ShaderPrecision as Named>::named("precision", &word),
             "model::IntegrationMethod::named" => <IntegrationMethod as Named>::named("method", &word),
+            "model::Role::named" => <Role as Named>::named("role", &word),
+            "report::ExportFormat::named" => <ExportFormat as Named>::named("format", &word),
         );
         drive!(calls, word; "units::parse_unit" => parse_unit(&word).map(|unit| unit.to(&unit)));
         if let Ok(unit) = parse_unit(&word) {
