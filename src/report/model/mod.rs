@@ -2,6 +2,7 @@
 
 mod document;
 mod inspect;
+#[cfg(feature = "report")]
 mod inspect_page;
 #[cfg(feature = "report")]
 mod mathml;
@@ -12,4 +13,5 @@ pub use document::{model_check_document, model_costs_document, model_document};
 pub use inspect::{ModelSignalFacts, model_inspect_document};
 #[cfg(feature = "report")]
 pub use inspect_page::{ModelInspection, model_inspect_page};
+#[cfg(feature = "report")]
 pub use page::{model_check_page, model_figure, model_page};
