@@ -316,8 +316,8 @@ fn friction_that_sticks_is_not_exact_and_no_wrong_estimate_is_certified() {
             assert!(off < 5.0 || found.trust.level != TrustLevel::Good, "{} is off by {off} standard errors", e.name);
         }
     }
-    // Of 28 intervals 26.6 are expected; a third of the distance to the sample period is left by the steps.
-    assert!(covered >= 20, "{covered} of 28");
+    // Of 28 intervals 26.6 are expected; three binomial deviations are 3.5.
+    assert!(covered >= 23, "{covered} of 28");
 }
 
 #[test]

@@ -39,10 +39,10 @@ impl Model {
         self.states.iter().map(one).collect()
     }
 
-    /// Returns the delay of a signal \[s\]; `None` if it has none.
+    /// Returns the names of the delayed signals with their delay and latency \[s\], for values of the parameters in their units.
     #[must_use]
-    pub fn delay_s(&self, signal: &str, values: &[f64]) -> Option<f64> {
-        let of = self.delayed.iter().find(|of| of.name == signal)?;
-        self.valued(&[of.delay], values).first().copied()
+    pub fn delays_s(&self, values: &[f64]) -> Vec<(String, [f64; 2])> {
+        let times = |id: Id| self.valued(&[id], values).first().copied().unwrap_or(f64::NAN);
+        self.delayed.iter().map(|of| (of.name.clone(), [times(of.delay), times(of.latency)])).collect()
     }
 }

@@ -99,6 +99,12 @@ pub struct Source {
 }
 
 impl Source {
+    /// Returns the name of the file without its folder; `None` for a recording made in memory.
+    #[must_use]
+    pub fn file_name(&self) -> Option<String> {
+        Some(self.path.as_ref()?.file_name()?.to_string_lossy().into_owned())
+    }
+
     /// Adds the number of a segment (`n` from 0) to the name of the part if there are several segments.
     fn with_segment(mut self, n: usize, count: usize) -> Self {
         if count > 1 {

@@ -52,8 +52,8 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
         sections.push(section("Noise floor", vec![Part::Text(format!("{}.", noise_floor_text(of)))]));
     }
     sections.push(reproduce(records, how, Some((&found.device, found.precision))));
-    let name = records.first().and_then(|record| record.source().path.as_ref()?.file_name());
-    let name = name.map_or("a recording".into(), |name| name.to_string_lossy());
+    let name = records.first().and_then(|record| record.source().file_name());
+    let name = name.unwrap_or_else(|| "a recording".to_owned());
     Page {
         title: format!("Motor of {name}"),
         trust: Some(trust(found, command_line)),

@@ -1,8 +1,7 @@
 //! The evaluators that a throughput benchmark compares: the CPU kernels and every GPU adapter in each precision.
 
-use super::subject::{BenchProblem, BenchSubject, Engine};
-use crate::device::check_threads;
-use crate::device::{DeviceSpec, ModelDevice, PrecisionSpec};
+use super::subject::{BenchProblem, Engine, model_problem};
+use crate::device::{DeviceSpec, ModelDevice, PrecisionSpec, check_threads};
 use crate::evaluate::model::ModelSimd;
 use crate::evaluate::{Evaluator, Level, Scalar, Simd, cpu_name};
 use crate::model::Model;
@@ -114,13 +113,9 @@ pub type Contenders = (Vec<Contender>, Vec<String>);
 /// Returns a `Usage` error if the number of threads is out of range or the threads cannot be started.
 pub fn contenders(threads: usize, adapters: bool, plain: bool) -> Result<Contenders> {
     check_threads(Some(threads))?;
-    let (cpu, level) = (cpu_name(), Level::best());
-    let simd = |threads: usize| {
-        let plural = if threads == 1 { "" } else { "s" };
-        let name = format!("{cpu}, {} f64, {threads} thread{plural}", level.name());
-        Contender::on_cpu(name, Box::new(Simd::default()), threads)
-    };
-    let mut list = vec![Contender::on_cpu(format!("{cpu}, scalar f64, 1 thread"), Box::new(Scalar), 1)?, simd(1)?];
+    let simd = |threads: usize| Contender::on_cpu(simd_name(threads), Box::new(Simd::default()), threads);
+    let scalar = format!("{}, scalar f64, 1 thread", cpu_name());
+    let mut list = vec![Contender::on_cpu(scalar, Box::new(Scalar), 1)?, simd(1)?];
     if threads > 1 {
         list.push(simd(threads)?);
     }
@@ -129,6 +124,11 @@ pub fn contenders(threads: usize, adapters: bool, plain: bool) -> Result<Contend
         gpus(&mut list, &mut refused, plain);
     }
     Ok((list, refused))
+}
+
+fn simd_name(threads: usize) -> String {
+    let plural = if threads == 1 { "" } else { "s" };
+    format!("{}, {} f64, {threads} thread{plural}", cpu_name(), Level::best().name())
 }
 
 /// Samples of the recording with which shaders of a model are checked.
@@ -142,15 +142,10 @@ const SAMPLES: usize = 300;
 /// [`ModelProblem::new`](crate::evaluate::model::ModelProblem::new).
 pub fn model_contenders(model: &Model, threads: usize, adapters: bool) -> Result<Contenders> {
     check_threads(Some(threads))?;
-    let (cpu, level) = (cpu_name(), Level::best());
-    let BenchProblem::Model(problem) = BenchSubject::Model(Box::new(model.clone())).problem(SAMPLES)? else {
-        return Ok((Vec::new(), Vec::new()));
-    };
+    let problem = model_problem(model, SAMPLES)?;
     let operations = count(problem.work());
     let simd = |threads: usize| {
-        let plural = if threads == 1 { "" } else { "s" };
-        let name = format!("{cpu}, {} f64, {threads} thread{plural}", level.name());
-        Contender::of_engine(name, Engine::Model(Box::new(ModelSimd)), (threads, operations))
+        Contender::of_engine(simd_name(threads), Engine::Model(Box::new(ModelSimd)), (threads, operations))
     };
     let mut list = vec![simd(1)?];
     if threads > 1 {

@@ -30,7 +30,7 @@ impl BenchSubject {
     pub(super) fn problem(&self, samples: usize) -> Result<BenchProblem> {
         match self {
             Self::Motor => motor(samples).map(BenchProblem::Motor),
-            Self::Model(model) => self::model(model, samples).map(BenchProblem::Model),
+            Self::Model(model) => model_problem(model, samples).map(BenchProblem::Model),
         }
     }
 }
@@ -99,7 +99,7 @@ impl Engine {
     ) -> Result<Option<f64>> {
         match (self, problem) {
             (Self::Motor(evaluator), BenchProblem::Motor(problem)) => {
-                let candidates = Candidates::new(values, 5);
+                let candidates = Candidates::new(values, problem.space().free().len());
                 let groups = [Group { problem, candidates, reference: None }];
                 evaluator.evaluate_timed(&Batch { groups: &groups }, costs)
             }
@@ -118,7 +118,7 @@ fn motor(samples: usize) -> Result<Arc<Problem>> {
 
 /// Returns the problem of a model whose inputs are square waves of magnitude 1 in their units, those with a default constant, and
 /// whose outputs are simulated with the middle of the box.
-fn model(model: &OwnModel, samples: usize) -> Result<Box<ModelProblem>> {
+pub(super) fn model_problem(model: &OwnModel, samples: usize) -> Result<Box<ModelProblem>> {
     let time_s: Vec<f64> = (0..samples).map(|n| count(n) * PERIOD_S).collect();
     let square = |n: usize| if (n * EDGES / samples.max(1)).is_multiple_of(2) { 1.0 } else { -1.0 };
     let inputs = model.inputs().iter().map(|input| match input.default {

@@ -4,13 +4,12 @@ import json
 import re
 import xml.etree.ElementTree as ElementTree
 
+import mujoco
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 import motorfit
-
-mujoco = pytest.importorskip("mujoco")
 
 PERIOD = 1e-3
 TIME = np.arange(1500) * PERIOD
@@ -19,7 +18,7 @@ MOTOR = {"R": 0.92, "L": 0.0078, "K": 0.0735, "B": 0.00068, "J": 0.000136}
 
 
 def simulated(text, control, steps_at_least=1):
-    """Angle, speed, actuator force and activation of a MuJoCo model at each sample, the control held over each."""
+    """Angle, speed and activation of a MuJoCo model at each sample, the control held over each."""
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     steps = round(PERIOD / model.opt.timestep)
@@ -155,6 +154,24 @@ def test_json_has_parameters_with_errors_and_roles():
     assert of["parameters"]["R"]["std_error"] == found.std_errors["R"]
     assert of["roles"]["armature"] == {"value": found.parameters["J"], "unit": "kg*m^2"}
     assert of["roles"]["frictionloss"]["value"] == found.parameters["Tc"]
+
+
+def test_what_is_not_identifiable_is_not_exported_as_a_number():
+    # Without the voltage nothing is known of R and L.
+    columns = motor().to_columns()
+    record = motorfit.Record.from_columns({name: columns[name] for name in ("time_s", "current_A", "speed_rad_s")})
+    found = motorfit.identify(record, fix={"K": MOTOR["K"]})
+    assert np.isnan(found.parameters["R"])
+    assert set(found.exports) == {"urdf", "json"}
+    assert json.loads(found.exports["json"])["parameters"]["R"]["value"] is None
+    assert "R (resistance) = not identifiable" in found.exports["urdf"]
+    # Of a model that has two resistances in series only the sum is known.
+    model = motorfit.Model(motorfit.Model("dc-motor").text.replace("R*i", "(R + Rs)*i").replace("[states]", """
+Rs = { unit = "ohm", min = 0.01, max = 1.0, log = true, description = "Resistance of the leads" }
+[states]"""))
+    outputs = model.simulate({**MOTOR, "Rs": 0.2}, {"v": VOLTAGE, "TL": np.zeros(len(TIME))}, time=TIME)
+    found = model.identify(recorded(model, {"v": VOLTAGE}, outputs))
+    assert np.isnan(found.parameters["R"]) and set(found.exports) == {"urdf", "json"}
 
 
 def test_effects_without_a_place_are_named():

@@ -10,9 +10,9 @@ const UNDAMPED: f64 = 1e-2;
 /// Damping at which a descent is stuck.
 const DAMPING_MAX: f64 = 1e14;
 
-/// Simulations after which an impatient descent ends unless it has gained at least this fraction of its cost.
-const PATIENCE: usize = 8;
-const GAIN: f64 = 1e-3;
+/// Simulations over which a stalled descent lowers the cost by less than this fraction.
+const STALL_SIMULATIONS: usize = 8;
+const STALL_GAIN: f64 = 1e-3;
 
 /// State of a descent.
 pub(super) struct Descent<'a> {
@@ -23,9 +23,9 @@ pub(super) struct Descent<'a> {
     lower: DVector<f64>,
     upper: DVector<f64>,
     damping: f64,
-    /// False if a descent ends where it gains little: the cost of a model with friction that sticks is not smooth, and no step is short
+    /// True if the descent ends where it gains little: the cost of a model with friction that sticks is not smooth, and no step is short
     /// enough.
-    pub is_patient: bool,
+    pub ends_when_stalled: bool,
     /// Number of simulations.
     pub evaluations: usize,
 }
@@ -42,7 +42,7 @@ impl<'a> Descent<'a> {
         let at = clamp(&start, &lower, &upper);
         let normal = fit.normal(&at)?;
         let sigma = sigma(&normal);
-        Some(Self { fit, at, normal, sigma, lower, upper, damping: 1e-3, is_patient: true, evaluations: 1 })
+        Some(Self { fit, at, normal, sigma, lower, upper, damping: 1e-3, ends_when_stalled: false, evaluations: 1 })
     }
 
     /// Returns the weighted sum of squares.
@@ -78,8 +78,8 @@ impl<'a> Descent<'a> {
         let mut growth = 2.0;
         let mut before = (self.evaluations, self.cost());
         while self.evaluations < end {
-            if !self.is_patient && self.evaluations >= before.0 + PATIENCE {
-                if self.cost() > (1.0 - GAIN) * before.1 {
+            if self.ends_when_stalled && self.evaluations >= before.0 + STALL_SIMULATIONS {
+                if self.cost() > (1.0 - STALL_GAIN) * before.1 {
                     return false;
                 }
                 before = (self.evaluations, self.cost());

@@ -79,16 +79,16 @@ pub fn model_optima(
     for start in given {
         fit.check(start, &initial)?;
     }
-    let sticks = problem.model().reactions() > 0;
+    let has_stick = problem.model().reactions() > 0;
     let mut ends: Vec<End> = Vec::new();
     let mut evaluations = 0;
     let mut is_interrupted = false;
-    let rounds = if sticks { ROUNDS_STICKING } else { ROUNDS };
+    let rounds = if has_stick { ROUNDS_STICKING } else { ROUNDS };
     for round in 0..rounds {
         let mut starts = if round == 0 { given.to_vec() } else { Vec::new() };
         let number = (CANDIDATES_PER_AXIS * fit.axes()).clamp(CANDIDATES[0], CANDIDATES[1]);
         let round_seed = seed.wrapping_mul(ROUNDS as u64).wrapping_add(round as u64);
-        if (round == 0) != sticks {
+        if (round == 0) != has_stick {
             starts.extend(best_apart(problem, evaluator, number, round_seed)?);
             evaluations += number as u64;
         } else {
@@ -147,7 +147,7 @@ fn descend(fit: &Fit<'_>, start: &[f64]) -> Option<End> {
     let initial: Vec<Vec<f64>> = (0..fit.problem.recordings()).map(|n| fit.problem.open_initial(n).to_vec()).collect();
     let mut descent = Descent::new(fit, fit.at(start, &initial), |normal| deviations(fit.problem, normal))?;
     // In units of the deviations of the signals a step of 1e-7 is far below any noise.
-    descent.is_patient = fit.problem.model().reactions() == 0;
+    descent.ends_when_stalled = fit.problem.model().reactions() > 0;
     descent.run(1e-7 * count(fit.problem.counted()).sqrt(), SIMULATIONS);
     Some(End {
         values: fit.values(&descent.at),

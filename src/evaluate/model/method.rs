@@ -47,7 +47,7 @@ pub struct ModelMethod {
     /// True if `h|λ|` of a substep is larger than the method is accurate for.
     pub is_rough: bool,
     /// True if the model has friction that sticks: it acts once a step, at whose end the moments of rest are known only.
-    pub sticks: bool,
+    pub has_stick: bool,
 }
 
 impl ModelMethod {
@@ -60,21 +60,21 @@ impl ModelMethod {
         let step = recordings.iter().map(ModelRecording::longest_step_s).fold(0.0, f64::max);
         let rate = if is_even && is_affine { 0.0 } else { largest_rate(model, space, recordings, step) };
         let stiffness = Stiffness { rate, per_step: step * rate, is_affine };
-        let sticks = model.reactions() > 0;
+        let has_stick = model.reactions() > 0;
         let exponential =
-            Self { method: IntegrationMethod::Exponential, substeps: 1, stiffness, is_rough: false, sticks };
+            Self { method: IntegrationMethod::Exponential, substeps: 1, stiffness, is_rough: false, has_stick };
         if is_even && (is_affine || stiffness.per_step > STIFFNESS_MAX) {
             return exponential;
         }
         let needed = whole((stiffness.per_step / STIFFNESS_MAX).ceil().min(1e6)).max(1);
         let substeps = needed.min(SUBSTEPS_MAX);
-        Self { method: IntegrationMethod::RungeKutta, substeps, stiffness, is_rough: needed > substeps, sticks }
+        Self { method: IntegrationMethod::RungeKutta, substeps, stiffness, is_rough: needed > substeps, has_stick }
     }
 
     /// Returns true if steps are exact: affine equations with matrix exponentials, without friction that sticks.
     #[must_use]
     pub fn is_exact(&self) -> bool {
-        self.method == IntegrationMethod::Exponential && self.stiffness.is_affine && !self.sticks
+        self.method == IntegrationMethod::Exponential && self.stiffness.is_affine && !self.has_stick
     }
 
     /// Returns a description of the method and of the reason for it.

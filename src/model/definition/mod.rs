@@ -145,6 +145,14 @@ pub struct ModelOutput {
     pub(crate) average: Option<Id>,
 }
 
+impl ModelOutput {
+    /// Returns true if the sensor averages over samples.
+    #[must_use]
+    pub fn is_averaged(&self) -> bool {
+        self.average.is_some()
+    }
+}
+
 /// An equation as it is written: the name on its left, its section and the text.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equation {

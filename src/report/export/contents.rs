@@ -2,6 +2,7 @@
 
 use crate::model::{Model, Role};
 use crate::record::Record;
+use crate::text::Shortest;
 use crate::{Error, Result};
 use serde::Serialize;
 
@@ -37,8 +38,10 @@ pub struct Exported {
     pub roles: Vec<(Role, f64)>,
     /// Parameters with their errors.
     pub parameters: Vec<ExportedParameter>,
-    /// Effects that the roles do not hold, as `dead time td = 0.004 s`.
+    /// Effects that the roles do not hold, as `dead time, td = 0.004 s`.
     pub not_held: Vec<String>,
+    /// Effects that the equations do not hold either.
+    pub not_in_equations: Vec<String>,
     /// Files of the recordings with their SHA-256 digests.
     pub records: Vec<(String, Option<String>)>,
     /// Level of trust.
@@ -50,25 +53,27 @@ pub struct Exported {
 }
 
 impl Exported {
-    /// Returns the value of a role.
+    /// Returns the value of a role; `None` if the machine does not have it, or it is not identifiable.
     pub(super) fn role(&self, role: Role) -> Option<f64> {
-        self.roles.iter().find(|(of, _)| *of == role).map(|(_, value)| *value)
+        self.roles.iter().find(|(of, value)| *of == role && value.is_finite()).map(|(_, value)| *value)
+    }
+
+    /// Returns an error if the machine has one of the roles but it is not identifiable: without it the file would be of another machine.
+    pub(super) fn check(&self, roles: &[Role]) -> Result<()> {
+        match self.roles.iter().find(|(role, value)| roles.contains(role) && !value.is_finite()) {
+            Some((role, _)) => Err(not_identifiable(role.name())),
+            None => Ok(()),
+        }
     }
 
     /// Returns the value of a role that must be there.
     pub(super) fn needed(&self, role: Role) -> Result<f64> {
-        let name = role.name();
-        match self.role(role) {
-            Some(value) if value.is_finite() => Ok(value),
-            Some(_) => Err(Error::not_identified(
-                format!("{name}, which the format needs, is not identifiable from the recordings"),
-                "Record what is missing, or export as json, which holds what was found.",
-            )),
-            None => {
-                let hint = format!("Give the model a section [export] with {name} = \"…\", in {}.", role.unit());
-                Err(Error::usage(format!("the model names no {name} for simulators"), hint))
-            }
-        }
+        self.check(&[role])?;
+        self.role(role).ok_or_else(|| {
+            let name = role.name();
+            let hint = format!("Give the model a section [export] with {name} = \"…\", in {}.", role.unit());
+            Error::usage(format!("the model names no {name} for simulators"), hint)
+        })
     }
 
     /// Returns lines that say where the file comes from, without two hyphens in a row.
@@ -92,18 +97,30 @@ impl Exported {
     }
 }
 
+/// Returns the error of a value that the format needs and the recordings do not identify.
+pub(super) fn not_identifiable(name: &str) -> Error {
+    let hint = "Record what is missing, or export as json, which holds what was found.";
+    Error::not_identified(format!("{name}, which the format needs, is not identifiable from the recordings"), hint)
+}
+
+/// Describes an effect of a machine by its parameter.
+pub(super) fn effect(of: &ExportedParameter) -> String {
+    let value =
+        of.value.map_or_else(|| "not identifiable".to_owned(), |value| format!("{} {}", Shortest(value), of.unit));
+    format!("{}, {} = {value}", of.name, of.symbol)
+}
+
 /// Returns the files of recordings with their digests.
 pub(super) fn files(records: &[Record]) -> Vec<(String, Option<String>)> {
     let file = |record: &Record| {
-        let path = record.source().path.as_ref().and_then(|path| path.file_name());
-        let name = path.map_or_else(|| "made in memory".to_owned(), |name| name.to_string_lossy().into_owned());
+        let name = record.source().file_name().unwrap_or_else(|| "made in memory".to_owned());
         (crate::text::printable(&name), record.source().sha256.clone())
     };
     records.iter().map(file).collect()
 }
 
 /// Escapes text for XML.
-pub(super) fn escaped(text: &str) -> String {
+fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 

@@ -29,6 +29,7 @@ struct Winding {
 
 /// Returns the text of the file.
 pub(super) fn text(of: &Exported) -> Result<String> {
+    of.check(&Role::ALL)?;
     let inertia = of.needed(Role::Armature)?;
     let (constant, resistance) = (of.needed(Role::MotorConstant)?, of.needed(Role::Resistance)?);
     let inductance = of.role(Role::Inductance).filter(|value| *value > 0.0);

@@ -40,7 +40,8 @@ impl ExportFormat {
     /// Returns the text of a file.
     ///
     /// # Errors
-    /// Returns a `Usage` error if the machine has no value for what the format holds, such as an inertia.
+    /// Returns a `Usage` error if the machine names no value for what the format needs, such as an inertia, and `NotIdentified` if that
+    /// value is not identifiable.
     pub fn write(self, of: &Exported) -> Result<String> {
         match self {
             Self::Mjcf => mjcf::text(of),

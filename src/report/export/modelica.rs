@@ -1,10 +1,10 @@
 //! Modelica: the equations of the machine with their parameters, in SI units, without a library.
 
-use super::contents::Exported;
+use super::contents::{Exported, not_identifiable};
+use crate::Result;
 use crate::model::{Equation, Formula, FormulaKind, Model, ModelState};
 use crate::text::Shortest;
 use crate::units::Unit;
-use crate::{Error, Result};
 use std::fmt::Write as _;
 
 /// Names with a meaning in Modelica.
@@ -41,13 +41,14 @@ const CREEP: &str = "creep";
 pub(super) fn text(of: &Exported) -> Result<String> {
     let model = &of.model;
     if let Some((lacking, _)) = model.parameters().iter().zip(&of.values).find(|(_, value)| !value.is_finite()) {
-        let message = format!("{} is not identifiable from the recordings", lacking.name);
-        let hint = "Record what is missing, or export as json, which holds what was found.";
-        return Err(Error::not_identified(message, hint));
+        return Err(not_identifiable(&lacking.name));
     }
     let mut text = String::new();
     for line in of.origin() {
         let _ = writeln!(text, "// {line}");
+    }
+    for effect in left_out(of) {
+        let _ = writeln!(text, "// Left out: {effect}.");
     }
     let _ = writeln!(text, "model Machine \"{}\"", quoted(&of.title));
     let described = |symbol: &str| of.parameters.iter().find(|p| p.symbol == symbol).map_or("", |p| p.name.as_str());
@@ -76,6 +77,25 @@ pub(super) fn text(of: &Exported) -> Result<String> {
     text.push_str(&equations(of));
     text.push_str("end Machine;\n");
     Ok(text)
+}
+
+/// Returns the effects that the equations do not hold.
+fn left_out(of: &Exported) -> Vec<String> {
+    let mut effects = of.not_in_equations.clone();
+    for (signal, [delay_s, latency_s]) in of.model.delays_s(&of.values) {
+        if delay_s < 0.0 {
+            effects.push(format!(
+                "the delay of {signal}, {} s: a signal cannot act before it is there",
+                Shortest(delay_s)
+            ));
+        }
+        if latency_s != 0.0 {
+            effects.push(format!("the latency of {signal}, {} s", Shortest(latency_s)));
+        }
+    }
+    let averaged = of.model.outputs().iter().filter(|output| output.is_averaged());
+    effects.extend(averaged.map(|output| format!("the moving average of {}", output.name)));
+    effects
 }
 
 /// Returns the declarations of definitions, states and outputs.
@@ -139,8 +159,8 @@ fn equations(of: &Exported) -> String {
 
 /// Returns a signal with its delay.
 fn delayed(of: &Exported, signal: &str, value: String) -> String {
-    match of.model.delay_s(signal, &of.values).filter(|delay| *delay > 0.0) {
-        Some(delay) => format!("delay({value}, {})", Shortest(delay)),
+    match of.model.delays_s(&of.values).into_iter().find(|(name, [delay_s, _])| name == signal && *delay_s > 0.0) {
+        Some((_, [delay_s, _])) => format!("delay({value}, {})", Shortest(delay_s)),
         None => value,
     }
 }

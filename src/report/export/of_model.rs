@@ -1,11 +1,10 @@
 //! Exported contents of an identification with a user's model.
 
-use super::contents::{Exported, ExportedParameter, files};
+use super::contents::{Exported, ExportedParameter, effect, files};
 use crate::evaluate::model::ModelRecording;
 use crate::identify::model::{ModelEstimate, ModelIdentification};
 use crate::model::Model;
 use crate::record::Record;
-use crate::text::{Shortest, significant};
 use crate::units::parse_unit;
 
 /// Returns what simulators need of an identified model. Parameters of single recordings have the values of the first.
@@ -15,8 +14,10 @@ pub fn exported_model(
     (model, recordings): (&Model, &[ModelRecording]),
     found: &ModelIdentification,
 ) -> Exported {
-    let values = found.space.values(&found.values, 0);
-    let own = |e: &&ModelEstimate| e.recording.is_none_or(|n| n == 0);
+    let own: Vec<&ModelEstimate> = found.estimates.iter().filter(|e| e.recording.is_none_or(|n| n == 0)).collect();
+    // A parameter that is not identifiable has no value: that of the optimum is one of many.
+    let value = |name: &str| own.iter().find(|e| e.name == name).and_then(|e| e.value).unwrap_or(f64::NAN);
+    let values: Vec<f64> = model.parameters().iter().map(|of| value(&of.name)).collect();
     let parameter = |e: &ModelEstimate| {
         let of = model.parameters().iter().find(|of| of.name == e.name);
         let name = of.map(|of| of.description.clone()).filter(|text| !text.is_empty());
@@ -30,11 +31,9 @@ pub fn exported_model(
         }
     };
     let in_roles = model.parameters_in_roles();
-    let outside = (0..).zip(model.parameters().iter().zip(&values)).filter(|(n, _)| !in_roles.contains(n));
-    let not_held = outside.map(|(_, (of, value))| {
-        let name = if of.description.is_empty() { &of.name } else { &of.description };
-        format!("{name}, {} = {} {}", of.name, significant(*value, 6), of.unit.text)
-    });
+    let place = |e: &ModelEstimate| model.parameters().iter().position(|of| of.name == e.name);
+    let outside = own.iter().filter(|e| !place(e).is_some_and(|n| in_roles.contains(&n)));
+    let not_held = outside.map(|e| effect(&parameter(e))).collect();
     let volt = parse_unit("V").ok().map(|unit| unit.dimension);
     let volts = model.inputs().iter().enumerate().filter(|(_, input)| Some(input.unit.unit.dimension) == volt);
     let magnitudes = volts.flat_map(|(n, input)| {
@@ -47,17 +46,13 @@ pub fn exported_model(
         model: model.clone(),
         initial,
         roles: model.roles(&values),
-        parameters: found.estimates.iter().filter(own).map(parameter).collect(),
-        not_held: not_held.collect(),
+        parameters: own.iter().map(|e| parameter(e)).collect(),
+        not_held,
+        not_in_equations: Vec::new(),
         records: files(records),
         trust: found.trust.level.name(),
         voltage: magnitudes.reduce(f64::max),
         period_s: recordings.first().map_or(1e-3, ModelRecording::longest_step_s),
         values,
     }
-}
-
-/// Returns a value with its unit.
-pub(super) fn effect(name: &str, symbol: &str, value: f64, unit: &str) -> String {
-    format!("{name}, {symbol} = {} {unit}", Shortest(value))
 }

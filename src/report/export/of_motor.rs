@@ -1,7 +1,6 @@
 //! Exported contents of an identification of the DC motor.
 
-use super::contents::{Exported, ExportedParameter, files};
-use super::of_model::effect;
+use super::contents::{Exported, ExportedParameter, effect, files};
 use crate::Result;
 use crate::identify::{Identification, ParameterEstimate};
 use crate::model::{BuiltIn, Model, ModelParameter, Role};
@@ -21,21 +20,16 @@ pub fn exported_motor(records: &[Record], found: &Identification) -> Result<Expo
     let own: Vec<&ParameterEstimate> = all.iter().filter(first).collect();
     let is_linear = own.iter().all(|e| Parameter::ALL.contains(&e.parameter));
     let model = if is_linear { BuiltIn::DcMotor } else { BuiltIn::DcExtended }.model()?;
-    let of = |symbol: &str| own.iter().find(|e| e.parameter.symbol() == symbol).and_then(|e| e.value);
-    let values: Vec<f64> = model.parameters().iter().map(|p| of(&p.name).unwrap_or_else(|| usual(p))).collect();
+    // A parameter that is not identifiable has no value, as if it were fixed; one that the motor does not have has no effect.
+    let value = |p: &ModelParameter| {
+        let found = own.iter().find(|e| e.parameter.symbol() == p.name);
+        found.map_or_else(|| usual(p), |e| e.value.unwrap_or(f64::NAN))
+    };
+    let values: Vec<f64> = model.parameters().iter().map(value).collect();
     let roles = roles(&model, &values);
     let in_roles = model.parameters_in_roles();
-    let is_held = |e: &&ParameterEstimate| {
-        let place = model.parameters().iter().position(|p| p.name == e.parameter.symbol());
-        place.is_some_and(|n| in_roles.contains(&n))
-    };
-    let effect_of = |e: &&ParameterEstimate| {
-        let value = e.value.unwrap_or(f64::NAN);
-        effect(e.parameter.name(), e.parameter.symbol(), value, e.parameter.unit())
-    };
-    let mut not_held: Vec<String> = own.iter().filter(|e| !is_held(e)).map(effect_of).collect();
-    not_held.sort_unstable();
-    let parameter = |e: &&ParameterEstimate| ExportedParameter {
+    let place = |e: &ParameterEstimate| model.parameters().iter().position(|p| p.name == e.parameter.symbol());
+    let parameter = |e: &ParameterEstimate| ExportedParameter {
         symbol: e.parameter.symbol().to_owned(),
         name: e.parameter.name().to_owned(),
         value: e.value,
@@ -43,14 +37,20 @@ pub fn exported_motor(records: &[Record], found: &Identification) -> Result<Expo
         std_error: e.std_error,
         ci95: e.ci95,
     };
+    let effects = |is_held: &dyn Fn(usize) -> bool| -> Vec<String> {
+        let others = own.iter().filter(|e| !place(e).is_some_and(is_held));
+        others.map(|e| effect(&parameter(e))).collect()
+    };
+    let (not_held, not_in_equations) = (effects(&|n| in_roles.contains(&n)), effects(&|_| true));
     let voltages = records.iter().flat_map(|record| &record.samples().voltage).map(|voltage| voltage.abs());
     let initial = found.initial.first().copied().unwrap_or_default().to_vec();
     Ok(Exported {
         title: "DC motor".to_owned(),
         initial,
         roles,
-        parameters: own.iter().map(parameter).collect(),
+        parameters: own.iter().map(|e| parameter(e)).collect(),
         not_held,
+        not_in_equations,
         records: files(records),
         trust: found.trust.level.name(),
         voltage: voltages.reduce(f64::max),

@@ -1,6 +1,6 @@
 //! URDF: inertia and friction of a joint.
 
-use super::contents::{Exported, comment, escaped};
+use super::contents::{Exported, comment};
 use crate::Result;
 use crate::model::Role;
 use crate::text::Shortest;
@@ -8,6 +8,7 @@ use std::fmt::Write as _;
 
 /// Returns the text of the file.
 pub(super) fn text(of: &Exported) -> Result<String> {
+    of.check(&[Role::Damping, Role::FrictionLoss])?;
     let inertia = of.needed(Role::Armature)?;
     let mut about = of.origin();
     let winding = [Role::MotorConstant, Role::Resistance, Role::Inductance];
@@ -43,9 +44,9 @@ pub(super) fn text(of: &Exported) -> Result<String> {
     let _ = writeln!(text, "    </inertial>\n  </link>\n  <joint name=\"shaft\" type=\"continuous\">");
     text.push_str("    <parent link=\"base\"/>\n    <child link=\"rotor\"/>\n");
     text.push_str("    <origin xyz=\"0 0 0\" rpy=\"0 0 0\"/>\n    <axis xyz=\"0 0 1\"/>\n");
-    let positive = |role: Role| Shortest(of.role(role).unwrap_or(0.0).max(0.0)).to_string();
+    let positive = |role: Role| Shortest(of.role(role).unwrap_or(0.0).max(0.0));
     let (damping, friction) = (positive(Role::Damping), positive(Role::FrictionLoss));
-    let _ = writeln!(text, "    <dynamics damping=\"{}\" friction=\"{}\"/>", escaped(&damping), escaped(&friction));
+    let _ = writeln!(text, "    <dynamics damping=\"{damping}\" friction=\"{friction}\"/>");
     // The torque at standstill and the speed without load, at the largest voltage.
     if let (Some((constant, resistance)), Some(voltage)) = (electric, of.role(Role::Voltage).or(of.voltage)) {
         let (effort, speed) = (Shortest(constant * voltage / resistance), Shortest(voltage / constant));

@@ -4,6 +4,8 @@
 mod page;
 
 #[cfg(feature = "report")]
+pub(in crate::report) use page::name;
+#[cfg(feature = "report")]
 pub use page::{inspect_page, record_figure};
 
 use super::document::{by_symbol, warnings};

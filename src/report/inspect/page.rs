@@ -38,10 +38,10 @@ pub fn inspect_page(inspections: &[Inspection<'_>], band: f64, how: &Reproduced)
     Page { title, answer, sections, ..Page::default() }
 }
 
-fn name(record: &Record) -> String {
+/// Returns the name of a recording's file, with its part.
+pub(in crate::report) fn name(record: &Record) -> String {
     let source = record.source();
-    let file = source.path.as_ref().and_then(|path| path.file_name());
-    let file = file.map_or_else(|| "a recording".to_owned(), |file| file.to_string_lossy().into_owned());
+    let file = source.file_name().unwrap_or_else(|| "a recording".to_owned());
     source.part.as_ref().map_or(file.clone(), |part| format!("{file}, {part}"))
 }
 

@@ -8,6 +8,7 @@ use crate::identify::model::ModelIdentification;
 use crate::model::Model;
 use crate::record::Record;
 use crate::report::chart::Chart;
+use crate::report::inspect::name;
 use crate::report::page::{Item, Page, Part, capital};
 use crate::report::pages::{Reproduced, reproduce, section};
 use crate::report::spelling::command_line;
@@ -43,11 +44,6 @@ pub fn model_inspect_page(model: &Model, inspections: &[ModelInspection<'_>], ho
         many => (format!("Inspection of {} recordings", many.len()), String::new()),
     };
     Page { title, answer: format!("Model: {}. {answer}", model.name()), sections, ..Page::default() }
-}
-
-fn name(record: &Record) -> String {
-    let file = record.source().path.as_ref().and_then(|path| path.file_name());
-    file.map_or_else(|| "a recording".to_owned(), |file| file.to_string_lossy().into_owned())
 }
 
 fn holds(one: &ModelInspection<'_>) -> String {

@@ -37,8 +37,8 @@ pub fn model_page(
     sections.push(section("Estimates", estimates));
     sections.push(section("Equations", equations(model)));
     sections.push(reproduce(records, how, None));
-    let name = records.first().and_then(|record| record.source().path.as_ref()?.file_name());
-    let name = name.map_or("a recording".into(), |name| name.to_string_lossy());
+    let name = records.first().and_then(|record| record.source().file_name());
+    let name = name.unwrap_or_else(|| "a recording".to_owned());
     Page {
         title: format!("{} of {name}", model.name()),
         trust: Some(trust(found)),

@@ -15,7 +15,7 @@ use serde_json::{Map, Value, json as value};
 #[must_use]
 pub fn sweep_document(summary: &SweepSummary, limits: &Limits) -> Value {
     let motors = spreads(summary, limits);
-    let motors = motors.iter().map(|s| (s.quantity.name.clone(), spread(s, !limits.is_empty())));
+    let motors = motors.iter().map(|s| (s.parameter.name.clone(), spread(s, !limits.is_empty())));
     let bounds = |symbol: &str| (symbol.to_owned(), value!(limits.of(symbol)));
     value!({
         "motorfit": env!("CARGO_PKG_VERSION"),
@@ -112,7 +112,7 @@ fn worst(block: &SweepBlock, run: &NamedRun) -> Value {
 
 /// Returns the quantiles of a parameter over the motors, with the numbers outside if there are limits.
 fn spread(spread: &Spread, is_limited: bool) -> Value {
-    let mut entry = joined(value!({"unit": spread.quantity.unit}), value!(Quantiles::of(&spread.values)));
+    let mut entry = joined(value!({"unit": spread.parameter.unit}), value!(Quantiles::of(&spread.values)));
     entry["std_error"] = spread.std_error.into();
     if is_limited {
         entry["outside"] = spread.limits.map(|_| spread.outside).into();
@@ -136,7 +136,7 @@ fn outside(excess: &Excess<'_>) -> Value {
         "motor": excess.run.motor,
         "parameter": excess.estimate.name,
         "value": excess.value,
-        "unit": excess.quantity.unit,
+        "unit": excess.parameter.unit,
         "ci95": excess.estimate.ci95,
         "limit": excess.limit,
         "above": excess.is_above,

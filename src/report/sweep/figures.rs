@@ -6,7 +6,7 @@ use super::words::{Unit, block_name, counted, label, many};
 use crate::numeric::count;
 use crate::report::chart::{AxisScale, Chart, Form, Histogram, Panel, Series, boxes};
 use crate::report::page::capital;
-use crate::study::sweep::{Limits, NamedRun, Quantity, SweepSummary};
+use crate::study::sweep::{Limits, NamedRun, SweepParameter, SweepSummary};
 
 /// Largest number of boxes in a chart.
 const BOXES: usize = 36;
@@ -17,11 +17,11 @@ pub(super) fn motors(summary: &SweepSummary, limits: &Limits) -> Option<Chart> {
         return None;
     }
     let histogram = |spread: Spread| {
-        let unit = Unit::for_all(&spread.quantity, &spread.values);
-        let recording = spread.quantity.recording;
+        let unit = Unit::for_all(&spread.parameter, &spread.values);
+        let recording = spread.parameter.recording;
         let of = recording.map_or_else(String::new, |n| format!(" of recording {}", u64::from(n) + 1));
         Histogram {
-            label: format!("{}{of}: motors [1]", capital(&spread.quantity.description)),
+            label: format!("{}{of}: motors [1]", capital(&spread.parameter.description)),
             axis: unit.head(),
             values: spread.values.iter().map(|value| unit.scale(*value)).collect(),
             limits: spread.limits.map(|pair| pair.map(|limit| unit.scale(limit))),
@@ -50,13 +50,13 @@ pub(super) fn run_chart(summary: &SweepSummary, limits: &Limits) -> Option<Chart
         return None;
     }
     let place = |run: &NamedRun| count(run.job.motor + 1);
-    let panel = |quantity: &Quantity| {
-        let value = |run: &NamedRun| Some((place(run), run.estimate(&quantity.name)?.value?));
+    let panel = |parameter: &SweepParameter| {
+        let value = |run: &NamedRun| Some((place(run), run.estimate(&parameter.name)?.value?));
         let values: Vec<(f64, f64)> = summary.results.iter().filter_map(value).collect();
-        let unit = Unit::for_all(quantity, &values.iter().map(|(_, value)| *value).collect::<Vec<_>>());
-        let bounds = limits.of(&quantity.symbol);
+        let unit = Unit::for_all(parameter, &values.iter().map(|(_, value)| *value).collect::<Vec<_>>());
+        let bounds = limits.of(&parameter.symbol);
         let points = |within: bool| {
-            let of = values.iter().filter(|(_, value)| limits.permit(&quantity.symbol, *value) == within);
+            let of = values.iter().filter(|(_, value)| limits.permit(&parameter.symbol, *value) == within);
             of.map(|(motor, value)| (*motor, unit.scale(*value))).collect::<Vec<_>>()
         };
         let inside = if limits.is_empty() { "" } else { "inside the limits" };
@@ -69,7 +69,7 @@ pub(super) fn run_chart(summary: &SweepSummary, limits: &Limits) -> Option<Chart
         let series = series.into_iter().filter(|series| !series.points.is_empty()).collect();
         Panel {
             limits: [Vec::new(), dashed],
-            ..Panel::new(&format!("{} {}", capital(&quantity.description), unit.head()), series)
+            ..Panel::new(&format!("{} {}", capital(&parameter.description), unit.head()), series)
         }
     };
     let limited = if limits.is_empty() { "" } else { " Dashed: the limits." };

@@ -4,13 +4,13 @@ use super::capability::Capability;
 use super::words::{Unit, block_name, counted, many};
 use crate::numeric::{quantile, sorted};
 use crate::report::table::{Table, dash};
-use crate::study::sweep::{Limits, NamedRun, Quantiles, Quantity, RunEstimate, SweepSummary};
+use crate::study::sweep::{Limits, NamedRun, Quantiles, RunEstimate, SweepParameter, SweepSummary};
 use crate::text::{decimals, significant};
 use std::collections::BTreeSet;
 
 /// Values of a parameter over all motors.
 pub(super) struct Spread {
-    pub quantity: Quantity,
+    pub parameter: SweepParameter,
     pub values: Vec<f64>,
     /// Median standard error; NaN without any.
     pub std_error: f64,
@@ -23,16 +23,16 @@ pub(super) struct Spread {
 
 /// Returns the values of the parameters that motors have.
 pub(super) fn spreads(summary: &SweepSummary, limits: &Limits) -> Vec<Spread> {
-    let of = |quantity: &Quantity| {
-        let estimates = || summary.results.iter().filter_map(|run| run.estimate(&quantity.name));
+    let of = |parameter: &SweepParameter| {
+        let estimates = || summary.results.iter().filter_map(|run| run.estimate(&parameter.name));
         let errors: Vec<f64> = estimates().filter_map(|e| e.std_error).collect();
-        let bounds = limits.of(&quantity.symbol);
-        let within = |value: f64| limits.permit(&quantity.symbol, value);
+        let bounds = limits.of(&parameter.symbol);
+        let within = |value: f64| limits.permit(&parameter.symbol, value);
         let inside = || estimates().filter(|e| e.value.is_some_and(within));
         let intervals = || inside().filter_map(|e| e.ci95);
         let values: Vec<f64> = estimates().filter_map(|e| e.value).collect();
         Spread {
-            quantity: quantity.clone(),
+            parameter: parameter.clone(),
             std_error: quantile(&sorted(&errors), 0.5),
             limits: bounds,
             outside: values.len() - inside().count(),
@@ -41,13 +41,13 @@ pub(super) fn spreads(summary: &SweepSummary, limits: &Limits) -> Vec<Spread> {
         }
     };
     let all = summary.parameters.iter().map(of);
-    all.filter(|spread| spread.quantity.is_always || !spread.values.is_empty()).collect()
+    all.filter(|spread| spread.parameter.is_always || !spread.values.is_empty()).collect()
 }
 
 /// A parameter of a motor that is outside its limits.
 pub(super) struct Excess<'a> {
     pub run: &'a NamedRun,
-    pub quantity: &'a Quantity,
+    pub parameter: &'a SweepParameter,
     pub estimate: &'a RunEstimate,
     pub value: f64,
     /// Limit that the value exceeds.
@@ -61,13 +61,13 @@ pub(super) struct Excess<'a> {
 /// included.
 pub(super) fn excesses<'a>(summary: &'a SweepSummary, limits: &Limits) -> Vec<Excess<'a>> {
     let one = |run: &'a NamedRun, estimate: &'a RunEstimate| {
-        let quantity = summary.parameters.iter().find(|of| of.name == estimate.name)?;
-        let ([low, high], value) = (limits.of(&quantity.symbol)?, estimate.value?);
+        let parameter = summary.parameters.iter().find(|of| of.name == estimate.name)?;
+        let ([low, high], value) = (limits.of(&parameter.symbol)?, estimate.value?);
         let is_above = value > high;
         let limit = if is_above { high } else { low };
         let share = (value - limit).abs() / (high - low);
-        let excess = Excess { run, quantity, estimate, value, limit, is_above, share };
-        (!limits.permit(&quantity.symbol, value)).then_some(excess)
+        let excess = Excess { run, parameter, estimate, value, limit, is_above, share };
+        (!limits.permit(&parameter.symbol, value)).then_some(excess)
     };
     let estimates = |run: &'a NamedRun| run.outcome.estimates.iter().flat_map(|estimates| &estimates.list);
     let all = summary.results.iter().flat_map(|run| estimates(run).map(move |estimate| (run, estimate)));
@@ -90,7 +90,7 @@ pub fn motors_outside_limits(summary: &SweepSummary, limits: &Limits) -> u64 {
 /// Returns the tables of the motors outside limits, of the limits, and of the parameters of several motors.
 pub(super) fn line_tables(summary: &SweepSummary, limits: &Limits) -> Vec<Table> {
     let spreads = spreads(summary, limits);
-    let units: Vec<Unit> = spreads.iter().map(|s| Unit::for_all(&s.quantity, &s.values)).collect();
+    let units: Vec<Unit> = spreads.iter().map(|s| Unit::for_all(&s.parameter, &s.values)).collect();
     let mut tables = Vec::new();
     if summary.results.is_empty() {
         return tables;
@@ -183,8 +183,8 @@ fn outside(excesses: &[Excess<'_>], units: &[Unit]) -> Option<Table> {
     let heads = ["motor", "parameter", "value", "95 % interval", "limit", "fit [%]"];
     let title = format!("Outside the limits: {}", counted(motors_outside(excesses), "motor", "motors"));
     let mut table = Table::new("outside", title, &heads);
-    for Excess { run, quantity, estimate, value, limit, is_above, .. } in excesses {
-        let Some(unit) = units.iter().find(|unit| unit.quantity.name == quantity.name) else { continue };
+    for Excess { run, parameter, estimate, value, limit, is_above, .. } in excesses {
+        let Some(unit) = units.iter().find(|unit| unit.parameter.name == parameter.name) else { continue };
         let write = |value: f64| unit.write(value, 5);
         let percent = |(_, fit): &(String, Option<f64>)| fit.map_or_else(dash, |fit| decimals(fit, 2));
         let fits = run.outcome.fit_percent.as_ref();

@@ -1,7 +1,7 @@
 //! Merged results as Parquet, one row per run with flat columns, in row groups that bound the memory.
 
 use crate::file::{replace, unwritable};
-use crate::study::sweep::{Line, OutputFits, Quantity, RunEstimate, SweepSummary};
+use crate::study::sweep::{Line, OutputFits, RunEstimate, SweepParameter, SweepSummary};
 use crate::{Error, Result};
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
@@ -34,10 +34,10 @@ fn columns(sweep: &SweepSummary) -> Vec<(String, Column)> {
     let whole = |name: &str, of| (name.to_owned(), Column::Whole(of));
     let reason = |name: &str, of| (name.to_owned(), Column::Reason(of));
     let each = |prefix: &str, of: fn(&RunEstimate) -> Option<f64>| {
-        let one = |quantity: &Quantity| {
-            let name = quantity.name.clone();
+        let one = |parameter: &SweepParameter| {
+            let name = parameter.name.clone();
             let read = move |row: &Line| of(row.outcome.estimates.as_ref()?.list.iter().find(|e| e.name == name)?);
-            (format!("{prefix}{}", quantity.name), Column::Real(Box::new(read)))
+            (format!("{prefix}{}", parameter.name), Column::Real(Box::new(read)))
         };
         sweep.parameters.iter().map(one).collect::<Vec<_>>()
     };
@@ -196,8 +196,8 @@ mod tests {
     /// Returns a summary of results with an extension and a parameter of two recordings.
     fn summary() -> SweepSummary {
         let mut summary = super::super::sample::product(1);
-        let own = |n| Quantity::of_motor(Parameter::Load, Scope::Recording(n));
-        summary.parameters.extend([Quantity::of_motor(Parameter::Coulomb, Scope::Shared), own(0), own(1)]);
+        let own = |n| SweepParameter::of_motor(Parameter::Load, Scope::Recording(n));
+        summary.parameters.extend([SweepParameter::of_motor(Parameter::Coulomb, Scope::Shared), own(0), own(1)]);
         (summary.names_with, summary.holds_out) = (true, true);
         summary.trust.levels.check = 1;
         summary

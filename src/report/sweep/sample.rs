@@ -6,7 +6,7 @@ use crate::motor::{Parameter, Parameters};
 use crate::named::Named as _;
 use crate::report::Reproduced;
 use crate::study::sweep::{
-    Cell, Factors, Job, Limits, NamedRun, Outcome, Quantity, SweepBlock, SweepSummary, TrustCounts,
+    Cell, Factors, Job, Limits, NamedRun, Outcome, SweepBlock, SweepParameter, SweepSummary, TrustCounts,
 };
 use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -49,7 +49,7 @@ fn run(id: u64, motor: usize, f: Factors, values: [f64; 5], cost: f64) -> NamedR
 
 fn cell(factors: Factors, noise: &str, runs: &[NamedRun]) -> Cell {
     let values = |name: &str| runs.iter().filter_map(|run| run.estimate(name)?.value).collect();
-    let parameters = Quantity::motor().into_iter().map(|of| (of.name.clone(), values(&of.name))).collect();
+    let parameters = SweepParameter::motor().into_iter().map(|of| (of.name.clone(), values(&of.name))).collect();
     let costs = runs.iter().filter_map(|run| run.outcome.cost).collect();
     let count = runs.len() as u64;
     let (noise, with, seconds) = (noise.to_owned(), None, 0.0031 * count as f64);
@@ -75,7 +75,7 @@ fn summary(name: &str, blocks: Vec<SweepBlock>, runs: u64) -> SweepSummary {
         stride: 1,
         blocks,
         motors: 1,
-        parameters: Quantity::motor(),
+        parameters: SweepParameter::motor(),
         outputs: ["current", "speed"].map(str::to_owned).to_vec(),
         device: ["cpu".to_owned(), "f64".to_owned()],
         ..SweepSummary::default()

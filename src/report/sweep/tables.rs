@@ -7,7 +7,7 @@ use crate::numeric::count_u64;
 use crate::report::Table;
 use crate::report::compare::cell as number;
 use crate::report::table::dash;
-use crate::study::sweep::{Cell, Limits, Quantiles, Quantity, SweepSummary};
+use crate::study::sweep::{Cell, Limits, Quantiles, SweepParameter, SweepSummary};
 use crate::text::{decimals, engineering, significant};
 
 /// Returns all tables of a sweep: motors and limits, then those of each block, then runs without a result.
@@ -75,11 +75,11 @@ fn seconds(cell: &Cell) -> String {
 /// Returns the table of parameters by factor; `None` without results.
 fn parameters(summary: &SweepSummary, n: usize) -> Option<Table> {
     let block = &summary.blocks[n];
-    let of = |quantity: &Quantity| {
-        let all: Vec<Quantiles> = block.cells.iter().map(|cell| Quantiles::of(cell.values(&quantity.name))).collect();
+    let of = |parameter: &SweepParameter| {
+        let all: Vec<Quantiles> = block.cells.iter().map(|cell| Quantiles::of(cell.values(&parameter.name))).collect();
         let typical = all.iter().map(|q| q.median).find(|median| !median.is_nan());
-        let is_shown = typical.is_some() || quantity.is_always;
-        is_shown.then(|| (Unit::of(quantity, typical.unwrap_or(f64::NAN)), all))
+        let is_shown = typical.is_some() || parameter.is_always;
+        is_shown.then(|| (Unit::of(parameter, typical.unwrap_or(f64::NAN)), all))
     };
     if block.cells.iter().all(|cell| cell.costs.is_empty()) {
         return None;

@@ -2,7 +2,7 @@
 
 use crate::numeric::{quantile, sorted};
 use crate::report::table::dash;
-use crate::study::sweep::{Cell, Factors, Quantity, SweepBlock, SweepSummary};
+use crate::study::sweep::{Cell, Factors, SweepBlock, SweepParameter, SweepSummary};
 use crate::text::{SuitableUnit, printable, significant};
 
 /// Formats a count with commas between thousands.
@@ -91,19 +91,19 @@ pub(super) fn cell_of<'a>(block: &'a SweepBlock, f: &Factors) -> Option<&'a Cell
 
 /// A parameter with the unit that suits the size of its values.
 pub(super) struct Unit {
-    pub quantity: Quantity,
+    pub parameter: SweepParameter,
     unit: SuitableUnit,
 }
 
 impl Unit {
     /// Chooses the unit for a typical value.
-    pub fn of(quantity: &Quantity, typical: f64) -> Self {
-        Self { quantity: quantity.clone(), unit: SuitableUnit::of(typical, &quantity.unit) }
+    pub fn of(parameter: &SweepParameter, typical: f64) -> Self {
+        Self { parameter: parameter.clone(), unit: SuitableUnit::of(typical, &parameter.unit) }
     }
 
     /// Chooses the unit for the median of values.
-    pub fn for_all(quantity: &Quantity, values: &[f64]) -> Self {
-        Self::of(quantity, quantile(&sorted(values), 0.5))
+    pub fn for_all(parameter: &SweepParameter, values: &[f64]) -> Self {
+        Self::of(parameter, quantile(&sorted(values), 0.5))
     }
 
     /// Converts a value to the unit.
@@ -129,7 +129,7 @@ impl Unit {
     /// Returns symbol and unit, as in `L [mH]`.
     pub fn head(&self) -> String {
         let unit = if self.unit.text.is_empty() { "1" } else { &self.unit.text };
-        format!("{} [{unit}]", self.quantity.name)
+        format!("{} [{unit}]", self.parameter.name)
     }
 }
 

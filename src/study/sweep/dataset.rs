@@ -2,7 +2,7 @@
 //! to the fitted ones if the study requests it.
 
 use super::Sweep;
-use super::machine::ModelLevel;
+use super::machine::{ModelLevel, OF_MOTOR};
 use super::manifest::{File, Motor};
 use crate::analysis::{split, warnings_of_records};
 use crate::criterion::Noise;
@@ -13,6 +13,7 @@ use crate::record::{Reading, Record};
 use crate::warning::Warning;
 use crate::{Error, Result};
 use sha2::{Digest as _, Sha256};
+use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
 /// A motor with one realization of the added noise.
@@ -37,9 +38,8 @@ pub(super) struct Recordings {
 /// Recordings of a motor, or the error of reading them.
 pub(super) type Read = Result<Recordings>;
 
-/// Recordings of a motor as each machine of the study reads them: the DC motor, `None` if it is not among the machines, then each
-/// model.
-pub(super) type Sets = Arc<[Option<Read>]>;
+/// Recordings of a motor as machines of the study read them, by the number of the machine.
+pub(super) type Sets = Arc<BTreeMap<usize, Read>>;
 
 /// Index and recordings of the motor read last, so that a motor with many noise realizations is read once.
 pub(super) type Kept = Option<(usize, Sets)>;
@@ -65,11 +65,15 @@ impl Recordings {
 }
 
 impl Sweep {
-    /// Reads the recordings of a motor for each machine of the study.
-    pub(super) fn sets(&self, motor: usize) -> Sets {
-        let own = self.study().has_motor().then(|| self.read_motor(motor));
-        let models = self.study().model_levels().map(|level| Some(self.read(motor, &level.reading)));
-        std::iter::once(own).chain(models).collect()
+    /// Reads the recordings of a motor for the machine with a number.
+    fn read_for(&self, motor: usize, number: usize) -> Read {
+        let model = self.study().model_levels().find(|level| level.number == number);
+        model.map_or_else(|| self.read_motor(motor), |level| self.read(motor, &level.reading))
+    }
+
+    /// Returns the recordings of a motor for the machine with a number.
+    pub(super) fn recordings_of(&self, sets: &Sets, motor: usize, number: usize) -> Read {
+        sets.get(&number).cloned().unwrap_or_else(|| self.read_for(motor, number))
     }
 
     /// Reads the recordings of a motor for the DC motor.
@@ -90,9 +94,19 @@ impl Sweep {
         Ok(Recordings::new(fitted, Arc::new(held_out)))
     }
 
-    /// Returns the recordings of a motor, from `kept` if it has them.
-    pub(super) fn read_or_kept(&self, motor: usize, kept: Option<&(usize, Sets)>) -> Sets {
-        kept.filter(|(of, _)| *of == motor).map_or_else(|| self.sets(motor), |(_, recordings)| recordings.clone())
+    /// Returns the recordings of a motor for the machines with the given numbers, from `kept` if it has them.
+    pub(super) fn read_or_kept(
+        &self,
+        motor: usize,
+        numbers: impl IntoIterator<Item = usize>,
+        kept: Option<&(usize, Sets)>,
+    ) -> Sets {
+        let known = kept.filter(|(of, _)| *of == motor);
+        let mut sets = known.map_or_else(BTreeMap::new, |(_, sets)| BTreeMap::clone(sets));
+        for number in numbers {
+            sets.entry(number).or_insert_with(|| self.read_for(motor, number));
+        }
+        Arc::new(sets)
     }
 
     fn read_all(&self, files: &[File], reading: &Reading) -> Result<Vec<Record>> {
@@ -117,9 +131,9 @@ impl Sweep {
 
     /// Returns the recordings of the DC motor with noise added to the fitted ones. The noise depends on the seed and the recording,
     /// not on the method.
-    pub(super) fn with_noise(&self, sets: &Sets, noise: usize, seed: u64) -> Read {
-        let none = || Err(Error::usage("the DC motor is not among the machines of the study", "Add it."));
-        let recordings = sets.first().cloned().flatten().unwrap_or_else(none)?;
+    pub(super) fn with_noise(&self, sets: &Sets, of: Dataset) -> Read {
+        let Dataset { motor, noise, seed } = of;
+        let recordings = self.recordings_of(sets, motor, OF_MOTOR)?;
         let Some(noise) = self.study().noise[noise].noise else { return Ok(recordings) };
         let noisy =
             |(n, record): (usize, &Record)| with_noise(record, noise_of(record, noise), key(record, n, noise, seed));

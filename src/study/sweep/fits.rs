@@ -5,12 +5,12 @@ use super::Sweep;
 use super::dataset::{Dataset, Read, Recordings, Sets, of_model};
 use super::line::Outcome;
 use super::runs::Job;
+use crate::Result;
 use crate::device::DeviceSpec;
 use crate::estimate::fit_problem;
 use crate::evaluate::Problem;
 use crate::identify::model::{hold_out_model, identify_model};
 use crate::identify::{Identification, IdentifySpec, Method, fit_on, has_all_channels, identify, with_cost_on};
-use crate::{Error, Result};
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -47,8 +47,7 @@ impl<'a> Fits<'a> {
     }
 
     fn recordings(&self) -> Read {
-        let Dataset { noise, seed, .. } = self.dataset;
-        self.recordings.get_or_init(|| self.sweep.with_noise(self.sets, noise, seed)).clone()
+        self.recordings.get_or_init(|| self.sweep.with_noise(self.sets, self.dataset)).clone()
     }
 
     /// Returns the result of a run.
@@ -82,8 +81,7 @@ impl<'a> Fits<'a> {
     /// Identifies a model. Its search depends on the seed, so that each run has its own.
     fn of_model(&self, job: &Job) -> Result<Outcome> {
         let Some((level, spec)) = self.sweep.study().model(&job.factors) else { return Ok(Outcome::default()) };
-        let read = self.sets.get(level.number).cloned().flatten();
-        let recordings = read.unwrap_or_else(|| Err(Error::data("was not read", "Run the sweep again.")))?;
+        let recordings = self.sweep.recordings_of(self.sets, self.dataset.motor, level.number)?;
         let noise = self.sweep.study().noise[self.dataset.noise].noise;
         let [fitted, held_out] = of_model(&recordings, level, (noise, self.dataset.seed))?;
         let mut found = identify_model(&level.model, &fitted, &spec, &mut |_| ControlFlow::Continue(()))?;

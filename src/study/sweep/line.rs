@@ -11,6 +11,7 @@ use crate::model::Model;
 use crate::optimize::Stop;
 use crate::record::Severity;
 use crate::text::{hexadecimal, printable_json};
+use crate::warning::Warning;
 use crate::{Error, ErrorKind};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -113,7 +114,6 @@ impl Outcome {
     /// Creates the outcome of an identification.
     #[must_use]
     pub fn of(found: &Identification) -> Self {
-        let reported = found.warnings.iter().filter(|warning| warning.severity == Severity::Report);
         let held_out = found.validation.as_ref();
         Self {
             estimates: Some(found.into()),
@@ -125,7 +125,7 @@ impl Outcome {
             stop: Some(found.stop),
             device: found.device_kind,
             precision: found.precision,
-            warnings: reported.map(|warning| warning.code.to_owned()).collect(),
+            warnings: codes(&found.warnings),
             trust: Some((&found.trust).into()),
             error: None,
         }
@@ -134,7 +134,6 @@ impl Outcome {
     /// Creates the outcome of an identification with a model.
     #[must_use]
     pub fn of_model(model: &Model, found: &ModelIdentification) -> Self {
-        let reported = found.warnings.iter().filter(|warning| warning.severity == Severity::Report);
         let held_out = (!found.held_out.is_empty())
             .then(|| HeldOutFit { fit_percent: OutputFits::of_model(model, &found.held_out_percent) });
         Self {
@@ -146,7 +145,7 @@ impl Outcome {
             stop: Some(found.stop),
             device: found.device.kind,
             precision: found.device.precision,
-            warnings: reported.map(|warning| warning.code.to_owned()).collect(),
+            warnings: codes(&found.warnings),
             trust: Some((&found.trust).into()),
             error: None,
         }
@@ -157,6 +156,12 @@ impl Outcome {
     pub fn stop_name(&self) -> &'static str {
         stop_name(self.stop)
     }
+}
+
+/// Returns the codes of the warnings that are reported.
+fn codes(warnings: &[Warning]) -> Vec<String> {
+    let reported = warnings.iter().filter(|warning| warning.severity == Severity::Report);
+    reported.map(|warning| warning.code.to_owned()).collect()
 }
 
 /// The fields of a line by which its run is counted.

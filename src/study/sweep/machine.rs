@@ -1,19 +1,21 @@
 //! Machines of a study, the levels of one factor: the DC motor with its extensions, and models of users.
 
-use super::quantity::Quantity;
+use super::parameter::SweepParameter;
 use crate::identify::IdentifySpec;
 use crate::identify::model::ModelSpec;
 use crate::model::Model;
 use crate::record::Reading;
-use crate::text::{hexadecimal, listed, nearest};
+use crate::text::{listed, nearest};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest as _, Sha256};
 use std::path::Path;
 use std::sync::Arc;
 
 /// Name of the DC motor among the models of a study.
 pub(super) const MOTOR: &str = "none";
+
+/// Number of the DC motor among the machines of a study; models have theirs from 1.
+pub(super) const OF_MOTOR: usize = 0;
 
 /// A level of the factor machine.
 #[derive(Debug, Clone)]
@@ -31,7 +33,7 @@ pub(super) struct Level {
 pub(super) struct ModelLevel {
     /// Name in the study: a path or a built-in model.
     pub name: String,
-    /// Number of the model in the study, from 1; that of its recordings among those of all machines.
+    /// Number of the model in the study, from 1.
     pub number: usize,
     pub model: Model,
     pub spec: ModelSpec,
@@ -40,25 +42,30 @@ pub(super) struct ModelLevel {
 }
 
 impl Level {
+    /// Returns the number of the machine, by which it reads recordings.
+    pub(super) fn number(&self) -> usize {
+        self.model.as_ref().map_or(OF_MOTOR, |of| of.number)
+    }
+
     /// Returns the name of the model; that of the DC motor for none.
     pub(super) fn model_name(&self) -> &str {
         self.model.as_ref().map_or(MOTOR, |of| &of.name)
     }
 
     /// Returns the parameter with a name; `None` if the machine has none.
-    pub(super) fn quantity(&self, name: &str) -> Option<Quantity> {
+    pub(super) fn parameter(&self, name: &str) -> Option<SweepParameter> {
         match &self.model {
-            None => Quantity::named_of_motor(name),
-            Some(of) => Quantity::named_of_model(&of.model, of.number, name),
+            None => SweepParameter::named_of_motor(name),
+            Some(of) => SweepParameter::named_of_model(&of.model, of.number, name),
         }
     }
 
     /// Returns the parameters that every result has.
-    pub(super) fn quantities(&self) -> Vec<Quantity> {
-        let Some(of) = &self.model else { return Quantity::motor() };
+    pub(super) fn parameters(&self) -> Vec<SweepParameter> {
+        let Some(of) = &self.model else { return SweepParameter::motor() };
         let is_own = |name: &str| of.spec.per_recording.iter().any(|own| own == name);
         let shared = of.model.parameters().iter().filter(|p| !p.is_per_recording && !is_own(&p.name));
-        shared.filter_map(|p| self.quantity(&p.name)).collect()
+        shared.filter_map(|p| self.parameter(&p.name)).collect()
     }
 
     /// Returns the names of the outputs.
@@ -76,8 +83,6 @@ impl Level {
 pub struct ModelFile {
     /// Name in the study: a path relative to its folder, or a built-in model.
     pub name: String,
-    /// SHA-256 digest of the text.
-    pub sha256: String,
     /// Text of the model.
     pub text: String,
 }
@@ -108,8 +113,7 @@ impl ModelTexts<'_> {
                 Model::parse(&found.text).map_err(|error| error.in_file(Path::new(name)))?
             }
         };
-        let text = model.text().to_owned();
-        let sha256 = hexadecimal(&Sha256::digest(&text));
-        Ok((model, ModelFile { name: name.to_owned(), sha256, text }))
+        let file = ModelFile { name: name.to_owned(), text: model.text().to_owned() };
+        Ok((model, file))
     }
 }

@@ -16,9 +16,9 @@ mod line;
 mod machine;
 mod manifest;
 mod merge;
+mod parameter;
 mod pattern;
 mod plan;
-mod quantity;
 mod remote_shard;
 mod results;
 mod run;
@@ -42,7 +42,7 @@ pub use line::{Failure, HeldOutFit, Outcome};
 pub use machine::ModelFile;
 pub use manifest::{File, Manifest, Motor, PinnedDevice};
 pub use merge::{Merged, ShardStatus, SweepStatus};
-pub use quantity::Quantity;
+pub use parameter::SweepParameter;
 pub use run::{FailedRun, Failures, Observe, SweepProgress, Tally};
 pub use runs::Job;
 use runs::Runs;
@@ -108,8 +108,8 @@ impl Sweep {
             return Ok(self.study().limits.clone());
         }
         for symbol in given.symbols() {
-            if !self.study().machines.iter().any(|level| level.quantity(symbol).is_some()) {
-                let all = self.study().machines.iter().flat_map(Level::quantities);
+            if !self.study().machines.iter().any(|level| level.parameter(symbol).is_some()) {
+                let all = self.study().machines.iter().flat_map(Level::parameters);
                 let names: BTreeSet<String> = all.map(|of| of.symbol).collect();
                 let names: Vec<&str> = names.iter().map(String::as_str).collect();
                 let hint = match nearest(symbol, &names) {
@@ -152,7 +152,7 @@ impl Sweep {
         let job = self.runs.job(line.id);
         let own = line::Line::of(self.study(), &job, &self.manifest.motors[job.motor].motor, line.outcome.clone());
         let level = self.study().machine(&job.factors);
-        let is_own = |e: &RunEstimate| level.quantity(&e.name).is_some();
+        let is_own = |e: &RunEstimate| level.parameter(&e.name).is_some();
         own == *line && line.outcome.estimates.iter().flat_map(|estimates| &estimates.list).all(is_own)
     }
 

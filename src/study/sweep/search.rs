@@ -3,6 +3,7 @@
 use super::Sweep;
 use super::dataset::{Dataset, Kept, Read, Recordings, Sets};
 use super::line::Outcome;
+use super::machine::OF_MOTOR;
 use super::run::{End, Finished, Running, Step};
 use super::runs::Job;
 use super::streaming::{RUNS, Unit, Units};
@@ -239,10 +240,10 @@ impl Sweep {
         let mut motors: Vec<usize> = datasets.iter().map(|dataset| dataset.motor).collect();
         motors.dedup();
         let known = kept.take();
-        let read = |motor: &usize| (*motor, self.read_or_kept(*motor, known.as_ref()));
+        let read = |motor: &usize| (*motor, self.read_or_kept(*motor, [OF_MOTOR], known.as_ref()));
         let read: BTreeMap<usize, Sets> = motors.par_iter().map(read).collect();
         *kept = motors.last().and_then(|motor| Some((*motor, read.get(motor)?.clone())));
-        datasets.par_iter().map(|of| self.with_noise(&read[&of.motor], of.noise, of.seed)).collect()
+        datasets.par_iter().map(|of| self.with_noise(&read[&of.motor], *of)).collect()
     }
 
     fn open_device(&self, problems: Vec<Arc<Problem>>) -> Result<BatchSearchEvaluator> {

@@ -142,7 +142,9 @@ impl Sweep {
     fn side_by_side(&self, items: Vec<(usize, Vec<Unit>)>, kept: Kept) -> (Vec<Finished>, Kept) {
         let last = items.len() - 1;
         let motor = |(n, (motor, units)): (usize, (usize, Vec<Unit>))| {
-            let recordings = self.read_or_kept(motor, kept.as_ref());
+            let machine = |id: &u64| self.study().machine(&self.runs.job(*id).factors).number();
+            let numbers = units.iter().flat_map(|unit| &unit.ids).map(machine);
+            let recordings = self.read_or_kept(motor, numbers, kept.as_ref());
             let unit = |unit: &Unit| {
                 let begun = Instant::now();
                 let mut fits = Fits::new(self, &recordings, unit.dataset);

@@ -4,7 +4,7 @@ use super::keys::{Keys, OF_ALL_RUNS, OF_MODELS};
 use super::levels::Machines;
 use super::limits::Limits;
 use super::machine::{Level, ModelFile, ModelLevel, ModelTexts};
-use super::quantity::Quantity;
+use super::parameter::SweepParameter;
 use super::toml::{Document, Item};
 use crate::Result;
 use crate::criterion::{Criterion, Noise, Norm, Scale};
@@ -186,9 +186,9 @@ impl Study {
             let message = "device: models are evaluated on the CPU in a sweep";
             return wrong(message.to_owned(), "Leave device out, or identify each recording alone.");
         }
-        let quantities: Vec<Quantity> = self.machines.iter().flat_map(Level::quantities).collect();
-        for (place, one) in quantities.iter().enumerate() {
-            if let Some(other) = quantities[..place].iter().find(|of| of.name == one.name && of.unit != one.unit) {
+        let parameters: Vec<SweepParameter> = self.machines.iter().flat_map(Level::parameters).collect();
+        for (place, one) in parameters.iter().enumerate() {
+            if let Some(other) = parameters[..place].iter().find(|of| of.name == one.name && of.unit != one.unit) {
                 let message =
                     format!("model: {} is in {} in one model and in {} in another", one.name, other.unit, one.unit);
                 return wrong(message, "Give it the same unit, or another name: their results share a column.");

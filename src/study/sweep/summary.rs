@@ -4,7 +4,7 @@ use super::Sweep;
 use super::estimates::RunEstimate;
 use super::line::Outcome;
 use super::machine::Level;
-use super::quantity::Quantity;
+use super::parameter::SweepParameter;
 use super::run::Failures;
 use super::runs::Job;
 use super::study::{Factors, Study};
@@ -127,7 +127,7 @@ pub struct SweepSummary {
     /// noise. Runs with standard errors are preferred.
     pub results: Vec<NamedRun>,
     /// Parameters of the results: those that every result of a machine has, and those of extensions and of single recordings.
-    pub parameters: Vec<Quantity>,
+    pub parameters: Vec<SweepParameter>,
     /// Names of the outputs.
     pub outputs: Vec<String>,
     /// True if the study names extensions of the DC motor.
@@ -157,7 +157,7 @@ impl SweepSummary {
             runs: sweep.manifest.runs,
             stride: sweep.manifest.runs.div_ceil(SAMPLE).max(1),
             motors: sweep.manifest.motors.len(),
-            parameters: distinct(study.machines.iter().flat_map(Level::quantities)),
+            parameters: distinct(study.machines.iter().flat_map(Level::parameters)),
             outputs: outputs(study),
             names_with: study.names_with,
             names_models: !study.models.is_empty(),
@@ -199,9 +199,9 @@ impl SweepSummary {
             if self.parameters.iter().any(|known| known.name == e.name) {
                 continue;
             }
-            let Some(quantity) = sweep.study().machine(&job.factors).quantity(&e.name) else { continue };
-            let place = self.parameters.partition_point(|known| known.order < quantity.order);
-            self.parameters.insert(place, quantity);
+            let Some(parameter) = sweep.study().machine(&job.factors).parameter(&e.name) else { continue };
+            let place = self.parameters.partition_point(|known| known.order < parameter.order);
+            self.parameters.insert(place, parameter);
         }
         let named = || NamedRun { job: *job, motor: motor.clone(), outcome: outcome.clone() };
         let worst = &mut self.blocks[block].worst;
@@ -253,7 +253,7 @@ impl SweepSummary {
             failed: 0,
             trust: TrustCounts::default(),
             costs: Vec::new(),
-            parameters: machine.quantities().into_iter().map(|of| (of.name, Vec::new())).collect(),
+            parameters: machine.parameters().into_iter().map(|of| (of.name, Vec::new())).collect(),
             seconds: 0.0,
         });
         let place = (block, cells.len() - 1);
@@ -277,11 +277,11 @@ impl NamedRun {
 }
 
 /// Returns the parameters of several machines, each name once, in their order.
-fn distinct(all: impl Iterator<Item = Quantity>) -> Vec<Quantity> {
-    let mut found: Vec<Quantity> = Vec::new();
-    for quantity in all {
-        if !found.iter().any(|known| known.name == quantity.name) {
-            found.push(quantity);
+fn distinct(all: impl Iterator<Item = SweepParameter>) -> Vec<SweepParameter> {
+    let mut found: Vec<SweepParameter> = Vec::new();
+    for parameter in all {
+        if !found.iter().any(|known| known.name == parameter.name) {
+            found.push(parameter);
         }
     }
     found

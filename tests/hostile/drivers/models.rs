@@ -61,8 +61,6 @@ pub fn languages(calls: &mut Calls) {
             "model::Function::named" => <Function as Named>::named("function", &word),
             "model::ShaderPrecision::named" => <ShaderPrecision as Named>::named("precision", &word),
             "model::IntegrationMethod::named" => <IntegrationMethod as Named>::named("method", &word),
-            "model::Role::named" => <Role as Named>::named("role", &word),
-            "report::ExportFormat::named" => <ExportFormat as Named>::named("format", &word),
         );
         drive!(calls, word; "units::parse_unit" => parse_unit(&word).map(|unit| unit.to(&unit)));
         if let Ok(unit) = parse_unit(&word) {
@@ -421,7 +419,8 @@ pub fn exports(calls: &mut Calls) {
                 "model::Model::roles" => of.roles(&values),
                 "model::Model::parameters_in_roles" => of.parameters_in_roles(),
                 "model::Model::initial_values" => of.initial_values(&values),
-                "model::Model::delay_s" => [of.delay_s("vm", &values), of.delay_s("", &values)],
+                "model::Model::delays_s" => of.delays_s(&values),
+                "model::ModelOutput::is_averaged" => of.outputs().iter().filter(|output| output.is_averaged()).count(),
                 "model::Model::constants" => of.constants().len(),
             );
         }
@@ -432,6 +431,12 @@ pub fn exports(calls: &mut Calls) {
         "report::ExportFormat::extension" => ExportFormat::ALL.map(ExportFormat::extension),
         "report::ExportFormat::name" => ExportFormat::ALL.map(ExportFormat::name),
     );
+    for word in texts() {
+        ask!(calls, word;
+            "model::Role::named" => <Role as Named>::named("role", &word),
+            "report::ExportFormat::named" => <ExportFormat as Named>::named("format", &word),
+        );
+    }
     let motor = fitted();
     let step = step(60);
     for found in mangled_motors(&motor) {

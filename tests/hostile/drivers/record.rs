@@ -162,6 +162,7 @@ pub fn recordings(calls: &mut Calls) {
             "record::Record::samples" => record.samples(),
             "record::Record::slope" => record.slope(),
             "record::Record::source" => record.source(),
+            "record::Source::file_name" => record.source().file_name(),
             "record::Record::steps" => record.steps().unit_s(),
             "record::Steps::unit_s" => record.steps().unit_s(),
             "record::Steps::step" => COUNTS.map(|n| record.steps().step(n)),

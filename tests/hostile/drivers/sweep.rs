@@ -8,8 +8,8 @@ use motorfit::identify::{Trust, TrustLevel, TrustReason};
 use motorfit::motor::{Parameter, Scope};
 use motorfit::record::write_csv;
 use motorfit::study::sweep::{
-    Failures, LevelCounts, Limits, Outcome, OutputFits, Quantiles, Quantity, RunTrust, Shard, Sweep, SweepProgress,
-    SweepSummary, TrustCounts,
+    Failures, LevelCounts, Limits, Outcome, OutputFits, Quantiles, RunTrust, Shard, Sweep, SweepParameter,
+    SweepProgress, SweepSummary, TrustCounts,
 };
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -49,7 +49,7 @@ pub fn summaries() -> Vec<SweepSummary> {
     with(&|s| s.blocks.iter_mut().for_each(|b| b.worst.clear()));
     with(&|s| s.results.clear());
     with(&|s| s.parameters.clear());
-    with(&|s| s.parameters.push(Quantity::of_motor(Parameter::Load, Scope::Recording(u32::MAX))));
+    with(&|s| s.parameters.push(SweepParameter::of_motor(Parameter::Load, Scope::Recording(u32::MAX))));
     with(&|s| (s.motors, s.stride) = (0, 0));
     with(&|s| (s.runs, s.missing, s.failed, s.taken_over) = (0, u64::MAX, u64::MAX, u64::MAX));
     with(&|s| s.trust.levels = LevelCounts { good: u64::MAX, check: u64::MAX, poor: u64::MAX, unknown: u64::MAX });
@@ -105,8 +105,8 @@ pub fn figures(calls: &mut Calls) {
     for (value, scope) in NUMBERS.into_iter().flat_map(|v| [(v, Scope::Shared), (v, Scope::Recording(u32::MAX))]) {
         let fits = OutputFits(vec![("current".to_owned(), Some(value)), (String::new(), None)]);
         drive!(calls, (value, scope);
-            "study::sweep::Quantity::of_motor" => Quantity::of_motor(Parameter::Load, scope),
-            "study::sweep::Quantity::motor" => Quantity::motor(),
+            "study::sweep::SweepParameter::of_motor" => SweepParameter::of_motor(Parameter::Load, scope),
+            "study::sweep::SweepParameter::motor" => SweepParameter::motor(),
             "study::sweep::OutputFits::of" => (fits.of("current"), fits.of("")),
         );
     }

@@ -5,7 +5,7 @@ use crate::motor::{Parameter, Scope};
 
 /// A parameter of the results of a sweep: of the DC motor or of a user's model, shared by all recordings or of one recording.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Quantity {
+pub struct SweepParameter {
     /// Name, with the index of the recording if it belongs to one, as in `T0[1]`.
     pub name: String,
     /// Symbol without the recording.
@@ -22,7 +22,7 @@ pub struct Quantity {
     pub(super) order: (usize, usize, Option<u32>),
 }
 
-impl Quantity {
+impl SweepParameter {
     /// Returns a parameter of the DC motor.
     #[must_use]
     pub fn of_motor(parameter: Parameter, scope: Scope) -> Self {
