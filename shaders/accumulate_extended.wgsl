@@ -24,14 +24,14 @@ fn follow(run: Run, map: Map, g: Lanes2, sample: Sample, weight: Pair) -> Run {
     let shown = show(map.average, run.x, run.sum, run.n);
     let e = residual(sample, shown.seen);
     let part = Lanes2(lose(e.i, weight.x, run.part.i), lose(e.w, weight.y, run.part.w));
-    var acts = g;
+    var acts = Acting(g, Lanes2());
     var given = run.given;
     if DELAYED {
         let last = arrived(map.delay, map.drive, run.n);
         acts = delayed(map.delay, g, run.given, last, run.n);
         given = Given(run.given.three, last);
     }
-    return Run(advance(run.x, map.step, acts), part, shown.sum, given, run.n + 1);
+    return Run(advance(run.x, map.step, acts, map.delay.bend_at), part, shown.sum, given, run.n + 1);
 }
 
 // Runs one invocation, until no cost of its candidates is needed any more. The next round compares the same sums before its first

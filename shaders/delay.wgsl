@@ -2,7 +2,7 @@
 // of the first movement the voltage is the one before it. For each candidate the contributions of three special steps, which
 // the weighted sum does not represent, are computed beforehand. Same operations in Rust: src/motor/delay_taps.rs.
 // Constants: integer part of the dead time in samples, step of the first movement, gains of three samples for the current (3)
-// and the speed (3); then for each of three special steps its index and its contributions (2).
+// and the speed (3), fraction of a step at which the voltage changes; then for each of three special steps its index and its contributions (2).
 
 struct Delay {
     // Offset of the commanded voltages, and their number.
@@ -15,6 +15,7 @@ struct Delay {
     before: Lanes,
     moves: Counts,
     one: Lanes2, two: Lanes2, three: Lanes2,
+    bend_at: Lanes,
     at0: Counts, at1: Counts, at2: Counts,
     special0: Lanes2, special1: Lanes2, special2: Lanes2,
 }
@@ -23,6 +24,12 @@ struct Delay {
 struct Given {
     two: Lanes,
     three: Lanes,
+}
+
+// The contribution of the inputs to both states over a step, and the part of it that is due to the change within the step.
+struct Acting {
+    gain: Lanes2,
+    added: Lanes2,
 }
 
 fn load_delay(head: u32, constants: u32, drive: Drive) -> Delay {
@@ -41,6 +48,7 @@ fn load_delay(head: u32, constants: u32, drive: Drive) -> Delay {
     delay.one = Lanes2(maps[taps + 2u], maps[taps + 5u]);
     delay.two = Lanes2(maps[taps + 3u], maps[taps + 6u]);
     delay.three = Lanes2(maps[taps + 4u], maps[taps + 7u]);
+    delay.bend_at = maps[taps + 8u];
     delay.at0 = Counts(maps[special]);
     delay.at1 = Counts(maps[special + 3u]);
     delay.at2 = Counts(maps[special + 6u]);
@@ -69,8 +77,8 @@ fn choose(other: Lanes2, own: Lanes2, is_own: Choice) -> Lanes2 {
 }
 
 // Returns the contribution of the inputs to both states at step n: g of the torque, the voltages `given`, and `last`, which has
-// just arrived.
-fn delayed(delay: Delay, g: Lanes2, given: Given, last: Lanes, n: i32) -> Lanes2 {
+// just arrived; with the change of the voltage within the step.
+fn delayed(delay: Delay, g: Lanes2, given: Given, last: Lanes, n: i32) -> Acting {
     let waits = Counts(n) < delay.moves;
     let at = Counts(n) + delay.shift;
     let movement = Counts(delay.movement);
@@ -85,5 +93,7 @@ fn delayed(delay: Delay, g: Lanes2, given: Given, last: Lanes, n: i32) -> Lanes2
     let is2 = Counts(n) == delay.at2;
     let special = choose(choose(delay.special0, delay.special1, is1), delay.special2, is2);
     let own = Lanes2(special.i + g.i, special.w + g.w);
-    return choose(taps, own, (Counts(n) == delay.at0) | is1 | is2);
+    let is_special = (Counts(n) == delay.at0) | is1 | is2;
+    let jump = select(two - one, Lanes(0.0), is_special);
+    return Acting(choose(taps, own, is_special), Lanes2(delay.two.i * jump, delay.two.w * jump));
 }

@@ -1,6 +1,6 @@
-// Coulomb friction and brush drop: set-valued reactions that are constant over a step. Each takes the value that makes its
-// state zero at the end of the step, clipped to its limits, so that it can stop the motor, or the current, but not reverse it.
-// Same operations in Rust: src/motor/friction.rs.
+// Coulomb friction and brush drop: set-valued reactions. Each takes the value that makes its state zero at the end of the step,
+// clipped to its limits, so that it can stop the motor, or the current, but not reverse it; where a state passes zero within a step,
+// the reaction changes its sign there. Same operations in Rust, with the formulas: src/motor/friction.rs.
 
 struct Reactions {
     // Largest magnitude that a reaction subtracts from its own state.
@@ -21,12 +21,47 @@ fn clip(value: Lanes, limit: Lanes) -> Lanes {
     return select(limit, low, low < limit);
 }
 
-fn friction_step(x: Lanes2, reactions: Reactions) -> Lanes2 {
+fn is_passage(before: Lanes, x: Lanes, limit: Lanes) -> Choice {
+    let along = select(x, -x, before < Lanes(0.0));
+    let pulled = abs(before) - limit;
+    return (before != Lanes(0.0)) & (along < select(limit, pulled, pulled < limit));
+}
+
+// Returns a state after a uniform motion from `before` to `x`, at most `limit` of which the reaction takes.
+fn passed(before: Lanes, x: Lanes, limit: Lanes) -> Lanes {
+    let is_back = before < Lanes(0.0);
+    let own = is_passage(before, x, limit);
+    let size = abs(before);
+    let pull = size - select(x, -x, is_back);
+    let duration = select(Lanes(1.0), pull + limit, own);
+    let beyond = (Lanes(1.0) - size / duration) * (pull - limit);
+    return select(x - clip(x, limit), select(-beyond, beyond, is_back), own);
+}
+
+// Returns what a reaction subtracts from its state, `before` at the start of the step and `x` at its end without the reaction;
+// `added` of the motion begins at the fraction `bend_at` of the step.
+fn taken(before: Lanes, x: Lanes, limit: Lanes, added: Lanes, bend_at: Lanes) -> Lanes {
+    let clipped = clip(x, limit);
+    let own = is_passage(before, x, limit);
+    var after = select(x - clipped, passed(before, x, limit), own);
+    if DELAYED {
+        let is_near = abs(before) <= Lanes(4.0) * (abs(x - before) + limit);
+        let first = (x - added - before) * bend_at;
+        let middle = passed(before, before + first, limit * bend_at);
+        let end = passed(middle, middle + (x - before - first), limit * (Lanes(1.0) - bend_at));
+        let bends = (added != Lanes(0.0)) & is_near;
+        after = select(after, end, bends);
+        return select(clipped, x - after, own | bends);
+    }
+    return select(clipped, x - after, own);
+}
+
+fn friction_step(before: Lanes2, x: Lanes2, added: Lanes2, bend_at: Lanes, reactions: Reactions) -> Lanes2 {
     var next = x;
     if BRUSHES {
-        let taken = clip(next.i, reactions.limits.i);
-        next = Lanes2(next.i - taken, reactions.adds.i * taken + next.w);
+        let part = taken(before.i, next.i, reactions.limits.i, added.i, bend_at);
+        next = Lanes2(next.i - part, reactions.adds.i * part + next.w);
     }
-    let taken = clip(next.w, reactions.limits.w);
-    return Lanes2(reactions.adds.w * taken + next.i, next.w - taken);
+    let part = taken(before.w, next.w, reactions.limits.w, added.w, bend_at);
+    return Lanes2(reactions.adds.w * part + next.i, next.w - part);
 }

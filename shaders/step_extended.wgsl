@@ -26,10 +26,11 @@ fn gain(at: u32, drive: Drive, load: Lanes, input: vec4<Scalar>) -> Lanes2 {
     );
 }
 
-fn advance(x: Lanes2, step: Step, g: Lanes2) -> Lanes2 {
+fn advance(x: Lanes2, step: Step, acts: Acting, bend_at: Lanes) -> Lanes2 {
+    let g = acts.gain;
     let next = Lanes2(
         x.i + (step.d00 * x.i + (step.d01 * x.w + g.i)),
         x.w + (step.d10 * x.i + (step.d11 * x.w + g.w)),
     );
-    return friction_step(next, step.reactions);
+    return friction_step(x, next, acts.added, bend_at, step.reactions);
 }

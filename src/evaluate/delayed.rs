@@ -7,7 +7,7 @@ use super::signals::Signals;
 use super::step::{Pair, Step};
 use super::taps::{Taps, Torques};
 use super::uneven::Uneven;
-use crate::motor::{CHUNK, Extended, Parameter, SimulationSettings};
+use crate::motor::{Bend, CHUNK, Extended, Parameter, SimulationSettings};
 
 /// The delayed inputs of a block of candidates on one recording, computed in the order of samples.
 pub(super) struct DelayedInputs<'a, const L: usize> {
@@ -26,6 +26,37 @@ enum Clock<'a, const L: usize> {
     Uneven(Box<Uneven<'a, L>>),
 }
 
+/// Changes of the voltages of a block of candidates within steps, in a piece that begins at a sample.
+#[derive(Clone, Copy)]
+pub(super) enum VoltageChanges<'a, const L: usize> {
+    /// Voltages change at samples only.
+    None,
+    Even(&'a Taps<L>, usize),
+    Uneven(&'a Uneven<'a, L>, usize),
+}
+
+impl<const L: usize> VoltageChanges<'_, L> {
+    /// Returns the change of the voltage of a candidate within the step of sample `n`.
+    #[inline(always)]
+    pub(super) fn at(self, n: usize, lane: usize) -> Option<Bend<f64>> {
+        match self {
+            Self::None => None,
+            Self::Even(taps, start) => Some(taps.bend((start, n), lane)),
+            Self::Uneven(uneven, start) => Some(uneven.bend((start, n), lane)),
+        }
+    }
+
+    /// Returns true if the voltage of a candidate may change within the step of sample `n`.
+    #[inline(always)]
+    pub(super) fn is_any(self, n: usize) -> bool {
+        match self {
+            Self::None => false,
+            Self::Even(taps, start) => taps.has_bend(n - start),
+            Self::Uneven(uneven, start) => uneven.has_bend(n - start),
+        }
+    }
+}
+
 impl<'a, const L: usize> DelayedInputs<'a, L> {
     #[inline(always)]
     pub(super) fn new(problem: &Problem, signals: &'a Signals, motors: &Extended<[f64; L]>) -> Self {
@@ -36,6 +67,15 @@ impl<'a, const L: usize> DelayedInputs<'a, L> {
             Clock::Uneven(Box::new(Uneven::new(motors, signals, settings)))
         };
         Self { signals, settings, load: motors.get(Parameter::Load), clock, first: problem.first_active(signals) }
+    }
+
+    /// Returns the changes of the voltages within the steps of the last piece, which began at sample `start`.
+    #[inline(always)]
+    pub(super) fn changes(&self, start: usize) -> VoltageChanges<'_, L> {
+        match &self.clock {
+            Clock::Even(taps) => VoltageChanges::Even(taps, start),
+            Clock::Uneven(uneven) => VoltageChanges::Uneven(uneven, start),
+        }
     }
 
     /// Returns the end of the piece that begins at sample `start`, and whether its inputs are constant. Writes the contributions of

@@ -9,7 +9,7 @@ use super::cutoff::Cut;
 use super::input::{Inputs, Piece, PieceInput};
 use super::kernel::{Block, LANES, LANES_AVX512};
 use super::lanes::{SUM_BLOCK, Samples, so_far};
-use super::path::{Even, Irregular, Lanes, Path};
+use super::path::{Even, Irregular, Lanes, Path, StepBends};
 use super::problem::Problem;
 use super::recordings::{Kernel, run};
 use super::signals::Signals;
@@ -124,21 +124,27 @@ impl<'a, const L: usize> Simulation<'a, L> {
         // The steps leave the simulation while its states change.
         let steps = std::mem::take(&mut self.steps);
         let step = &steps[piece.step];
+        let bends = StepBends { from: start, changes: piece.changes };
         match piece.input {
-            PieceInput::Constant(gain) => self.pass::<FMA>(range, Even { step, inputs: std::iter::repeat(gain) }),
-            PieceInput::Each(gains) => self.pass::<FMA>(range, Even { step, inputs: gains.iter() }),
+            PieceInput::Constant(gain) => {
+                self.pass::<FMA>(range, Even { step, inputs: std::iter::repeat(gain), bends });
+            }
+            PieceInput::Each(gains) => self.pass::<FMA>(range, Even { step, inputs: gains.iter(), bends }),
             PieceInput::EachStep(gains) => {
                 let index = &signals.step_index[start..end];
-                self.pass::<FMA>(range, Irregular { steps: &steps, index, gains });
+                self.pass::<FMA>(range, Irregular { steps: &steps, index, gains, bends });
             }
             PieceInput::ZeroOrderHold => {
-                self.pass::<FMA>(range, Even { step, inputs: signals.voltage[start..end].iter().copied() });
+                let inputs = signals.voltage[start..end].iter().copied();
+                self.pass::<FMA>(range, Even { step, inputs, bends });
             }
             PieceInput::FirstOrderHold => {
-                self.pass::<FMA>(range, Even { step, inputs: (start..end).map(|n| signals.voltages_at(n)) });
+                let inputs = (start..end).map(|n| signals.voltages_at(n));
+                self.pass::<FMA>(range, Even { step, inputs, bends });
             }
             PieceInput::WithLoad => {
-                self.pass::<FMA>(range, Even { step, inputs: (start..end).map(|n| signals.inputs(n)) });
+                let inputs = (start..end).map(|n| signals.inputs(n));
+                self.pass::<FMA>(range, Even { step, inputs, bends });
             }
         }
         self.steps = steps;

@@ -1,6 +1,6 @@
 //! The inputs of `L` candidates side by side, in pieces of consecutive samples.
 
-use super::delayed::DelayedInputs;
+use super::delayed::{DelayedInputs, VoltageChanges};
 use super::lanes::SUM_BLOCK;
 use super::problem::Problem;
 use super::segment::Segment;
@@ -15,6 +15,8 @@ pub(super) struct Piece<'g, const L: usize> {
     /// First sample, and one past the last.
     pub range: [usize; 2],
     pub input: PieceInput<'g, L>,
+    /// Changes of the voltages within steps.
+    pub changes: VoltageChanges<'g, L>,
 }
 
 /// The inputs of a piece.
@@ -69,7 +71,7 @@ impl<'a, const L: usize> Inputs<'a, L> {
     pub(super) fn next<const FMA: bool>(&mut self, steps: &[Step<L>]) -> Option<Piece<'_, L>> {
         let Self { signals, kind, gains: Aligned(gains), at, is_averaged } = self;
         let start = *at;
-        let (step, end, input) = match kind {
+        let (step, end, input, changes) = match kind {
             Kind::Delayed(delayed, ready, is_constant) => {
                 if start == ready[1] {
                     if start == signals.len() {
@@ -80,15 +82,18 @@ impl<'a, const L: usize> Inputs<'a, L> {
                 }
                 if *is_constant {
                     let end = if *is_averaged { ready[1].min(start + CHUNK) } else { ready[1] };
-                    (0, end, PieceInput::Constant(&gains[0]))
+                    (0, end, PieceInput::Constant(&gains[0]), VoltageChanges::None)
                 } else {
-                    (0, ready[1], each(signals, &gains[..ready[1] - start]))
+                    (0, ready[1], each(signals, &gains[..ready[1] - start]), delayed.changes(start))
                 }
             }
-            Kind::OnTime(on_time) => on_time.next::<FMA>(steps, start, gains)?,
+            Kind::OnTime(on_time) => {
+                let (step, end, input) = on_time.next::<FMA>(steps, start, gains)?;
+                (step, end, input, VoltageChanges::None)
+            }
         };
         *at = end;
-        (end > start).then_some(Piece { step: usize::from(step), range: [start, end], input })
+        (end > start).then_some(Piece { step: usize::from(step), range: [start, end], input, changes })
     }
 }
 

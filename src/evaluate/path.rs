@@ -1,7 +1,9 @@
 //! One piece of a simulation of `L` candidates with extensions: consecutive samples with steps and inputs of one kind.
 
+use super::delayed::VoltageChanges;
 use super::lanes::{Samples, add_loss, add_losses, advance};
-use super::step::{Input, Pair, Step};
+use super::step::{Bends, Input, Pair, Step};
+use crate::motor::Bend;
 
 /// States and sums of errors of a block of candidates.
 pub(super) struct Lanes<const L: usize> {
@@ -39,10 +41,30 @@ pub(super) trait Path<const L: usize> {
     fn observe<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(self, x: &mut Pair<L>, seen: &mut [Pair<L>]);
 }
 
+/// Changes of the voltages within the steps of samples from `from` on.
+#[derive(Clone, Copy)]
+pub(super) struct StepBends<'a, const L: usize> {
+    pub from: usize,
+    pub changes: VoltageChanges<'a, L>,
+}
+
+impl<const L: usize> Bends for StepBends<'_, L> {
+    #[inline(always)]
+    fn is_any(self, step: usize) -> bool {
+        self.changes.is_any(self.from + step)
+    }
+
+    #[inline(always)]
+    fn at(self, step: usize, lane: usize) -> Option<Bend<f64>> {
+        self.changes.at(self.from + step, lane)
+    }
+}
+
 /// Steps of the same length.
 pub(super) struct Even<'a, const L: usize, I> {
     pub step: &'a Step<L>,
     pub inputs: I,
+    pub bends: StepBends<'a, L>,
 }
 
 impl<const L: usize, I: Iterator<Item: Input<L>>> Path<L> for Even<'_, L, I> {
@@ -58,18 +80,23 @@ impl<const L: usize, I: Iterator<Item: Input<L>>> Path<L> for Even<'_, L, I> {
         lanes: &mut Lanes<L>,
         samples: Samples<'_>,
     ) {
-        let [mut i, mut w] = lanes.x;
+        let mut x = lanes.x;
         let [mut sum_i, mut sum_w] = lanes.sums;
         for (n, (measured, input)) in samples.measured.iter().zip(self.inputs).enumerate() {
             let weight = if WEIGHTED { samples.weight[n] } else { [1.0; 2] };
+            let before = x;
             for lane in 0..L {
-                let [error_i, error_w] = [measured[0] - i[lane], measured[1] - w[lane]];
+                let [i, w] = [before[0][lane], before[1][lane]];
+                let [error_i, error_w] = [measured[0] - i, measured[1] - w];
                 sum_i[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_i[lane], error_i, weight[0]);
                 sum_w[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_w[lane], error_w, weight[1]);
-                [i[lane], w[lane]] = self.step.next::<FMA, BRUSHES, FRICTION>([i[lane], w[lane]], input, lane);
+                [x[0][lane], x[1][lane]] = self.step.free::<FMA>([i, w], input, lane);
+            }
+            if BRUSHES || FRICTION {
+                self.step.react::<FMA>([BRUSHES, FRICTION], &before, &mut x, (self.bends, n));
             }
         }
-        lanes.x = [i, w];
+        lanes.x = x;
         lanes.sums = [sum_i, sum_w];
     }
 
@@ -79,14 +106,19 @@ impl<const L: usize, I: Iterator<Item: Input<L>>> Path<L> for Even<'_, L, I> {
         x: &mut Pair<L>,
         seen: &mut [Pair<L>],
     ) {
-        let [mut i, mut w] = *x;
-        for (seen, input) in seen.iter_mut().zip(self.inputs) {
-            *seen = [i, w];
+        let mut moving = *x;
+        for (n, (seen, input)) in seen.iter_mut().zip(self.inputs).enumerate() {
+            let before = moving;
+            *seen = before;
             for lane in 0..L {
-                [i[lane], w[lane]] = self.step.next::<FMA, BRUSHES, FRICTION>([i[lane], w[lane]], input, lane);
+                [moving[0][lane], moving[1][lane]] =
+                    self.step.free::<FMA>([before[0][lane], before[1][lane]], input, lane);
+            }
+            if BRUSHES || FRICTION {
+                self.step.react::<FMA>([BRUSHES, FRICTION], &before, &mut moving, (self.bends, n));
             }
         }
-        *x = [i, w];
+        *x = moving;
     }
 }
 
@@ -96,6 +128,7 @@ pub(super) struct Irregular<'a, const L: usize> {
     /// Index of the step of each sample.
     pub index: &'a [u16],
     pub gains: &'a [Pair<L>],
+    pub bends: StepBends<'a, L>,
 }
 
 impl<const L: usize> Irregular<'_, L> {
@@ -103,9 +136,10 @@ impl<const L: usize> Irregular<'_, L> {
     #[inline(always)]
     fn advance<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(&self, x: &mut Pair<L>, n: usize) {
         let step = &self.steps[usize::from(self.index[n])];
+        let before = *x;
         advance::<L, FMA>(x, &step.phi, &self.gains[n]);
         if BRUSHES || FRICTION {
-            step.react::<FMA>([BRUSHES, FRICTION], x);
+            step.react::<FMA>([BRUSHES, FRICTION], &before, x, (self.bends, n));
         }
     }
 }

@@ -7,10 +7,18 @@
 //! of the linear motor take 1, from a latency of 8 cycles. A voltage that changes at each sample adds two products.
 
 use super::lanes::phi;
-use crate::motor::{Extended, ModelFeatures, Parameter, Reactions, StepMaps, multiply_add};
+use crate::motor::{Bend, Extended, ModelFeatures, Parameter, Reactions, StepMaps, multiply_add};
 
 /// A pair of numbers (current, speed) for each candidate.
 pub(super) type Pair<const L: usize> = [[f64; L]; 2];
+
+/// Changes of the voltages of a block of candidates within the steps of a piece.
+pub(super) trait Bends: Copy {
+    /// Returns true if the voltage of a candidate may change within a step.
+    fn is_any(self, step: usize) -> bool;
+    /// Returns the change of the voltage of a candidate within a step.
+    fn at(self, step: usize, lane: usize) -> Option<Bend<f64>>;
+}
 
 /// The coefficients of a step for a block of candidates.
 #[repr(align(64))]
@@ -36,26 +44,55 @@ impl<const L: usize> Step<L> {
         Self { phi: phi(&maps), reactions: Reactions::new(motors, &maps, features), maps, bias }
     }
 
-    /// Returns the state of a candidate after one step.
+    /// Returns the state of a candidate after one step without reactions.
     #[inline(always)]
-    pub(super) fn next<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(
-        &self,
-        [i, w]: [f64; 2],
-        input: impl Input<L>,
-        lane: usize,
-    ) -> [f64; 2] {
-        let Self { phi, reactions, .. } = self;
+    pub(super) fn free<const FMA: bool>(&self, [i, w]: [f64; 2], input: impl Input<L>, lane: usize) -> [f64; 2] {
+        let phi = &self.phi;
         let [gain_i, gain_w] = [input.gain::<FMA>(self, 0, lane), input.gain::<FMA>(self, 1, lane)];
         let current = multiply_add::<FMA>(phi[0][lane], i, multiply_add::<FMA>(phi[1][lane], w, gain_i));
         let speed = multiply_add::<FMA>(phi[2][lane], i, multiply_add::<FMA>(phi[3][lane], w, gain_w));
-        reactions.friction_step::<FMA>([BRUSHES, FRICTION], [current, speed], lane)
+        [current, speed]
     }
 
-    /// Subtracts the reactions from the states at the end of the step.
+    /// Subtracts the reactions from the states at the end of the step `n` of a piece. `before` are the states at its start. Steps in
+    /// which a state passes zero, or the voltage changes within the step, are computed once more.
     #[inline(always)]
-    pub(super) fn react<const FMA: bool>(&self, acts: [bool; 2], [i, w]: &mut Pair<L>) {
+    pub(super) fn react<const FMA: bool>(
+        &self,
+        acts: [bool; 2],
+        before: &Pair<L>,
+        x: &mut Pair<L>,
+        (bends, n): (impl Bends, usize),
+    ) {
+        let mut next = [[0.0; L]; 2];
+        let mut margins = [0.0; L];
         for lane in 0..L {
-            [i[lane], w[lane]] = self.reactions.friction_step::<FMA>(acts, [i[lane], w[lane]], lane);
+            let [was, free] = [[before[0][lane], before[1][lane]], [x[0][lane], x[1][lane]]];
+            let ([i, w], margin) = self.reactions.friction_step_without_passage::<FMA>(acts, was, free, lane);
+            (next[0][lane], next[1][lane], margins[lane]) = (i, w, margin);
+        }
+        if least(&margins) < 0.0 || bends.is_any(n) {
+            self.pass::<FMA>(acts, (before, x), (&margins, &mut next), (bends, n));
+        }
+        *x = next;
+    }
+
+    /// Computes the states of those candidates once more that may pass zero in the step, or whose voltage changes within it. A function
+    /// of its own keeps the code of the kernels small.
+    #[inline(never)]
+    fn pass<const FMA: bool>(
+        &self,
+        acts: [bool; 2],
+        (before, x): (&Pair<L>, &Pair<L>),
+        (margins, next): (&[f64; L], &mut Pair<L>),
+        (bends, n): (impl Bends, usize),
+    ) {
+        for lane in 0..L {
+            let bend = bends.at(n, lane);
+            if margins[lane] < 0.0 || bend.is_some_and(|bend| bend.added.iter().any(|part| *part != 0.0)) {
+                let ends = ([before[0][lane], before[1][lane]], [x[0][lane], x[1][lane]]);
+                [next[0][lane], next[1][lane]] = self.reactions.friction_step::<FMA>(acts, ends, bend, lane);
+            }
         }
     }
 
@@ -85,6 +122,20 @@ impl<const L: usize> Step<L> {
         }
         gain
     }
+}
+
+/// Returns the smallest number, by halves, as vectors of any width do it.
+#[inline(always)]
+fn least<const L: usize>(numbers: &[f64; L]) -> f64 {
+    const WIDTH: usize = 4;
+    let mut least = [f64::INFINITY; WIDTH];
+    for lane in 0..L {
+        let own = &mut least[lane % WIDTH];
+        *own = if numbers[lane] < *own { numbers[lane] } else { *own };
+    }
+    let [a, b, c, d] = least;
+    let [a, b] = [if a < b { a } else { b }, if c < d { c } else { d }];
+    if a < b { a } else { b }
 }
 
 /// Returns the loads of the candidates plus a common torque \[N·m\].

@@ -3,8 +3,8 @@
 use super::signals::Signals;
 use super::step::{Pair, loaded};
 use crate::motor::{
-    Aligned, CHUNK, Commanded, DelayTaps, DriveNonlinearity, Extended, GROUP, InputHistory, Parameter,
-    SimulationSettings, TapGains, interleave, multiply_add, needs_times,
+    Aligned, Bend, CHUNK, Commanded, DelayTaps, DriveNonlinearity, Extended, GROUP, InputHistory, Parameter,
+    SimulationSettings, SpecialStep, TapGains, interleave, multiply_add, needs_times,
 };
 use std::sync::Arc;
 
@@ -34,6 +34,8 @@ pub(super) struct Taps<const L: usize> {
     drives: DriveNonlinearity<[f64; L]>,
     /// True if the voltage at the motor may differ from the commanded one.
     is_driven: bool,
+    /// Fraction of a step at which the voltage of each candidate changes.
+    bends: [f64; L],
     /// Change of both states per volt of each of three successive samples.
     gains: Aligned<[Pair<L>; 3]>,
     /// Steps of candidates that the taps do not cover, in the order of steps, and the number of those that have passed.
@@ -47,11 +49,10 @@ pub(super) struct Taps<const L: usize> {
     given: Vec<Aligned<[f64; L]>>,
 }
 
-/// The change of both states of a candidate in a step that the taps do not cover.
+/// A step of a candidate that the taps do not cover.
 struct Special {
-    at: usize,
     lane: usize,
-    change: [f64; 2],
+    step: SpecialStep,
 }
 
 /// Smallest number of samples with constant inputs that are simulated as one piece.
@@ -67,12 +68,13 @@ impl<const L: usize> Taps<L> {
         let delays: [DelayTaps; L] = std::array::from_fn(delay);
         let mut special = Vec::new();
         for (lane, delay) in delays.iter().enumerate() {
-            let steps = delay.special.into_iter().filter(|(at, _)| *at < signals.len());
-            special.extend(steps.map(|(at, change)| Special { at, lane, change }));
+            let steps = delay.special.into_iter().filter(|step| step.at < signals.len());
+            special.extend(steps.map(|step| Special { lane, step }));
         }
         // The sort is stable: a later entry of a candidate replaces an earlier one.
-        special.sort_by_key(|special| special.at);
+        special.sort_by_key(|special| special.step.at);
         Self {
+            bends: delays.map(|delay| delay.bend_at),
             delays,
             drives: DriveNonlinearity::of(motors),
             is_driven: DriveNonlinearity::<f64>::is_nonlinear(features) || features.has(Parameter::Offset),
@@ -108,7 +110,7 @@ impl<const L: usize> Taps<L> {
         } else {
             self.respond::<FMA, true>(torques, start, gains);
         }
-        while let Some(Special { at, lane, change }) = self.special.get(self.passed)
+        while let Some(Special { step: SpecialStep { at, change, .. }, lane }) = self.special.get(self.passed)
             && *at < end
         {
             for axis in 0..2 {
@@ -125,7 +127,7 @@ impl<const L: usize> Taps<L> {
     #[inline(always)]
     fn constant_until(&mut self, commanded: Commanded<'_>, signals: &Signals, start: usize) -> usize {
         // Steps before `start` were not simulated.
-        let mut first = self.special.get(self.passed).map_or(usize::MAX, |special| special.at);
+        let mut first = self.special.get(self.passed).map_or(usize::MAX, |special| special.step.at);
         for (until, delay) in self.until.iter_mut().zip(&self.delays) {
             if first < start + CONSTANT_MIN {
                 break;
@@ -162,6 +164,34 @@ impl<const L: usize> Taps<L> {
                 self.drives.drive(voltages);
             }
         }
+    }
+
+    /// Returns true if the voltage of a candidate changes within a step of a piece whose inputs are not constant.
+    #[inline(always)]
+    pub(super) fn has_bend(&self, at: usize) -> bool {
+        let [Aligned(before), Aligned(after)] = [&self.given[at], &self.given[at + 1]];
+        let mut largest = 0.0;
+        for lane in 0..L {
+            let change = (after[lane] - before[lane]).abs();
+            largest = if change > largest { change } else { largest };
+        }
+        largest > 0.0
+    }
+
+    /// Returns the change of the voltage of a candidate within the step of sample `n`, in a piece from `start` whose inputs are not
+    /// constant.
+    #[inline(always)]
+    pub(super) fn bend(&self, (start, n): (usize, usize), lane: usize) -> Bend<f64> {
+        let special = self.special[..self.passed].iter().rev().take_while(|special| special.step.at >= start);
+        let own = special.into_iter().find(|special| special.step.at == n && special.lane == lane);
+        let added = match own {
+            Some(special) => special.step.added,
+            None => {
+                let jump = self.given[n - start + 1].0[lane] - self.given[n - start].0[lane];
+                [0, 1].map(|axis| self.gains.0[1][axis][lane] * jump)
+            }
+        };
+        Bend { at: self.bends[lane], added }
     }
 
     /// Writes the contributions of the voltages in `given`, and those of the torque if `LOADED` is true.

@@ -4,7 +4,7 @@ use super::signals::Signals;
 use super::step::{Pair, Step};
 use super::taps::Torques;
 use crate::motor::{
-    Aligned, CHUNK, Change, DelayedVoltage, Dynamics, Extended, Method, SimulationSettings, TransitionIntegrals,
+    Aligned, Bend, CHUNK, Change, DelayedVoltage, Dynamics, Extended, Method, SimulationSettings, TransitionIntegrals,
     multiply_add,
 };
 
@@ -21,6 +21,9 @@ pub(super) struct Uneven<'a, const L: usize> {
     changes: Vec<Box<[LaneChanges<L>; CHUNK]>>,
     /// Largest number of changes of a candidate within each step.
     counts: [usize; CHUNK],
+    /// Contribution of the changes within each step to both states, and the fraction of the step at which the first acts.
+    added: Box<[Aligned<Pair<L>>; CHUNK]>,
+    bends: Box<[Aligned<[f64; L]>; CHUNK]>,
 }
 
 /// The delayed voltage of a candidate.
@@ -57,7 +60,25 @@ impl<'a, const L: usize> Uneven<'a, L> {
             voltages: Aligned([[[0.0; L]; 2]; CHUNK]),
             changes: Vec::new(),
             counts: [0; CHUNK],
+            added: Box::new([Aligned([[0.0; L]; 2]); CHUNK]),
+            bends: Box::new([Aligned([0.0; L]); CHUNK]),
         }
+    }
+
+    /// Returns true if the voltage of a candidate changes within a step of the last piece.
+    #[inline(always)]
+    pub(super) fn has_bend(&self, at: usize) -> bool {
+        self.counts[at] > 0
+    }
+
+    /// Returns the change of the voltage of a candidate within the step of sample `n` in the piece from `start`.
+    #[inline(always)]
+    pub(super) fn bend(&self, (start, n): (usize, usize), lane: usize) -> Bend<f64> {
+        let (at, Aligned(added)) = (n - start, &self.added[n - start]);
+        if self.counts[at] == 0 {
+            return Bend { at: 0.0, added: [0.0; 2] };
+        }
+        Bend { at: self.bends[at].0[lane], added: [added[0][lane], added[1][lane]] }
     }
 
     /// Writes the contributions of the inputs at samples `start..end`.
@@ -76,13 +97,18 @@ impl<'a, const L: usize> Uneven<'a, L> {
         for (n, gain) in (start..end).zip(gains.iter_mut()) {
             let own = steps[usize::from(signals.step_of(n))].gain::<FMA>(&self.voltages.0[n - start], &torques.at(n));
             *gain = self.with_changes::<FMA>(own, n - start);
+            for axis in 0..2 {
+                for lane in 0..L {
+                    self.added[n - start].0[axis][lane] = gain[axis][lane] - own[axis][lane];
+                }
+            }
         }
     }
 
     /// Collects the voltages of a candidate at the steps `start..end`, and their changes within these steps.
     #[inline(always)]
     fn collect(&mut self, signals: &Signals, lane: usize, [start, end]: [usize; 2]) {
-        let Self { lanes, holds, voltages: Aligned(voltages), changes, counts, .. } = self;
+        let Self { lanes, holds, voltages: Aligned(voltages), changes, counts, bends, .. } = self;
         let Lane { delayed, cursor, run_ends } = &mut lanes[lane];
         let mut n = start;
         while n < end {
@@ -114,7 +140,13 @@ impl<'a, const L: usize> Uneven<'a, L> {
                     counts[at] += 1;
                 }
                 (own.jump[lane], own.bend[lane], own.left[lane]) = (jump, bend, left);
+                if count == 0 {
+                    bends[at].0[lane] = delayed.bend_at(n, left);
+                }
                 count += 1;
+            }
+            if delayed.has_movement(&within) {
+                bends[at].0[lane] = 0.0;
             }
             n += 1;
         }

@@ -8,6 +8,7 @@
 use super::drive::DriveNonlinearity;
 use super::dual::Number;
 use super::extended::Extended;
+use super::friction::Bend;
 use super::parameter::Parameter;
 use super::remainder::Remainder;
 use super::settings::SimulationSettings;
@@ -39,14 +40,16 @@ pub(crate) struct DelayedVoltage<'a, T> {
 pub(crate) struct StepVoltage<T> {
     /// Voltage at the start of the step, and at its end if the first piece continued to it \[V\].
     pub ends: [T; 2],
-    /// Change of both states due to the pieces that begin within the step; `None` if there are none.
-    pub added: Option<[T; 2]>,
+    /// Change of both states due to the pieces that begin within the step, and the fraction of the step at which the first does;
+    /// `None` if there are none.
+    pub bend: Option<Bend<T>>,
 }
 
 /// The changes of the voltage within a step that were not taken yet.
 pub(crate) struct Changes<T> {
     /// As in [`StepVoltage`].
     pub ends: [T; 2],
+    first: usize,
     piece: usize,
     /// Start of the step and its length \[s\].
     from: f64,
@@ -178,19 +181,40 @@ impl<'a, T: Number> DelayedVoltage<'a, T> {
     pub(crate) fn step_voltage(&mut self, n: usize, cursor: &mut usize) -> StepVoltage<T> {
         self.advance(n, cursor);
         match self.constant(n, *cursor) {
-            Some(voltage) => StepVoltage { ends: [self.nonlinearity.output(voltage); 2], added: None },
+            Some(voltage) => StepVoltage { ends: [self.nonlinearity.output(voltage); 2], bend: None },
             None => self.step_voltage_from(n, *cursor),
         }
     }
 
     /// Returns the voltage of step `n`, at whose start the piece `cursor` acts.
     pub(crate) fn step_voltage_from(&mut self, n: usize, cursor: usize) -> StepVoltage<T> {
-        let (mut changes, mut added) = (self.changes(n, cursor), None);
-        while let Some(Change { jump, bend, left }) = self.next_change(&mut changes) {
-            let more = self.remainder.change([jump, bend], left);
-            added = Some(added.map_or(more, |sum: [T; 2]| [sum[0] + more[0], sum[1] + more[1]]));
+        let (mut changes, mut bend) = (self.changes(n, cursor), None);
+        while let Some(Change { jump, bend: slope, left }) = self.next_change(&mut changes) {
+            let more = self.remainder.change([jump, slope], left);
+            let Bend { at, added } =
+                bend.unwrap_or_else(|| Bend { at: self.bend_at(n, left), added: [T::constant(0.0); 2] });
+            bend = Some(Bend { at, added: [added[0] + more[0], added[1] + more[1]] });
         }
-        StepVoltage { ends: changes.ends, added }
+        if self.has_movement(&changes) {
+            bend = bend.map(|Bend { added, .. }| Bend { at: T::constant(0.0), added });
+        }
+        StepVoltage { ends: changes.ends, bend }
+    }
+
+    /// Returns the fraction of the step `n` at which a change acts that is `left` \[s\] before its end. Lines, which do not jump, act
+    /// from the start.
+    #[inline(always)]
+    pub(crate) fn bend_at(&self, n: usize, left: T) -> T {
+        if self.first_order_hold {
+            return T::constant(0.0);
+        }
+        T::constant(1.0) - left * (1.0 / self.drive.step(n))
+    }
+
+    /// Returns true if a start latency ends with one of the changes that were taken.
+    #[inline(always)]
+    pub(crate) fn has_movement(&self, changes: &Changes<T>) -> bool {
+        self.latency.is_some() && (changes.first..changes.piece).contains(&self.first_movement)
     }
 
     /// Returns the changes within the step `n`, at whose start the piece `cursor` acts.
@@ -198,7 +222,7 @@ impl<'a, T: Number> DelayedVoltage<'a, T> {
     pub(crate) fn changes(&self, n: usize, cursor: usize) -> Changes<T> {
         let (from, h) = (self.time[n], self.drive.step(n));
         let [start, rate] = self.acts(cursor, from);
-        Changes { ends: [start, start + rate * h], piece: cursor, from, h, before: [start, rate] }
+        Changes { ends: [start, start + rate * h], first: cursor, piece: cursor, from, h, before: [start, rate] }
     }
 
     /// Returns the next change within a step.

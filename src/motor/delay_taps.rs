@@ -27,9 +27,22 @@ pub(crate) struct DelayTaps {
     pub gains: [[f64; 3]; 2],
     /// Index of the step in which the first movement begins after the start latency; `None` without a start latency.
     pub movement: Option<usize>,
-    /// Steps that the taps do not cover, with the change of both states in them: the two before the first movement, the
-    /// step of the movement, and those in which linear pieces begin. A later entry replaces an earlier one.
-    pub special: [(usize, [f64; 2]); 5],
+    /// Fraction of a step at which the voltage changes; 0 under a first-order hold, whose lines do not jump.
+    pub bend_at: f64,
+    /// Steps that the taps do not cover: the two before the first movement, the step of the movement, and those in which linear
+    /// pieces begin. A later entry replaces an earlier one.
+    pub special: [SpecialStep; 5],
+}
+
+/// A step that the taps do not cover.
+#[derive(Clone, Copy)]
+pub(crate) struct SpecialStep {
+    /// Index of the step.
+    pub at: usize,
+    /// Change of both states.
+    pub change: [f64; 2],
+    /// Part of it that is due to the change of the voltage at the fraction `bend_at` of the step.
+    pub added: [f64; 2],
 }
 
 /// Returns true if [`DelayTaps::new`] needs the times of the samples.
@@ -120,22 +133,24 @@ impl DelayTaps {
         let movement = steps.map(|steps| steps.map_or(NEVER, |steps| first_movement.saturating_add_signed(steps)));
         // With a negative dead time the movement may begin before the recording.
         let is_earlier = steps.flatten().is_some_and(|steps| first_movement.checked_add_signed(steps).is_none());
-        let mut delay = Self { whole, gains, movement, special: NONE };
+        let uses_next = settings.method.uses_next_input();
+        let bend_at = if uses_next { 0.0 } else { 1.0 - left_of_step(dead_time / h) };
+        let mut delay = Self { whole, gains, movement, bend_at, special: NONE };
         let nonlinearity = DriveNonlinearity::of(motor);
         let commanded = Commanded { voltage: drive.voltage, history: settings.history };
         for (entry, back) in [2, 1].into_iter().enumerate() {
             if let Some(at) = movement.and_then(|at| at.checked_sub(back)).filter(|at| *at < drive.voltage.len()) {
-                delay.special[entry] = (at, delay.before_movement(at, commanded, nonlinearity));
+                delay.special[entry] = delay.before_movement(at, commanded, nonlinearity);
             }
         }
-        if settings.method.uses_next_input() {
+        if uses_next {
             let voltage = DelayedVoltage::new(motor, drive, settings, time);
             delay.set_special(voltage, of, settings.history.first_movement);
         } else if let Some(at) = movement.filter(|at| *at < drive.voltage.len() && !is_earlier) {
             let left = |delay_s: f64| left_of_step(delay_s / h);
             let begins_later = left(dead_time) < left(dead_time + latency.unwrap_or(0.0));
             let change = delay.at_movement((at, begins_later), of, commanded, nonlinearity);
-            delay.special[2] = (at, change);
+            delay.special[2] = SpecialStep { at, change, added: [0.0; 2] };
         }
         delay
     }
@@ -153,10 +168,11 @@ impl DelayTaps {
         let piece = first_movement.saturating_sub(2);
         for (entry, (at, mut piece)) in (2..).zip([(self.movement, piece), (begin[0], 0), (begin[1], 0)]) {
             if let Some(at) = at.filter(|at| *at < drive.voltage.len()) {
-                let StepVoltage { ends: [start, end], added } = voltage.step_voltage(at, &mut piece);
-                let (added, rate) = (added.unwrap_or_default(), (end - start) / drive.step_s[0]);
+                let StepVoltage { ends: [start, end], bend } = voltage.step_voltage(at, &mut piece);
+                let added = bend.map_or([0.0; 2], |bend| bend.added);
+                let rate = (end - start) / drive.step_s[0];
                 let change = [0, 1].map(|axis| start * step[axis][lane] + rate * ramp[axis][lane] + added[axis]);
-                self.special[entry] = (at, change);
+                self.special[entry] = SpecialStep { at, change, added: [0.0; 2] };
             }
         }
     }
@@ -181,17 +197,18 @@ impl DelayTaps {
         })
     }
 
-    /// Returns the change of both states in a step before the first movement, some of whose three samples come after it.
+    /// Returns a step before the first movement, some of whose three samples come after it.
     fn before_movement(
         &self,
         at: usize,
         Commanded { voltage, history }: Commanded<'_>,
         drive: DriveNonlinearity<f64>,
-    ) -> [f64; 2] {
+    ) -> SpecialStep {
         let (mut three, before) = ([0.0; 3], &voltage[..history.first_movement]);
         Commanded { voltage: before, history }.copy(at, self.whole + 1, &mut three);
         let given = three.map(|volts| drive.output(volts));
-        self.gains.map(|taps| taps[0] * given[0] + (taps[1] * given[1] + taps[2] * given[2]))
+        let change = self.gains.map(|taps| taps[0] * given[0] + (taps[1] * given[1] + taps[2] * given[2]));
+        SpecialStep { at, change, added: self.gains.map(|taps| taps[1] * (given[1] - given[0])) }
     }
 
     /// Returns the end of the steps from `start` on whose commanded voltages are all equal; at most `start` if those of the step
@@ -249,7 +266,7 @@ impl DelayTaps {
     }
 }
 
-const NONE: [(usize, [f64; 2]); 5] = [(NEVER, [0.0; 2]); 5];
+const NONE: [SpecialStep; 5] = [SpecialStep { at: NEVER, change: [0.0; 2], added: [0.0; 2] }; 5];
 
 /// Commanded voltages and the voltage before them; the last voltage is kept afterwards.
 #[derive(Clone, Copy)]

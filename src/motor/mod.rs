@@ -32,7 +32,7 @@ mod walk;
 
 pub(crate) use composed::SplitSteps;
 pub(crate) use delay::{Change, DelayedVoltage, sample_times};
-pub(crate) use delay_taps::{Commanded, DelayTaps, TapGains, needs_times};
+pub(crate) use delay_taps::{Commanded, DelayTaps, SpecialStep, TapGains, needs_times};
 pub(crate) use discretize::seeded;
 pub use discretize::{Discretization, Input, Method, StepMap, StepMaps, step_maps};
 pub(crate) use drive::DriveNonlinearity;
@@ -41,7 +41,7 @@ pub use dual::{Dual, Number};
 pub use extended::Extended;
 pub use extension::{Extension, Needs, With};
 pub use features::ModelFeatures;
-pub(crate) use friction::Reactions;
+pub(crate) use friction::{Bend, Reactions};
 pub(crate) use interleave::{Aligned, CHUNK, GROUP, interleave};
 pub use linear::Parameters;
 pub use matrix::{Matrix2, inverse, matrix_logarithm, product, times};

@@ -12,7 +12,7 @@ use super::delay::{DelayedVoltage, StepVoltage, sample_times};
 use super::discretize::{StepMaps, step_maps};
 use super::dual::Number;
 use super::extended::Extended;
-use super::friction::{Reactions, reactions};
+use super::friction::{Bend, Reactions, reactions};
 use super::parameter::Parameter;
 use super::sensor::Sensor;
 use super::settings::SimulationSettings;
@@ -137,13 +137,13 @@ impl<T: Number> Iterator for ExtendedWalk<'_, T> {
         }
         let torque = drive.torque.get(*n).copied().unwrap_or(0.0);
         let acting = (drive.index(*n), torque.to_bits());
-        let (StepVoltage { ends, added }, is_same) = inputs.step_voltage(*n);
+        let (StepVoltage { ends, bend }, is_same) = inputs.step_voltage(*n);
         let gain = match self.known {
             Some((same, gain)) if is_same && same == acting => gain,
             _ => self.known.insert((acting, steps[acting.0].gain(ends, T::constant(torque) + self.load))).1,
         };
-        let gain = added.map_or(gain, |more| [gain[0] + more[0], gain[1] + more[1]]);
-        self.x = steps[acting.0].advance(self.x, gain);
+        let gain = bend.map_or(gain, |Bend { added, .. }| [gain[0] + added[0], gain[1] + added[1]]);
+        self.x = steps[acting.0].advance(self.x, gain, bend);
         *n += 1;
         Some(seen)
     }
@@ -178,7 +178,7 @@ impl<T: Number> Inputs<'_, T> {
             Some((known, given)) if known == bits => (given, true),
             _ => (self.last.insert((bits, commanded.map(|v| delayed.nonlinearity.output(v)))).1, false),
         };
-        (StepVoltage { ends, added: None }, is_same)
+        (StepVoltage { ends, bend: None }, is_same)
     }
 }
 
@@ -211,12 +211,12 @@ impl<T: Number> Step<T> {
     }
 
     #[inline(always)]
-    fn advance(&self, x: [T; 2], gain: [T; 2]) -> [T; 2] {
+    fn advance(&self, x: [T; 2], gain: [T; 2], bend: Option<Bend<T>>) -> [T; 2] {
         let Self { map, reactions, acts } = self;
         let mut next = x;
         for axis in 0..2 {
             next[axis] = x[axis] + (map.d[2 * axis][0] * x[0] + map.d[2 * axis + 1][0] * x[1] + gain[axis]);
         }
-        reactions.friction_step::<false>(*acts, next, 0)
+        reactions.friction_step::<false>(*acts, (x, next), bend, 0)
     }
 }

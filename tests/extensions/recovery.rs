@@ -10,7 +10,7 @@ use motorfit::identify::{Identification, IdentifySpec, Method, identify, validat
 use motorfit::motor::{Axis, Discretization, Extended, Parameter, Parameters, Scope, Space};
 use motorfit::motor::{Extension, With};
 use motorfit::optimize::GwoOptions;
-use motorfit::record::Record;
+use motorfit::record::{Record, Samples};
 use rayon::prelude::*;
 
 /// True values of the parameters of extensions, in SI units.
@@ -108,9 +108,9 @@ fn names(set: &[Parameter]) -> String {
 fn estimates_spread_as_their_standard_errors() {
     // z = (estimate − truth)/(standard error) of every parameter over 48 recordings with different excitations. For
     // normal z the rms of 48 is within 1 ± 0.31 and their mean within ± 0.43 with probability 0.997. Among 100 parameters
-    // one may be outside by chance, so the intervals are wider by half.
+    // one may be outside by chance, so the intervals are wider by half. Errors of a fit with a parameter at its bound are those for
+    // that value of the parameter; with all extensions one recording, in which the motor moves in one direction only, leaves Tc − TL.
     const SEEDS: u32 = 48;
-    let count = f64::from(SEEDS);
     for set in sets() {
         let space = wide(&set);
         let start = true_values(&space, &set);
@@ -123,7 +123,10 @@ fn estimates_spread_as_their_standard_errors() {
                 let z = |n: usize| errors[n].map_or(f64::NAN, |e| (refined.values[n] - start[n]) / e);
                 (0..start.len()).map(z).collect()
             })
+            .filter(|z: &Vec<f64>| z.iter().all(|z| z.is_finite()))
             .collect();
+        assert!(fits.len() >= 47, "{} of {SEEDS} recordings", fits.len());
+        let count = fits.len() as f64;
         for (n, axis) in space.free().iter().enumerate() {
             let z: Vec<f64> = fits.iter().map(|fit| fit[n]).collect();
             let mean = z.iter().sum::<f64>() / count;
@@ -136,6 +139,48 @@ fn estimates_spread_as_their_standard_errors() {
                 names(&set)
             );
         }
+    }
+}
+
+/// Returns a recording with 40 dB of noise of a motor that was simulated with steps 32 times shorter than the sampling period, so that it
+/// sticks, slips and reverses between samples.
+fn finely_simulated(set: &[Parameter], seed: u32) -> Record {
+    const FINE: usize = 32;
+    let coarse = lively(seed);
+    let n = coarse.voltage.len();
+    let fine =
+        excitation(u32::try_from(n * FINE).unwrap(), 1e-3 / FINE as f64, |at| coarse.voltage[at as usize / FINE]);
+    let simulated = simulated(truth(set), &fine, Discretization::Zoh).unwrap();
+    let every = |signal: &[f64]| signal.iter().step_by(FINE).copied().collect::<Vec<f64>>();
+    let [current, speed] = simulated.measured().map(|signal| signal.map(every));
+    let samples = Samples { time_s: coarse.time_s, voltage: coarse.voltage, current, speed, ..Samples::default() };
+    let clean = Record::new(samples).unwrap();
+    let sigma = noise_of(&clean, motorfit::criterion::Noise::Decibels(40.0));
+    with_noise(&clean, sigma, u64::from(seed) + 1000).unwrap()
+}
+
+#[test]
+fn intervals_cover_the_truth_of_motors_that_stick_and_reverse_between_samples() {
+    // 24 recordings with different excitations. With reactions of one sign over each step the dead time was off by 4 standard errors in
+    // the mean, and the inductance by 2.5. Here the rms of 24 normal z is within 1 ± 0.43 and their mean within ± 0.61 with probability
+    // 0.997; wider by half as above.
+    let set = [Parameter::Coulomb, Parameter::BrushDrop, Parameter::DeadTime];
+    let space = wide(&set);
+    let start = true_values(&space, &set);
+    let fits: Vec<Vec<f64>> = (0..24)
+        .into_par_iter()
+        .map(|seed| {
+            let problem = fit_problem(&[finely_simulated(&set, seed)], &space, Model::default()).unwrap();
+            let refined = refine_on(&problem, &start, None).unwrap();
+            let z = |n: usize| (refined.values[n] - start[n]) / refined.uncertainty.std_error[n].unwrap();
+            (0..start.len()).map(z).collect()
+        })
+        .collect();
+    for (n, axis) in space.free().iter().enumerate() {
+        let mean = fits.iter().map(|fit| fit[n]).sum::<f64>() / 24.0;
+        let rms = (fits.iter().map(|fit| fit[n] * fit[n]).sum::<f64>() / 24.0).sqrt();
+        println!("{}: mean {mean:+.2}, rms {rms:.2}", axis.parameter.symbol());
+        assert!(mean.abs() < 0.92 && (0.4..1.65).contains(&rms), "{}: mean {mean}, rms {rms}", axis.parameter.symbol());
     }
 }
 

@@ -44,11 +44,12 @@ pub(super) fn constants(
         own[0] = real(taps.whole.min(samples.cast_signed() + 1) as i64);
         own[1] = count(taps.movement.unwrap_or(0).min(samples + 1).saturating_sub(first));
         own[2..8].copy_from_slice(taps.gains.as_flattened());
+        own[8] = taps.bend_at;
         let own = &mut constants[features.slot(Slot::Special)];
         // The first two special steps are those before the first movement, which the shaders handle.
-        for (own, (at, gains)) in own.chunks_exact_mut(3).zip(&taps.special[2..]) {
-            let at = at.min(&(samples + 1)).checked_sub(first).unwrap_or(samples + 1);
-            own.copy_from_slice(&[count(at), gains[0], gains[1]]);
+        for (own, step) in own.chunks_exact_mut(3).zip(&taps.special[2..]) {
+            let at = step.at.min(samples + 1).checked_sub(first).unwrap_or(samples + 1);
+            own.copy_from_slice(&[count(at), step.change[0], step.change[1]]);
         }
     }
     constants
