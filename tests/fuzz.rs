@@ -1,4 +1,4 @@
-//! Proves: mutations of a corpus of recordings, studies and column requests are read with all invariants, or rejected with a
+//! Proves: mutations of a corpus of recordings, studies, column requests and models are read with all invariants, or rejected with a
 //! remedy; none panics, and the memory of the process stays below 1 GB. The targets are those of cargo-fuzz (`fuzz/`).
 //! Does not prove: the same for inputs that these mutations do not reach.
 //!
@@ -19,7 +19,7 @@ use targets::{TARGETS, Target};
 /// Default number of bytes, which takes some seconds.
 const BYTES: u64 = 10_000_000;
 /// Largest mutation of each target \[bytes\].
-const LARGEST: [usize; 3] = [10_000_000, 10_000_000, 8192];
+const LARGEST: [usize; 4] = [10_000_000, 10_000_000, 8192, 100_000];
 /// Largest input that is mutated again \[bytes\], so that most calls stay short.
 const KEPT: usize = 16 << 10;
 /// Number of accepted mutations that are mutated again.
@@ -201,15 +201,16 @@ fn mutations_are_read_completely_or_rejected() {
         if only.as_ref().is_some_and(|only| only != name) {
             continue;
         }
-        let mut corpus = files(&format!("fuzz/corpus/{name}"));
+        let folder = if name == "model" { "src/model/library" } else { &format!("fuzz/corpus/{name}") };
+        let mut corpus = files(folder);
         if name == "recording" {
             corpus.extend(files("tests/golden/formats").into_iter().map(|bytes| [&bytes[..], &[0]].concat()));
         }
         let numbers = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(3).wrapping_add(index as u64));
         let mut mutator =
             Mutator { numbers, corpus, pool: Vec::new(), words, largest: LARGEST[index], is_long: given.is_some() };
-        // Recordings get nine tenths, because a short study or request takes as long as a recording of thousands of bytes.
-        let share = if only.is_some() { budget } else { budget / 20 * [18, 1, 1][index] };
+        // Recordings get most, because a short study, request or model takes as long as a recording of thousands of bytes.
+        let share = if only.is_some() { budget } else { budget / 20 * [17, 1, 1, 1][index] };
         run((name, target), &mut mutator, share, given.is_some());
     }
     let memory = memory_kb();

@@ -343,6 +343,7 @@ fn what_cannot_be_told_apart_is_named() {
             "a, b and T cannot be told apart: only their ratios",
         ),
         ("(a*u - x)/(T*S)", p("a", "1") + &p("T", "s") + &p("S", "1"), "only the product T*S is identified"),
+        ("((a + b)*u - x)/T", p("a", "1") + &p("b", "1") + &p("T", "s"), "a and b cannot be told apart"),
     ] {
         let found = case(equation, &parameters);
         assert!(found.combinations.iter().any(|text| text.contains(named)), "{equation}: {:?}", found.combinations);

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::needless_range_loop, reason = "a bench may stop and print")]
 
 pub mod c_loop;
+pub mod twins;
 
 use motorfit::candidates::Candidates;
 use motorfit::criterion::Criterion;

@@ -3,6 +3,9 @@
 //! accepted.
 
 use motorfit::Error;
+use motorfit::candidates::Candidates;
+use motorfit::evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
+use motorfit::model::{Model, ShaderPrecision};
 use motorfit::record::{
     BadRows, Gaps, Mask, Offset, Preparation, ReadOptions, Record, diagnose, parse_columns, read_bytes,
 };
@@ -13,8 +16,59 @@ use std::path::Path;
 pub type Target = fn(&[u8], &Path) -> bool;
 
 /// Names of the targets, their bodies, and the dictionaries of the mutations.
-pub const TARGETS: [(&str, Target, &[&str]); 3] =
-    [("recording", recording, &RECORDING_WORDS), ("study", study, &STUDY_WORDS), ("columns", columns, &COLUMNS_WORDS)];
+pub const TARGETS: [(&str, Target, &[&str]); 4] = [
+    ("recording", recording, &RECORDING_WORDS),
+    ("study", study, &STUDY_WORDS),
+    ("columns", columns, &COLUMNS_WORDS),
+    ("model", model, &MODEL_WORDS),
+];
+
+const MODEL_WORDS: [&str; 44] = [
+    "format = 1\n",
+    "name = \"x\"\n",
+    "[inputs]\n",
+    "[parameters]\n",
+    "[constants]\n",
+    "[signals]\n",
+    "[let]\n",
+    "[states]\n",
+    "[outputs]\n",
+    "[export]\n",
+    "k = { unit = \"N*m\", min = 1, max = 2, log = true }\n",
+    "x = { unit = \"rad\", d = \"w\", initial = \"free\" }\n",
+    "y = { value = \"x\", unit = \"rad\", average = \"k\" }\n",
+    "delay = \"td\"",
+    "latency = \"td\"",
+    "initial = \"measured\"",
+    "unit = \"1\"",
+    "armature = \"J\"",
+    "stick(w, Tc)",
+    "select(w < 0 && i > 1 || v <= 2, i, w)",
+    "deadzone(w, b)",
+    "clamp(i, -1, 1)",
+    "sin(",
+    "tanh(",
+    "exp(",
+    "log(",
+    "sqrt(",
+    "atan2(w, i)",
+    "pow(w, 3)",
+    "max(i, w)",
+    "sign(w)",
+    "abs(w)",
+    "^2",
+    "^-1",
+    "/0",
+    "((((((((",
+    "))))",
+    "+ -",
+    "1e308",
+    "1e-400",
+    "\u{3c9}",
+    "\\n",
+    "'",
+    "\"\"\"",
+];
 
 const RECORDING_WORDS: [&str; 36] = [
     "time",
@@ -246,4 +300,41 @@ pub fn columns(bytes: &[u8], _: &Path) -> bool {
         Err(ref error) => check_error(error),
     }
     read.is_ok()
+}
+
+/// Reads the bytes as a model: it is simulated, evaluated and written as a shader, or gives an error with a hint.
+pub fn model(bytes: &[u8], _: &Path) -> bool {
+    let model = match Model::parse(&String::from_utf8_lossy(bytes)) {
+        Ok(model) => model,
+        Err(error) => {
+            check_error(&error);
+            return false;
+        }
+    };
+    model.wgsl(ShaderPrecision::F64).iter().for_each(|shader| assert!(!shader.is_empty()));
+    let time_s: Vec<f64> = (0..8).map(|n| 1e-3 * f64::from(n)).collect();
+    let recording = ModelRecording {
+        step_s: vec![1e-3],
+        inputs: vec![time_s.iter().map(|t| (900.0 * t).sin()).collect(); model.inputs().len()],
+        measured: vec![Some(time_s.clone()); model.outputs().len()],
+        counting: Vec::new(),
+        effective_sample_ratio: 1.0,
+        time_s,
+    };
+    let space = ModelSpace::new(&model, 1);
+    let candidates: Vec<f64> =
+        [0.1, 0.5, 1.0].iter().flat_map(|at| space.free.iter().map(|axis| axis.at(*at))).collect();
+    let width = space.free.len();
+    match ModelProblem::new(&model, space, vec![recording], ModelSettings::default()) {
+        Ok(problem) => {
+            let mut costs = [0.0; 3];
+            let candidates = Candidates::new(&candidates, width);
+            if width > 0 {
+                problem.costs(candidates, &mut costs).expect("candidates that fit the space");
+            }
+            assert!(costs.iter().all(|cost| *cost >= 0.0), "a cost that is negative or not a number");
+        }
+        Err(error) => check_error(&error),
+    }
+    true
 }

@@ -20,6 +20,10 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     if let Some(model) = &args.model.model {
         return super::model::identify::run(args, model, style);
     }
+    if !args.start.is_empty() {
+        let hint = "Leave it out: the DC motor's estimates do not depend on a start.";
+        return Err(Error::usage("--start is for own models", hint));
+    }
     let given = args.search.0.and(&args.problem.0).and(&args.device.0);
     let mut spec = inputs::checked(settings::identify(&given)?, &given, style)?;
     let reading = args.recordings.reading.0.and(&args.problem.0);

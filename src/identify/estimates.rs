@@ -99,7 +99,7 @@ impl Identification {
         let free = self.space.free().iter().zip(&self.values).enumerate().map(|(n, (axis, value))| ParameterEstimate {
             std_error: uncertainty.and_then(|u| *u.std_error.get(n)?),
             ci95: uncertainty.and_then(|u| *u.ci95.get(n)?),
-            at_bound: side(axis, *value),
+            at_bound: side([axis.min, axis.max], *value),
             axis: Some(*axis),
             ..ParameterEstimate::new(axis.parameter, axis.scope, Some(*value))
         });

@@ -58,7 +58,7 @@ impl Unidentified {
         // While other parameters are unidentified, a value at an automatic bound depends on that bound alone.
         let rests = |n: &usize| {
             automatic.contains(&axes[*n].parameter)
-                && side(&axes[*n], fit.refined.values[*n]).is_some()
+                && side([axes[*n].min, axes[*n].max], fit.refined.values[*n]).is_some()
                 && !wide.is_empty()
         };
         let resting: Vec<usize> = (0..axes.len()).filter(rests).collect();

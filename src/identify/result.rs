@@ -200,18 +200,18 @@ impl Identification {
     pub fn at_bound(&self, parameter: Parameter) -> Option<&'static str> {
         let shared = |(axis, _): &(&Axis, &f64)| axis.parameter == parameter && axis.scope == Scope::Shared;
         let (axis, value) = self.space.free().iter().zip(&self.values).find(shared)?;
-        side(axis, *value)
+        side([axis.min, axis.max], *value)
     }
 }
 
 /// Returns the bound at which a value is, by the tolerances of [`Identification::at_bound`].
-pub(crate) fn side(axis: &Axis, value: f64) -> Option<&'static str> {
-    let near = 1e-4 * (axis.max - axis.min);
+pub(crate) fn side([min, max]: [f64; 2], value: f64) -> Option<&'static str> {
+    let near = 1e-4 * (max - min);
     // A bound of zero has no relative tolerance.
     let by_size = |bound: f64| if bound == 0.0 { near } else { near.min(0.01 * bound.abs()) };
-    if value - axis.min <= by_size(axis.min) {
+    if value - min <= by_size(min) {
         Some("min")
-    } else if axis.max - value <= by_size(axis.max) {
+    } else if max - value <= by_size(max) {
         Some("max")
     } else {
         None

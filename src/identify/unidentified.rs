@@ -114,7 +114,7 @@ fn free(fit: &mut Fit, identified: &FixedParameter, range: [f64; 2]) -> Result<(
     let fixed = fit.space.fixed().iter().filter(is_other).copied().collect();
     fit.space = Space::new(fit.space.free().iter().copied().chain([*axis]).collect(), fixed)?;
     let refined = &mut fit.refined;
-    let side = side(axis, *value);
+    let side = side([axis.min, axis.max], *value);
     refined.values.push(*value);
     refined.at_bound.push(side);
     let uncertainty = &mut refined.uncertainty;

@@ -90,7 +90,8 @@ pub fn model_spec(given: &Given) -> Read<ModelSpec> {
             noise,
         },
         bounds: given.items(Setting::Bounds, bounds)?,
-        fixed: given.items(Setting::Fix, values)?,
+        fixed: given.items(Setting::Fix, |items| values(items, Setting::Fix))?,
+        start: given.items(Setting::Start, |items| values(items, Setting::Start))?,
         per_recording: given.list(Setting::PerRecording).to_vec(),
         estimates_initial: !matches!(initial, Initial::Measured | Initial::Zero),
         is_first_order_hold: discretization == Some(Discretization::Foh),
@@ -121,14 +122,14 @@ fn bounds(items: &[String]) -> Result<Vec<(String, [f64; 2])>> {
 }
 
 /// Parses `NAME=VALUE` items, each name at most once.
-fn values(items: &[String]) -> Result<Vec<(String, f64)>> {
+fn values(items: &[String], of: Setting) -> Result<Vec<(String, f64)>> {
     let mut values: Vec<(String, f64)> = Vec::new();
     for item in items.iter().filter(|item| !item.trim().is_empty()) {
-        let (name, value) = parse::pair(item, Setting::Fix, "R=0.92")?;
+        let (name, value) = parse::pair(item, of, "R=0.92")?;
         if values.iter().any(|(own, _)| own == name) {
-            return Err(Error::usage(text!([Fix] " gives {name} twice"), "Give each parameter once."));
+            return Err(Error::usage(text!({ of }(" gives {name} twice")), "Give each parameter once."));
         }
-        values.push((name.to_owned(), parse::number(value, Setting::Fix)?));
+        values.push((name.to_owned(), parse::number(value, of)?));
     }
     Ok(values)
 }

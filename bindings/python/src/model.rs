@@ -17,7 +17,7 @@ use motorfit::named::Named as _;
 use motorfit::optimize::Progress;
 use motorfit::record::{Reading, step_lengths};
 use motorfit::setting::Setting;
-use motorfit::settings::{self, DEVICE, PROBLEM, READING, SEARCH};
+use motorfit::settings::{self, DEVICE, PROBLEM, READING, SEARCH, Value};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -225,7 +225,7 @@ impl Model {
     }
 
     #[doc = concat!(
-        "identify($self, records, *, validate=None, progress=None, ", include_str!("signatures/search.txt"), ", ",
+        "identify($self, records, *, validate=None, progress=None, start=None, ", include_str!("signatures/search.txt"), ", ",
         include_str!("signatures/problem.txt"), ")\n--\n"
     )]
     /// Identifies the parameters of the machine from a recording, or from several recordings by a joint fit.
@@ -239,6 +239,9 @@ impl Model {
     /// progress : callable, optional
     ///     Called with a `Progress` after each generation, or each round of starts, in the calling thread. The search ends when it
     ///     returns False.
+    /// start : str, sequence or mapping, optional
+    ///     Values of parameters in their units from which one more descent begins, such as those found for a model that this one
+    ///     contains. Other parameters begin at their usual value, or in the middle of their bounds.
     #[doc = include_str!("docs/identify.txt")]
     #[doc = include_str!("docs/problem.txt")]
     ///
@@ -265,8 +268,9 @@ impl Model {
         settings: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<ModelIdentification> {
         let py = records.py();
-        let keys = Keywords::new(py, settings, &keywords(&[&SEARCH, &PROBLEM, &DEVICE]))?;
-        let given = keys.given(&[&SEARCH, &PROBLEM, &DEVICE])?;
+        let keys = Keywords::new(py, settings, &keywords(&[&SEARCH, &PROBLEM, &DEVICE, &[Setting::Start]]))?;
+        let mut given = keys.given(&[&SEARCH, &PROBLEM, &DEVICE])?;
+        given.put(Setting::Start, Value::List(keys.items("start")?));
         let spec = settings::model_spec(&given).map_err(Error::from).raise(py)?;
         let threads = given.count(Setting::Threads);
         let (records, recordings) = self.recordings(records)?;

@@ -10,6 +10,7 @@ use motorfit::model::Model;
 use motorfit::optimize::{Progress, Stop};
 use motorfit::record::Record;
 use motorfit::report::{command_line, exported_model, model_document, model_figure, model_page};
+use motorfit::settings::Value;
 
 /// Text in place of reasons for a level of trust.
 const WITHOUT_REASONS: &str = "no test of the residuals or the search contradicts the standard errors";
@@ -18,7 +19,8 @@ const WIDTH: usize = 100;
 
 pub(in crate::cli) fn run(args: &IdentifyArgs, path: &Path, style: &Style) -> Result<Outcome> {
     let model = Model::open(path)?;
-    let given = args.search.0.and(&args.problem.0).and(&args.device.0);
+    let mut given = args.search.0.and(&args.problem.0).and(&args.device.0);
+    given.put(Setting::Start, Value::List(args.start.clone()));
     let spec = settings::model_spec(&given)?;
     let reading = settings::model_reading(&args.recordings.reading.0.and(&args.problem.0), &model)?;
     let records = inputs::records_with(&args.recordings.records, &reading)?;

@@ -5,7 +5,7 @@ use super::descent::Descent;
 use super::fit::{Fit, Normal};
 use crate::candidates::Candidates;
 use crate::evaluate::model::{ModelEvaluator, ModelProblem};
-use crate::numeric::{count, standard_deviation};
+use crate::numeric::{count, noise_sigma, rms, standard_deviation};
 use crate::{Error, Result};
 use rand::{RngExt as _, SeedableRng as _};
 use rayon::prelude::*;
@@ -24,6 +24,8 @@ const ROUNDS_STICKING: usize = 2;
 pub(crate) const ARRIVALS: usize = 3;
 /// Smallest distance of two starts, as a fraction of the range of some coordinate.
 const APART: f64 = 0.1;
+/// Standard deviation of the residuals, in those of the noise, up to which an optimum explains an output.
+const NOISY: f64 = 2.0;
 /// Relative difference of costs within which descents ended in the same optimum.
 const SAME: f64 = 1e-4;
 /// Simulations of a descent at most.
@@ -80,6 +82,8 @@ pub fn model_optima(
         fit.check(start, &initial)?;
     }
     let has_stick = problem.model().reactions() > 0;
+    // With exact steps derivatives are cheap, so that a round has both kinds of starts.
+    let is_affine = has_stick && problem.method().stiffness.is_affine;
     let mut ends: Vec<End> = Vec::new();
     let mut evaluations = 0;
     let mut is_interrupted = false;
@@ -88,10 +92,11 @@ pub fn model_optima(
         let mut starts = if round == 0 { given.to_vec() } else { Vec::new() };
         let number = (CANDIDATES_PER_AXIS * fit.axes()).clamp(CANDIDATES[0], CANDIDATES[1]);
         let round_seed = seed.wrapping_mul(ROUNDS as u64).wrapping_add(round as u64);
-        if (round == 0) != has_stick {
+        if (round == 0) != has_stick || is_affine {
             starts.extend(best_apart(problem, evaluator, number, round_seed)?);
             evaluations += number as u64;
-        } else {
+        }
+        if (round == 0) == has_stick {
             let (best, evaluated) = populations(problem, evaluator, round_seed)?;
             starts.extend(best);
             evaluations += evaluated;
@@ -100,11 +105,14 @@ pub fn model_optima(
         evaluations += found.iter().map(|end| end.simulations as u64).sum::<u64>();
         ends.extend(found);
         is_interrupted = observe(round + 1, rounds).is_break();
-        if is_interrupted || (!ends.is_empty() && (arrivals(&ends) >= ARRIVALS || fit.axes() == 0)) {
+        // One more round where several descents agree on an optimum that leaves more than noise.
+        let is_found =
+            |best: &End| fit.axes() == 0 || (arrivals(&ends) >= ARRIVALS && (round > 0 || explains(problem, best)));
+        if is_interrupted || lowest(&ends).is_some_and(is_found) {
             break;
         }
     }
-    let Some(best) = ends.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)) else {
+    let Some(best) = lowest(&ends) else {
         let hint = "Check units and bounds of the parameters: within them the simulated machine grows without limit.";
         return Err(Error::not_identified("the model diverges from every start", hint));
     };
@@ -125,6 +133,25 @@ struct End {
     initial: Vec<Vec<f64>>,
     cost: f64,
     simulations: usize,
+}
+
+fn lowest(ends: &[End]) -> Option<&End> {
+    ends.iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
+}
+
+/// Returns true if an optimum leaves no more than noise of every output. Many descents may end in one that does not: on a plateau, where
+/// an effect does not act.
+fn explains(problem: &ModelProblem, end: &End) -> bool {
+    (0..problem.recordings()).all(|recording| {
+        let of = problem.recording(recording);
+        let outputs = problem.simulate(&end.values, recording, &end.initial[recording]).outputs;
+        outputs.iter().zip(&of.measured).all(|(own, measured)| {
+            let Some(measured) = measured else { return true };
+            let counting = (0..of.len()).filter(|n| of.counts(*n));
+            let residuals: Vec<f64> = counting.map(|n| measured[n] - own[n]).collect();
+            rms(&residuals) <= NOISY * noise_sigma(measured)
+        })
+    })
 }
 
 /// Returns the number of descents that ended at the lowest cost.

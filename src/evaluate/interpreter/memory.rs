@@ -1,11 +1,12 @@
 //! Operations with a memory: delays of signals and moving averages of sensors, lane by lane.
 //!
-//! A signal that is constant over each step has the integral S, which is linear between samples. Over a step from t of length h the
-//! signal with the delay d has the mean `(S(t+h−d) − S(t−d))/h`. Before the first sample a signal has its first value. With a
-//! latency it keeps that value until the latency after its first movement has passed too. A sensor's moving average is that of
-//! the DC motor (`motor/sensor.rs`).
+//! A signal that is constant over each step has the integral S, which is linear between samples. Over a step, or a substep, from t of
+//! length h the signal with the delay d has the mean `(S(t+h−d) − S(t−d))/h`. Before the first sample a signal has its first value.
+//! With a latency it keeps that value until the latency after its first movement has passed too. A sensor's moving average is that
+//! of the DC motor (`motor/sensor.rs`).
 
 use super::register::{Register, WIDTH};
+use crate::model::step::Substep;
 use crate::motor::MovingAverage;
 use crate::numeric::{count, whole};
 
@@ -74,9 +75,13 @@ impl<const C: usize> Memory<C> {
         }
     }
 
-    /// Returns the mean over the step of a delayed signal, and its derivative. `signal` and `delay` have a value and a rate each,
+    /// Returns the mean over a substep of a delayed signal, and its derivative. `signal` and `delay` have a value and a rate each,
     /// `latency` too.
-    pub fn delayed(&mut self, clock: &Clock, [signal, delay, latency]: [[&Register<C>; 2]; 3]) -> [Register<C>; 2] {
+    pub fn delayed(
+        &mut self,
+        (clock, substep): (&Clock, Substep),
+        [signal, delay, latency]: [[&Register<C>; 2]; 3],
+    ) -> [Register<C>; 2] {
         let entry = Entry { value: *signal[0], rate: *signal[1] };
         if self.first.is_none() {
             self.first = Some(entry);
@@ -86,7 +91,9 @@ impl<const C: usize> Memory<C> {
         }
         let first = self.first.unwrap_or(entry);
         let (at, size) = (self.n % self.past.len(), self.past.len());
-        let h = clock.step(self.n);
+        let step = clock.step(self.n);
+        let h = step / f64::from(substep.of);
+        let from = self.time + f64::from(substep.place) * h;
         self.past[at] = entry;
         self.integrals[at] = self.sums;
         self.times[at] = self.time;
@@ -94,13 +101,13 @@ impl<const C: usize> Memory<C> {
         for lane in 0..Register::<C>::LANES {
             let d = delay[0].lane(lane).max(0.0);
             let [[end, end_rate, end_value], [start, start_rate, start_value]] =
-                [self.time + h - d, self.time - d].map(|time| self.integral(time, lane, (&first, size)));
+                [from + h - d, from - d].map(|time| self.integral(time, lane, (&first, size)));
             let mut mean = (end - start) / h;
             let mut rate = (end_rate - start_rate) / h - (end_value - start_value) / h * delay[1].lane(lane);
             let wait = latency[0].lane(lane);
             if wait > 0.0 {
                 let begin = clock.first_change_s + d + wait;
-                let held = ((begin - self.time) / h).clamp(0.0, 1.0);
+                let held = ((begin - from) / h).clamp(0.0, 1.0);
                 if held > 0.0 {
                     let slope = if held < 1.0 { (delay[1].lane(lane) + latency[1].lane(lane)) / h } else { 0.0 };
                     rate = (1.0 - held) * rate + held * first.rate.lane(lane) - slope * (mean - first.value.lane(lane));
@@ -112,12 +119,12 @@ impl<const C: usize> Memory<C> {
         }
         for part in 0..C {
             for lane in 0..WIDTH {
-                self.sums.value.0[part][lane] += h * entry.value.0[part][lane];
-                self.sums.rate.0[part][lane] += h * entry.rate.0[part][lane];
+                self.sums.value.0[part][lane] += step * entry.value.0[part][lane];
+                self.sums.rate.0[part][lane] += step * entry.rate.0[part][lane];
             }
         }
         self.n += 1;
-        self.time += h;
+        self.time += step;
         result
     }
 

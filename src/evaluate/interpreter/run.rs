@@ -138,12 +138,13 @@ fn remember<const C: usize>(
     memories: &mut [Memory<C>],
     clock: &Clock,
 ) {
-    let Some(memory) = memories.get_mut(usize::from(instruction.scalars[0])) else { return };
+    let (number, substep) = instruction.memory();
+    let Some(memory) = memories.get_mut(number) else { return };
     let of = |n: usize| &registers[usize::from(instruction.registers[n])];
     let none = Register::ZERO;
     let result = match instruction.operation {
-        Operation::Delay => memory.delayed(clock, [[of(0), &none], [of(1), &none], [of(2), &none]])[0],
-        Operation::DelayRate => memory.delayed(clock, [[of(0), of(1)], [of(2), of(3)], [of(4), of(5)]])[1],
+        Operation::Delay => memory.delayed((clock, substep), [[of(0), &none], [of(1), &none], [of(2), &none]])[0],
+        Operation::DelayRate => memory.delayed((clock, substep), [[of(0), of(1)], [of(2), of(3)], [of(4), of(5)]])[1],
         Operation::Average => memory.averaged(clock, [[of(0), &none], [of(1), &none]])[0],
         _ => memory.averaged(clock, [[of(0), of(1)], [of(2), of(3)]])[1],
     };

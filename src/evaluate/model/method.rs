@@ -46,8 +46,8 @@ pub struct ModelMethod {
     pub stiffness: Stiffness,
     /// True if `h|λ|` of a substep is larger than the method is accurate for.
     pub is_rough: bool,
-    /// True if the model has friction that sticks: it acts once a step, at whose end the moments of rest are known only.
-    pub has_stick: bool,
+    /// True if the model has friction that sticks or delays, whose events within a step are exact to second order only.
+    pub has_events: bool,
 }
 
 impl ModelMethod {
@@ -60,21 +60,21 @@ impl ModelMethod {
         let step = recordings.iter().map(ModelRecording::longest_step_s).fold(0.0, f64::max);
         let rate = if is_even && is_affine { 0.0 } else { largest_rate(model, space, recordings, step) };
         let stiffness = Stiffness { rate, per_step: step * rate, is_affine };
-        let has_stick = model.reactions() > 0;
+        let has_events = model.reactions() > 0 || !model.delayed.is_empty();
         let exponential =
-            Self { method: IntegrationMethod::Exponential, substeps: 1, stiffness, is_rough: false, has_stick };
+            Self { method: IntegrationMethod::Exponential, substeps: 1, stiffness, is_rough: false, has_events };
         if is_even && (is_affine || stiffness.per_step > STIFFNESS_MAX) {
             return exponential;
         }
         let needed = whole((stiffness.per_step / STIFFNESS_MAX).ceil().min(1e6)).max(1);
         let substeps = needed.min(SUBSTEPS_MAX);
-        Self { method: IntegrationMethod::RungeKutta, substeps, stiffness, is_rough: needed > substeps, has_stick }
+        Self { method: IntegrationMethod::RungeKutta, substeps, stiffness, is_rough: needed > substeps, has_events }
     }
 
-    /// Returns true if steps are exact: affine equations with matrix exponentials, without friction that sticks.
+    /// Returns true if steps are exact: affine equations with matrix exponentials, without friction that sticks and without delays.
     #[must_use]
     pub fn is_exact(&self) -> bool {
-        self.method == IntegrationMethod::Exponential && self.stiffness.is_affine && !self.has_stick
+        self.method == IntegrationMethod::Exponential && self.stiffness.is_affine && !self.has_events
     }
 
     /// Returns a description of the method and of the reason for it.
@@ -89,7 +89,9 @@ impl ModelMethod {
             IntegrationMethod::Exponential if is_affine => {
                 let substeps =
                     if self.substeps > 1 { format!("{} substeps", self.substeps) } else { "one step".to_owned() };
-                format!("matrix exponentials with {substeps}: the equations are affine, up to friction that sticks")
+                format!(
+                    "matrix exponentials with {substeps}: the equations are affine, up to friction that sticks and delays"
+                )
             }
             IntegrationMethod::Exponential if self.substeps > 1 => {
                 format!("exponential Runge–Kutta of order 4 with {} substeps (h|λ| = {stiffness})", self.substeps)

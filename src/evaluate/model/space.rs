@@ -126,6 +126,19 @@ impl ModelSpace {
         Ok(self)
     }
 
+    /// Returns one start with the given values of parameters, within their bounds; none if no values are given. Other parameters have
+    /// their usual value, or the middle of their bounds.
+    pub(crate) fn starts(&self, model: &Model, given: &[(String, f64)]) -> Result<Vec<Vec<f64>>> {
+        let numbers = given.iter().map(|(name, _)| number(model, name)).collect::<Result<Vec<usize>>>()?;
+        let value = |axis: &ModelAxis| {
+            let own = numbers.iter().position(|number| *number == axis.parameter).map(|place| given[place].1);
+            let own = own.or(model.parameters()[axis.parameter].value).filter(|value| value.is_finite());
+            own.map_or_else(|| axis.at(0.5), |value| value.clamp(axis.min, axis.max))
+        };
+        let is_any = !given.is_empty() && !self.free.is_empty();
+        Ok(if is_any { vec![self.free.iter().map(value).collect()] } else { Vec::new() })
+    }
+
     /// Returns the names of the free parameters, as `R`, or `R[0]` for that of the first recording.
     #[must_use]
     pub fn names(&self, model: &Model) -> Vec<String> {

@@ -35,7 +35,7 @@ impl ModelProblem {
                 let operand = |n: usize| [operands.get(n).unwrap_or(&zero), &zero];
                 let [value, _] = match memory.kind {
                     MemoryKind::Delay | MemoryKind::DelayRate => {
-                        own.delayed(&rows.clock, [operand(0), operand(1), operand(2)])
+                        own.delayed((&rows.clock, memory.substep), [operand(0), operand(1), operand(2)])
                     }
                     MemoryKind::Average | MemoryKind::AverageRate => {
                         own.averaged(&rows.clock, [operand(0), operand(1)])

@@ -7,7 +7,7 @@ use crate::numeric::rms;
 
 /// Largest number of substeps of a refinement, and the largest change of an estimate by half the step, in standard errors.
 const SUBSTEPS_MAX: usize = 16;
-const CHANGE_MAX: f64 = 0.1;
+const CHANGE_MAX: f64 = 0.2;
 /// Part of the residuals below which a difference by half the step is far from what the model leaves unexplained.
 const OF_RESIDUALS: f64 = 0.1;
 
@@ -23,17 +23,17 @@ pub(super) fn with_fine_steps(
             return Ok((problem.with_rough_steps(true), refined));
         }
         let finer = problem.with_substeps(2 * problem.method().substeps)?;
-        // Where friction sticks, the moments of rest depend on the steps however short they are.
-        if problem.model().reactions() > 0 && !steps_matter(&problem, &finer, &refined) {
-            return Ok((problem.with_rough_steps(true), refined));
-        }
+        // Where friction sticks, the moments of rest depend on the steps however short they are; shorter ones take long where the
+        // equations are not affine.
+        let takes_long = problem.model().reactions() > 0 && !problem.method().stiffness.is_affine;
+        let is_last = takes_long && !steps_matter(&problem, &finer, &refined);
         let next = refine_model(&finer, &refined.values, &refined.initial, how)?;
         let errors = next.uncertainty.std_error.iter();
         let changes = errors.zip(next.values.iter().zip(&refined.values));
         let largest = changes.filter_map(|(error, (new, old))| Some((new - old).abs() / (*error)?)).fold(0.0, f64::max);
         (problem, refined) = (finer, next);
-        if largest < CHANGE_MAX {
-            problem = problem.with_rough_steps(false);
+        if largest < CHANGE_MAX || is_last {
+            problem = problem.with_rough_steps(largest >= CHANGE_MAX);
             break;
         }
     }

@@ -13,3 +13,5 @@ mod trust;
 pub use batch_costs::ModelCosts;
 pub use pipeline::{ModelProgress, ModelSpec, hold_out_model, identify_model};
 pub use result::{ModelDeviceUsed, ModelEstimate, ModelFit, ModelIdentification, ModelSearch, ModelVerification};
+#[cfg(feature = "report")]
+pub(crate) use tests_of_residuals::fit_percent;

@@ -17,7 +17,7 @@ use crate::evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelS
 use crate::identify::method::Method;
 use crate::identify::trust_level::Trust;
 use crate::model::{IntegrationMethod, Model};
-use crate::optimize::{Budget, Run, SearchSettings, Stop, minimize};
+use crate::optimize::{Budget, ConfiguredSearch, Run, SearchSettings, Stop, minimize};
 use crate::warning::Warning;
 use crate::{Error, Result};
 use std::ops::ControlFlow;
@@ -42,6 +42,9 @@ pub struct ModelSpec {
     pub bounds: Vec<(String, [f64; 2])>,
     /// Values of parameters that are fixed.
     pub fixed: Vec<(String, f64)>,
+    /// Values of parameters from which one more descent begins, beside those of the search; empty for none. Others begin at their
+    /// usual value, or in the middle of their bounds.
+    pub start: Vec<(String, f64)>,
     /// Parameters with a value for each recording.
     pub per_recording: Vec<String>,
     /// True if the initial values of states that are measured or free are estimated.
@@ -67,6 +70,7 @@ impl Default for ModelSpec {
             criterion: Criterion::default(),
             bounds: Vec::new(),
             fixed: Vec::new(),
+            start: Vec::new(),
             per_recording: Vec::new(),
             estimates_initial: true,
             is_first_order_hold: false,
@@ -170,6 +174,34 @@ fn cost_of(problem: &ModelProblem, values: &[f64]) -> Result<f64> {
     problem.costs(Candidates::new(values, values.len()), &mut cost).map(|()| cost[0])
 }
 
+/// Runs a population search.
+fn of_population(
+    (problem, device): (&ModelProblem, &mut ModelDevice),
+    spec: &ModelSpec,
+    search: &ConfiguredSearch,
+    observe: &mut dyn FnMut(ModelProgress) -> ControlFlow<()>,
+) -> Result<(Run, Stop)> {
+    let bounds = problem.space().free.iter().map(|axis| (axis.min, axis.max)).collect();
+    let &ModelSpec { population, generations, seed, .. } = spec;
+    let search_settings = SearchSettings { bounds, population, generations, seed, ..SearchSettings::default() };
+    let mut runs = [Run::new(search.begin(search_settings)?)];
+    let budget = Budget { generations, slice: SLICE };
+    let mut evaluate = |populations: &[Candidates<'_>], costs: &mut [f64]| {
+        let mut at = 0;
+        for population in populations {
+            let end = at + population.count();
+            device.evaluator.costs(problem, *population, &mut costs[at..end])?;
+            at = end;
+        }
+        Ok(())
+    };
+    let mut progress =
+        |of: &crate::optimize::Progress| observe(ModelProgress { done: of.generation, of: of.generations });
+    let stop = minimize(&mut runs, budget, &mut evaluate, &mut progress)?;
+    let [run] = runs;
+    Ok((run, stop))
+}
+
 fn search(
     (problem, device): (&ModelProblem, &mut ModelDevice),
     spec: &ModelSpec,
@@ -177,6 +209,7 @@ fn search(
 ) -> Result<Found> {
     let cost = |values: &[f64]| cost_of(problem, values);
     let settings = (spec.estimates_initial, spec.seed);
+    let mut given = problem.space().starts(problem.model(), &spec.start)?;
     let population = match &spec.method {
         Method::Auto => None,
         Method::SteiglitzMcBride => {
@@ -184,24 +217,7 @@ fn search(
             return Err(Error::usage("Steiglitz–McBride is a method of the linear DC motor", hint));
         }
         Method::Search(search) => {
-            let bounds = problem.space().free.iter().map(|axis| (axis.min, axis.max)).collect();
-            let &ModelSpec { population, generations, seed, .. } = spec;
-            let search_settings = SearchSettings { bounds, population, generations, seed, ..SearchSettings::default() };
-            let mut runs = [Run::new(search.begin(search_settings)?)];
-            let budget = Budget { generations, slice: SLICE };
-            let mut evaluate = |populations: &[Candidates<'_>], costs: &mut [f64]| {
-                let mut at = 0;
-                for population in populations {
-                    let end = at + population.count();
-                    device.evaluator.costs(problem, *population, &mut costs[at..end])?;
-                    at = end;
-                }
-                Ok(())
-            };
-            let mut progress =
-                |of: &crate::optimize::Progress| observe(ModelProgress { done: of.generation, of: of.generations });
-            let stop = minimize(&mut runs, budget, &mut evaluate, &mut progress)?;
-            let [run] = runs;
+            let (run, stop) = of_population((problem, device), spec, search, observe)?;
             Some((search.search.name, run, stop))
         }
     };
@@ -211,7 +227,8 @@ fn search(
         };
         let optima = match spec.is_polished {
             true => {
-                let starts = ModelStarts { given: std::slice::from_ref(&best), populations: &mut islands };
+                given.push(best.clone());
+                let starts = ModelStarts { given: &given, populations: &mut islands };
                 let evaluator = device.evaluator.as_mut();
                 Some(model_optima(problem, evaluator, settings, starts, &mut |_, _| ControlFlow::Continue(()))?)
             }
@@ -231,7 +248,7 @@ fn search(
         });
     }
     let mut look = |done, of| observe(ModelProgress { done, of });
-    let starts = ModelStarts { given: &[], populations: &mut islands };
+    let starts = ModelStarts { given: &given, populations: &mut islands };
     let optima = model_optima(problem, device.evaluator.as_mut(), settings, starts, &mut look)?;
     Ok(Found {
         method: "multistart",

@@ -3,7 +3,7 @@
 use super::allocate::allocate;
 use super::{Instruction, Operation, Program, REGISTERS_MAX, Uniforms};
 use crate::model::graph::{Binary, Comparison, Graph, Id, Leaf, Node, Unary};
-use crate::model::step::{Memory, MemoryKind};
+use crate::model::step::{Memory, MemoryKind, Substep};
 use std::collections::HashMap;
 
 /// Marks a scalar that is a uniform while the number of constants is not known.
@@ -235,7 +235,8 @@ impl Compiler<'_> {
             MemoryKind::AverageRate => Operation::AverageRate,
         };
         let operands: Vec<u16> = memory.operands.iter().map(|id| self.register(*id)).collect();
-        self.put(operation, &operands, &[u16::try_from(number).unwrap_or(u16::MAX)])
+        let Substep { place, of } = memory.substep;
+        self.put(operation, &operands, &[u16::try_from(number).unwrap_or(u16::MAX), place, of])
     }
 
     fn emit(&mut self, id: Id) -> u16 {

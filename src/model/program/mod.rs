@@ -11,6 +11,7 @@ mod sums;
 pub(crate) use compile::{Roots, compile};
 
 use super::graph::{Graph, Id, Unary};
+use super::step::Substep;
 
 /// Largest number of registers of a program; ids of scalars begin there while a program is compiled.
 pub(crate) const REGISTERS_MAX: usize = 0x7fff;
@@ -64,8 +65,8 @@ pub(crate) enum Operation {
     Scale2,
     /// Output number `target` has the value a.
     Output,
-    /// The mean over the step of the signal a with the delay b and the latency c. Like the other operations with a memory it has the
-    /// number of its memory as a scalar.
+    /// The mean over a substep of the signal a with the delay b and the latency c. Like the other operations with a memory it has the
+    /// number of its memory, the place of its substep and the number of substeps in the place of scalars.
     Delay,
     /// The derivative of a delay; operands and their derivatives alternate.
     DelayRate,
@@ -138,6 +139,12 @@ pub(crate) struct Instruction {
 }
 
 impl Instruction {
+    /// Returns the number of the memory of an operation that has one, and the part of the step that it is for.
+    pub fn memory(&self) -> (usize, Substep) {
+        let [number, place, of, _] = self.scalars;
+        (usize::from(number), Substep { place, of })
+    }
+
     /// Returns the registers that are read.
     pub fn read(&self) -> &[u16] {
         &self.registers[..self.operation.registers()]

@@ -5,8 +5,9 @@
 //! twice, and `h (4φ₃−φ₂)` (S. M. Cox, P. C. Matthews, J. Comput. Phys. 176, 2002, Eqs. 26 to 29).
 
 use super::phi::{Lane, Matrices, phi_functions};
-use super::runge_kutta::right_hand_sides;
-use super::{Affine, Step, StepSettings, parameter};
+use super::reaction::{StepEnd, react};
+use super::runge_kutta::{InputsAt, right_hand_sides};
+use super::{Affine, Step, StepSettings, Substep, parameter};
 use crate::model::Model;
 use crate::model::graph::{Graph, Id, Leaf};
 use crate::numeric::count;
@@ -134,7 +135,7 @@ struct Builder<'a> {
     graph: &'a mut Graph,
     extras: &'a Extras,
     first: usize,
-    inputs: [Vec<Id>; 3],
+    inputs: [InputsAt; 3],
 }
 
 impl Builder<'_> {
@@ -176,7 +177,7 @@ impl Builder<'_> {
             };
             match self.extras.sources[source] {
                 Source::Input(input) => {
-                    let [before, after] = [from, to].map(|place| self.inputs[place][input]);
+                    let [before, after] = [from, to].map(|place| self.inputs[place].all[input]);
                     self.add(&mut next, start, Some(before));
                     if !self.extras.is_held(source) {
                         self.add(&mut next, end, Some(after));
@@ -214,24 +215,23 @@ impl Step {
             is_first_order_hold: settings.is_first_order_hold,
             rows: affine.nonlinear_rows(&self.graph),
         };
+        let substeps = settings.substeps.max(1);
+        let delayed: Vec<Vec<Id>> =
+            (0..substeps).map(|substep| self.delayed(model, Substep::new(substep, substeps))).collect();
         let (first, graph) = (self.parameters, &mut self.graph);
         let leaf =
             |graph: &mut Graph, of: fn(u16) -> Leaf, n: usize| graph.leaf(of(u16::try_from(n).unwrap_or(u16::MAX)));
         let own = model.inputs.len();
-        let start = |graph: &mut Graph, n: usize| match n.checked_sub(own) {
-            None => leaf(graph, Leaf::Input, n),
-            Some(delayed) => super::memory(graph, delayed),
-        };
-        let start: Vec<Id> = (0..inputs).map(|n| start(graph, n)).collect();
-        let is_line = |n: usize| settings.is_first_order_hold && n < model.inputs.len();
-        let end: Vec<Id> =
-            (0..inputs).map(|n| if is_line(n) { leaf(graph, Leaf::NextInput, n) } else { start[n] }).collect();
+        let start: Vec<Id> = (0..own).map(|n| leaf(graph, Leaf::Input, n)).collect();
+        let is_line = settings.is_first_order_hold;
+        let end: Vec<Id> = (0..own).map(|n| if is_line { leaf(graph, Leaf::NextInput, n) } else { start[n] }).collect();
         let mut x: Vec<Id> = (0..model.states.len()).map(|n| leaf(graph, Leaf::State, n)).collect();
         let mut milestones = Vec::new();
-        let substeps = settings.substeps.max(1);
-        for substep in 0..substeps {
+        for (substep, delayed) in delayed.iter().enumerate() {
             let at = |graph: &mut Graph, fraction: f64| {
-                between(graph, &start, &end, (count(substep) + fraction) / count(substeps))
+                let mut all = between(graph, &start, &end, (count(substep) + fraction) / count(substeps));
+                all.extend(delayed);
+                InputsAt { all, inputs: own }
             };
             let inputs = [0.0, 0.5, 1.0].map(|fraction| at(graph, fraction));
             let mut builder = Builder { graph, extras: &extras, first, inputs };
@@ -246,8 +246,9 @@ impl Step {
                     .filter(|n| matches!(extras.sources[*n], Source::Reaction(_)))
                     .map(|n| builder.column(Block::Start(n)))
                     .collect();
-                let begin = builder.inputs[0].clone();
-                next = super::reaction::react(builder.graph, model, (&x, &begin), next, &gains);
+                let [first, _, last] = &builder.inputs;
+                let [begin, end] = [(&x, first), (&next, last)].map(|(states, inputs)| StepEnd { states, inputs });
+                next = react(builder.graph, model, begin, end, &gains);
             }
             if substep + 1 < substeps {
                 milestones.extend(&next);

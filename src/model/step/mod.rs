@@ -68,11 +68,37 @@ pub(crate) struct Memory {
     pub kind: MemoryKind,
     /// The operands; for a derivative they alternate with their derivatives.
     pub operands: Vec<Id>,
+    pub substep: Substep,
+}
+
+impl Memory {
+    /// Returns an operation over the whole step.
+    fn whole(kind: MemoryKind, operands: Vec<Id>) -> Self {
+        Self { kind, operands, substep: Substep::WHOLE }
+    }
+}
+
+/// A part of a step: its place among equal parts, and their number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Substep {
+    pub place: u16,
+    pub of: u16,
+}
+
+impl Substep {
+    /// The whole step.
+    pub const WHOLE: Self = Self { place: 0, of: 1 };
+
+    /// Returns a part of a step that has no more than 2¹⁶ of them.
+    pub fn new(place: usize, of: usize) -> Self {
+        let [place, of] = [place, of].map(|number| u16::try_from(number).unwrap_or(u16::MAX));
+        Self { place, of }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum MemoryKind {
-    /// The mean over a step of a signal with a delay and a latency.
+    /// The mean over a substep of a signal with a delay and a latency.
     Delay,
     /// The derivative of a delay.
     DelayRate,
@@ -114,17 +140,15 @@ impl Step {
             }
         });
         let initial: Vec<Id> = initial.collect();
-        let delays = model
-            .delayed
-            .iter()
-            .map(|of| Memory { kind: MemoryKind::Delay, operands: vec![of.value, of.delay, of.latency] });
+        let delays =
+            model.delayed.iter().map(|of| Memory::whole(MemoryKind::Delay, vec![of.value, of.delay, of.latency]));
         let mut memories: Vec<Memory> = delays.collect();
         let mut outputs = Vec::new();
         for output in &model.outputs {
             outputs.push(match output.average {
                 None => output.value,
                 Some(window) => {
-                    memories.push(Memory { kind: MemoryKind::Average, operands: vec![output.value, window] });
+                    memories.push(Memory::whole(MemoryKind::Average, vec![output.value, window]));
                     memory(&mut graph, memories.len() - 1)
                 }
             });
@@ -138,6 +162,19 @@ impl Step {
             _ => step.runge_kutta(model, &affine, settings),
         }
         step
+    }
+
+    /// Returns the delayed signals of a model over a substep.
+    fn delayed(&mut self, model: &Model, substep: Substep) -> Vec<Id> {
+        let own = model.delayed.len();
+        if substep == Substep::WHOLE {
+            return (0..own).map(|number| memory(&mut self.graph, number)).collect();
+        }
+        let part = |number: usize| {
+            self.memories.push(Memory { substep, ..self.memories[number].clone() });
+            memory(&mut self.graph, self.memories.len() - 1)
+        };
+        (0..own).map(part).collect()
     }
 
     /// Returns the derivatives of nodes of parameters alone in the direction of [`Self::with_tangents`].
@@ -175,13 +212,13 @@ impl Step {
             _ => None,
         });
         for number in 0..own {
-            let Memory { kind, operands } = step.memories[number].clone();
+            let Memory { kind, operands, substep } = step.memories[number].clone();
             let kind = match kind {
                 MemoryKind::Delay | MemoryKind::DelayRate => MemoryKind::DelayRate,
                 MemoryKind::Average | MemoryKind::AverageRate => MemoryKind::AverageRate,
             };
             let operands = operands.iter().flat_map(|id| [*id, direction.derivative(graph, *id)]).collect();
-            step.memories.push(Memory { kind, operands });
+            step.memories.push(Memory { kind, operands, substep });
         }
         for list in [&mut step.next, &mut step.outputs, &mut step.initial] {
             let derivatives: Vec<Id> = list.iter().map(|id| direction.derivative(graph, *id)).collect();

@@ -12,8 +12,14 @@ pub(crate) trait Lane: Copy {
     fn scaled(self, factor: f64) -> Self;
     /// Returns the sum with a number in every lane.
     fn shifted(self, by: f64) -> Self;
-    /// Returns the largest magnitude of a lane.
-    fn magnitude(self) -> f64;
+    /// Returns the magnitude in a lane.
+    fn magnitude(self, lane: usize) -> f64;
+    /// Returns the product with the factor of each lane.
+    fn scaled_each(self, factor: impl Fn(usize) -> f64) -> Self;
+    /// Returns `other` in the lanes for which `is_other` is true.
+    fn or(self, other: Self, is_other: impl Fn(usize) -> bool) -> Self;
+    /// Number of lanes.
+    const LANES: usize;
 }
 
 impl<const L: usize> Lane for [f64; L] {
@@ -35,9 +41,19 @@ impl<const L: usize> Lane for [f64; L] {
         self.map(|value| value + by)
     }
 
-    fn magnitude(self) -> f64 {
-        self.iter().fold(0.0, |largest, value| if value.abs() > largest { value.abs() } else { largest })
+    fn magnitude(self, lane: usize) -> f64 {
+        self[lane].abs()
     }
+
+    fn scaled_each(self, factor: impl Fn(usize) -> f64) -> Self {
+        std::array::from_fn(|lane| self[lane] * factor(lane))
+    }
+
+    fn or(self, other: Self, is_other: impl Fn(usize) -> bool) -> Self {
+        std::array::from_fn(|lane| if is_other(lane) { other[lane] } else { self[lane] })
+    }
+
+    const LANES: usize = L;
 }
 
 /// A value and its derivative in a direction.
@@ -67,9 +83,19 @@ impl<T: Lane> Lane for WithRate<T> {
         Self { value: self.value.shifted(by), ..self }
     }
 
-    fn magnitude(self) -> f64 {
-        self.value.magnitude()
+    fn magnitude(self, lane: usize) -> f64 {
+        self.value.magnitude(lane)
     }
+
+    fn scaled_each(self, factor: impl Fn(usize) -> f64) -> Self {
+        Self { value: self.value.scaled_each(&factor), rate: self.rate.scaled_each(&factor) }
+    }
+
+    fn or(self, other: Self, is_other: impl Fn(usize) -> bool) -> Self {
+        Self { value: self.value.or(other.value, &is_other), rate: self.rate.or(other.rate, &is_other) }
+    }
+
+    const LANES: usize = T::LANES;
 }
 
 /// `φ₀ − 1`, φ₁, φ₂ and φ₃ of a matrix, row by row.
@@ -100,16 +126,23 @@ fn product<T: Lane>(a: &[T], b: &[T], size: usize) -> Vec<T> {
     result
 }
 
-/// Returns the functions of `h` times a matrix, row by row.
-pub(crate) fn phi_functions<T: Lane>(matrix: &[T], size: usize, h: f64) -> Matrices<T> {
-    let row_norm = |row: &[T]| row.iter().map(|value| h * value.magnitude()).sum::<f64>();
+/// Returns the number of doublings after which `h` times the matrix of a lane has a norm of at most [`NORM`].
+fn doublings<T: Lane>(matrix: &[T], size: usize, (h, lane): (f64, usize)) -> u32 {
+    let row_norm = |row: &[T]| row.iter().map(|value| h * value.magnitude(lane)).sum::<f64>();
     let norm = matrix.chunks(size.max(1)).map(row_norm).fold(0.0, f64::max);
     let mut doublings = 0;
     while doublings < DOUBLINGS_MAX && norm * 0.5_f64.powi(doublings.cast_signed()) > NORM {
         doublings += 1;
     }
-    let scale = h * 0.5_f64.powi(doublings.cast_signed());
-    let z: Vec<T> = matrix.iter().map(|value| value.scaled(scale)).collect();
+    doublings
+}
+
+/// Returns the functions of `h` times a matrix, row by row.
+pub(crate) fn phi_functions<T: Lane>(matrix: &[T], size: usize, h: f64) -> Matrices<T> {
+    // Each lane has its own number, so that its result does not depend on the others.
+    let doublings: Vec<u32> = (0..T::LANES).map(|lane| doublings(matrix, size, (h, lane))).collect();
+    let scale = |lane: usize| h * 0.5_f64.powi(doublings[lane].cast_signed());
+    let z: Vec<T> = matrix.iter().map(|value| value.scaled_each(scale)).collect();
     let with_identity = |mut matrix: Vec<T>, value: f64| {
         (0..size).for_each(|n| matrix[n * size + n] = matrix[n * size + n].shifted(value));
         matrix
@@ -124,13 +157,15 @@ pub(crate) fn phi_functions<T: Lane>(matrix: &[T], size: usize, h: f64) -> Matri
     let mut second = with_identity(product(&third, &z, size), 0.5);
     let mut first = with_identity(product(&second, &z, size), 1.0);
     let mut change = product(&first, &z, size);
-    for _ in 0..doublings {
+    for done in 0..doublings.iter().copied().max().unwrap_or(0) {
+        let doubles = |lane: usize| done < doublings[lane];
         let [d1, d2, d3, dd] = [&first, &second, &third, &change].map(|of| product(&change, of, size));
         for n in 0..size * size {
-            third[n] = d3[n].plus(third[n].scaled(2.0)).plus(second[n]).plus(first[n].scaled(0.5)).scaled(0.125);
-            second[n] = d2[n].plus(second[n].scaled(2.0)).plus(first[n]).scaled(0.25);
-            first[n] = first[n].plus(d1[n].scaled(0.5));
-            change[n] = change[n].scaled(2.0).plus(dd[n]);
+            let next = d3[n].plus(third[n].scaled(2.0)).plus(second[n]).plus(first[n].scaled(0.5)).scaled(0.125);
+            third[n] = third[n].or(next, doubles);
+            second[n] = second[n].or(d2[n].plus(second[n].scaled(2.0)).plus(first[n]).scaled(0.25), doubles);
+            first[n] = first[n].or(first[n].plus(d1[n].scaled(0.5)), doubles);
+            change[n] = change[n].or(change[n].scaled(2.0).plus(dd[n]), doubles);
         }
     }
     Matrices { size, change, phi: [first, second, third] }
@@ -197,6 +232,16 @@ mod tests {
         assert_eq!(found.change.iter().map(|v| v[0]).collect::<Vec<_>>(), [0.0, 8.0, 0.0, 0.0]);
         assert_eq!(found.phi[0].iter().map(|v| v[0]).collect::<Vec<_>>(), [1.0, 4.0, 0.0, 1.0]);
         assert!((found.phi[1][1][0] - 8.0 / 6.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_lane_does_not_depend_on_the_others() {
+        let alone = phi_functions(&[[-0.3], [0.2], [0.1], [-0.2]], 2, 0.7);
+        let beside = phi_functions(&[[-0.3, -900.0], [0.2, 7.0], [0.1, 3.0], [-0.2, -40.0]], 2, 0.7);
+        for n in 0..4 {
+            assert_eq!(alone.change[n][0].to_bits(), beside.change[n][0].to_bits());
+            assert_eq!(alone.phi[2][n][0].to_bits(), beside.phi[2][n][0].to_bits());
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The classical Runge–Kutta method of order 4.
 
-use super::{Affine, Step, StepSettings};
+use super::reaction::{StepEnd, react};
+use super::{Affine, Step, StepSettings, Substep};
 use crate::model::Model;
 use crate::model::graph::{Graph, Id, Leaf, Substitution};
 
@@ -21,8 +22,8 @@ impl Inputs {
         Self { start, end }
     }
 
-    /// Returns the inputs at a fraction of the step.
-    fn at(&self, graph: &mut Graph, fraction: f64) -> Vec<Id> {
+    /// Returns the inputs at a fraction of the step with the delayed signals.
+    fn at(&self, graph: &mut Graph, fraction: f64, delayed: &[Id]) -> InputsAt {
         let [before, after] = [1.0 - fraction, fraction].map(|weight| graph.constant(weight));
         let value = |(&start, &end): (&Id, &Id)| match start == end {
             true => start,
@@ -31,15 +32,27 @@ impl Inputs {
                 graph.add(a, b)
             }
         };
-        self.start.iter().zip(&self.end).map(value).collect()
+        let mut all: Vec<Id> = self.start.iter().zip(&self.end).map(value).collect();
+        all.extend(delayed);
+        InputsAt { all, inputs: self.start.len() }
     }
 }
 
+/// Inputs at a time within a step, then delayed signals over the substep.
+#[derive(Debug, Clone)]
+pub(super) struct InputsAt {
+    pub all: Vec<Id>,
+    /// Number of inputs.
+    pub inputs: usize,
+}
+
 /// Returns the right-hand sides at states and inputs.
-pub(super) fn right_hand_sides(graph: &mut Graph, of: &[Id], states: &[Id], inputs: &[Id]) -> Vec<Id> {
+pub(super) fn right_hand_sides(graph: &mut Graph, of: &[Id], states: &[Id], inputs: &InputsAt) -> Vec<Id> {
+    let (inputs, delayed) = inputs.all.split_at(inputs.inputs);
     let mut substitution = Substitution::new(|leaf| match leaf {
         Leaf::State(n) => states.get(usize::from(n)).copied(),
         Leaf::Input(n) => inputs.get(usize::from(n)).copied(),
+        Leaf::Memory(n) => delayed.get(usize::from(n)).copied(),
         _ => None,
     });
     of.iter().map(|id| substitution.apply(graph, *id)).collect()
@@ -58,6 +71,8 @@ impl Step {
     /// Makes the step by the Runge–Kutta method.
     pub(super) fn runge_kutta(&mut self, model: &Model, affine: &Affine, settings: &StepSettings) {
         let substeps = settings.substeps.max(1);
+        let delayed: Vec<Vec<Id>> =
+            (0..substeps).map(|substep| self.delayed(model, Substep::new(substep, substeps))).collect();
         let graph = &mut self.graph;
         let inputs = Inputs::new(model, graph, settings.is_first_order_hold);
         let step = match settings.step_s {
@@ -69,10 +84,10 @@ impl Step {
         let mut x: Vec<Id> =
             (0..model.states.len()).map(|n| graph.leaf(Leaf::State(u16::try_from(n).unwrap_or(u16::MAX)))).collect();
         let mut milestones = Vec::new();
-        for substep in 0..substeps {
+        for (substep, delayed) in delayed.iter().enumerate() {
             let begin = x.clone();
             let at = |fraction: f64| (crate::numeric::count(substep) + fraction) / crate::numeric::count(substeps);
-            let [first, middle, last] = [0.0, 0.5, 1.0].map(|fraction| inputs.at(graph, at(fraction)));
+            let [first, middle, last] = [0.0, 0.5, 1.0].map(|fraction| inputs.at(graph, at(fraction), delayed));
             let [half, sixth, third] = [0.5, 1.0 / 6.0, 1.0 / 3.0].map(|share| {
                 let share = graph.constant(share);
                 graph.multiply(share, step)
@@ -91,7 +106,8 @@ impl Step {
             if !model.reactions.is_empty() {
                 milestones.extend(&x);
                 let gains = series_gains(graph, affine, step);
-                x = super::reaction::react(graph, model, (&begin, &first), x, &gains);
+                let [begin, end] = [(&begin, &first), (&x, &last)].map(|(states, inputs)| StepEnd { states, inputs });
+                x = react(graph, model, begin, end, &gains);
             }
             if substep + 1 < substeps {
                 milestones.extend(&x);

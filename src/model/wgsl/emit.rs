@@ -3,6 +3,7 @@
 use super::precision::ShaderPrecision;
 use crate::model::graph::Unary;
 use crate::model::program::{Instruction, Operation, Program};
+use crate::model::step::Substep;
 use std::collections::{BTreeSet, HashMap};
 use std::fmt::Write as _;
 
@@ -112,6 +113,8 @@ impl<'p> Emitter<'p> {
         let (delay, latency) = (self.name(delay)?.to_owned(), self.name(latency)?.to_owned());
         let slice = self.slice(at, signal)?;
         let own = format!("{at}");
+        let (_, Substep { place, of: parts }) = of.memory();
+        let [place, parts] = [place, parts].map(|number| format!("Scalar({number}.0)"));
         let _ = writeln!(
             self.text,
             "        let late{own} = max({delay}, Scalar(0.0)) / rows[0];\n        let whole{own} = floor(late{own});\n        \
@@ -127,9 +130,10 @@ impl<'p> Emitter<'p> {
         let (recent, older, first) = (recent?, older?, first?);
         let _ = writeln!(
             self.text,
-            "        let mean{own} = fma(late{own} - whole{own}, {older} - {recent}, {recent});\n        \
+            "        let part{own} = clamp(fma(late{own} - whole{own}, {parts}, -{place}), Scalar(0.0), Scalar(1.0));\n        \
+             let mean{own} = fma(part{own}, {older} - {recent}, {recent});\n        \
              let begin{own} = rows[1] / rows[0] + late{own} + {latency} / rows[0];\n        \
-             let held{own} = select(Scalar(0.0), clamp(begin{own} - Scalar(n), Scalar(0.0), Scalar(1.0)), {latency} > Scalar(0.0));"
+             let held{own} = select(Scalar(0.0), clamp(fma(begin{own} - Scalar(n), {parts}, -{place}), Scalar(0.0), Scalar(1.0)), {latency} > Scalar(0.0));"
         );
         self.assign(of.target, &format!("fma(held{own}, {first} - mean{own}, mean{own})"));
         Some(())

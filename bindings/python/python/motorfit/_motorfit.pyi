@@ -322,6 +322,7 @@ class Model:
         *,
         validate: _Records | None = None,
         progress: Callable[[Progress], object] | None = None,
+        start: _Numbers | None = None,
         # Settings: search.
         method: _Method = "auto",
         polish: _Polish = "lm",

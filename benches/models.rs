@@ -1,0 +1,209 @@
+//! Measures the evaluation of users' models on one thread: relative to the kernels of the DC motor, relative to the same machines
+//! written by hand for candidates side by side, and to the multiply–add peak of the same run. All ratios are medians of alternating
+//! calls. `benches/results/models` keeps the output.
+#![allow(missing_docs, reason = "a bench has no public interface")]
+#![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a bench prints and may stop")]
+#![allow(clippy::cast_precision_loss, reason = "small numbers")]
+
+mod support;
+
+use motorfit::candidates::Candidates;
+use motorfit::criterion::{Criterion, Norm, Scale};
+use motorfit::evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
+use motorfit::evaluate::{Level, Simd};
+use motorfit::experiment::{Excitation, simulated};
+use motorfit::model::{BuiltIn, IntegrationMethod, Model};
+use motorfit::motor::{Discretization, Parameter, Parameters};
+use motorfit::named::Named as _;
+use motorfit::record::Record;
+use motorfit::study::{ThroughputSpec, contenders, throughput};
+use rand::{RngExt as _, SeedableRng as _};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::ThreadPoolBuilder;
+use std::ops::ControlFlow;
+use std::time::Instant;
+use support::twins::{self, Recorded};
+use support::{candidates_of, evaluate, extended_problem, median, problem_with, seconds};
+
+const CANDIDATES: usize = 960;
+const SAMPLES: usize = 2001;
+const ROUNDS: usize = 15;
+
+/// Returns a recording of the paper's motor M2 under a square voltage that passes zero.
+fn square() -> Record {
+    let time_s: Vec<f64> = (0..SAMPLES).map(|n| 1e-3 * n as f64).collect();
+    let voltage = (0..SAMPLES).map(|n| if (n / 250).is_multiple_of(2) { 10.5 } else { -6.0 }).collect();
+    simulated(&Parameters::M2, &Excitation { time_s, voltage, torque: None }, Discretization::Zoh).unwrap()
+}
+
+/// Returns the model's problem on the recording, with the criterion ise unless the standard one is asked for.
+fn problem(model: &Model, recording: ModelRecording, method: Option<IntegrationMethod>) -> ModelProblem {
+    let criterion = match method {
+        Some(_) => Criterion { norm: Norm::Euclidean, scale: Scale::None, ..Criterion::default() },
+        None => Criterion::default(),
+    };
+    let settings = ModelSettings { criterion, method: method.map(|of| (of, 1)), ..ModelSettings::default() };
+    ModelProblem::new(model, ModelSpace::new(model, 1), vec![recording], settings).unwrap()
+}
+
+/// Returns candidates of a model, uniform in their coordinates over the inner half of the bounds.
+fn candidates(problem: &ModelProblem) -> Vec<f64> {
+    let mut numbers = Xoshiro256PlusPlus::seed_from_u64(7);
+    let axes = &problem.space().free;
+    (0..CANDIDATES)
+        .flat_map(|_| axes.iter().map(|axis| axis.at(numbers.random_range(0.25..0.75))).collect::<Vec<_>>())
+        .collect()
+}
+
+/// Returns the median of the ratio of two times over alternating calls, and the shortest time of the first \[s\].
+fn compared(mut own: impl FnMut(), mut other: impl FnMut()) -> (f64, f64) {
+    own();
+    other();
+    let mut best = f64::INFINITY;
+    let ratios = (0..ROUNDS).map(|_| {
+        let (before, between, after) = (seconds(&mut other), seconds(&mut own), seconds(&mut other));
+        best = best.min(between);
+        (before + after) / (2.0 * between)
+    });
+    let ratios: Vec<f64> = ratios.collect();
+    (median(ratios), best)
+}
+
+/// Returns the largest number of multiply–adds per second of one core, as `motorfit bench` measures it.
+fn peak() -> Option<f64> {
+    let spec = ThroughputSpec { populations: vec![64], samples: vec![16], budget_s: 0.05 }.checked().ok()?;
+    let subject = motorfit::study::BenchSubject::Motor;
+    throughput((&spec, &subject), contenders(1, false, true).ok()?, &mut |_, _| ControlFlow::Continue(()))
+        .ok()?
+        .fma_peak
+}
+
+fn steps(time_s: f64) -> String {
+    format!("{:.0}", 1e-6 * (CANDIDATES * SAMPLES) as f64 / time_s)
+}
+
+fn main() {
+    let pool = ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    pool.install(|| {
+        let peak = peak();
+        println!(
+            "{}, peak {:.1e} multiply-adds per second of one core\n",
+            Level::best().name(),
+            peak.unwrap_or(f64::NAN)
+        );
+        beside_kernels();
+        println!();
+        beside_twins(peak);
+        println!();
+        beginnings();
+    });
+}
+
+/// Prints the speed of models that are affine beside that of the kernels for the same motor.
+fn beside_kernels() {
+    println!("| model | million candidate-steps per second | of the kernel for the DC motor |\n|---|---|---|");
+    let record = square();
+    let coulomb = [(Parameter::Coulomb, 0.0, 0.05)];
+    let with_stick = BuiltIn::DcMotor.model().unwrap().text().replace("B*w - TL", "B*w - stick(w, Tc) - TL");
+    let with_stick = with_stick.replace(
+        "[states]",
+        "Tc = { unit = \"N*m\", min = 0, max = 0.05, description = \"Coulomb friction\" }\n[states]",
+    );
+    let models = [BuiltIn::DcMotor.model().unwrap(), Model::parse(&with_stick).unwrap()];
+    for (model, extensions) in models.iter().zip([&[][..], &coulomb]) {
+        let own = problem(model, ModelRecording::new(model, &record).unwrap(), None);
+        let kernel = match extensions {
+            [] => problem_with(std::slice::from_ref(&record)),
+            extensions => extended_problem(&record, extensions),
+        };
+        let values = candidates_of(kernel.space(), CANDIDATES);
+        let (mut costs, mut others) = (vec![0.0; CANDIDATES], vec![0.0; CANDIDATES]);
+        let width = kernel.space().free().len();
+        let (ratio, time) = compared(
+            || own.costs(Candidates::new(&values, width), &mut costs).unwrap(),
+            || evaluate(&mut Simd::default(), &kernel, &values, &mut others),
+        );
+        let apart = costs.iter().zip(&others).map(|(a, b)| (a - b).abs() / b).fold(0.0, f64::max);
+        assert!(apart < 1e-9, "the costs differ by {apart:e}");
+        let name =
+            if extensions.is_empty() { "DC motor, exact steps" } else { "with friction that sticks, exact steps" };
+        println!("| {name} | {} | {ratio:.2} |", steps(time));
+    }
+}
+
+/// Prints the speed of the interpreter beside machines written by hand, and its multiply–adds beside the peak.
+fn beside_twins(peak: Option<f64>) {
+    println!(
+        "| model, Runge–Kutta | million candidate-steps per second | of hand-written lanes | of the peak |\n|---|---|---|---|"
+    );
+    let volts = |n: usize, period: usize| if (n / period).is_multiple_of(2) { 8.0 } else { -5.0 };
+    let motor = Recorded {
+        step_s: 1e-3,
+        inputs: (0..SAMPLES).map(|n| [volts(n, 250)]).collect(),
+        measured: (0..SAMPLES).map(|n| [0.1, 0.2 * n as f64]).collect(),
+    };
+    let machine = Recorded {
+        step_s: 1e-4,
+        inputs: (0..SAMPLES).map(|n| [0.1 * volts(n, 300), volts(n, 170)]).collect(),
+        measured: (0..SAMPLES).map(|n| [0.1, -0.2, 0.02 * n as f64]).collect(),
+    };
+    row("DC motor", BuiltIn::DcMotor, &motor, twins::dc_motor, peak);
+    row("PMSM", BuiltIn::Pmsm, &machine, twins::pmsm, peak);
+}
+
+fn row<const N: usize, const U: usize>(
+    name: &str,
+    model: BuiltIn,
+    recorded: &Recorded<N, U>,
+    twin: impl Fn(&[f64], usize, &Recorded<N, U>) -> f64,
+    peak: Option<f64>,
+) {
+    let model = model.model().unwrap();
+    let signal = |of: usize| recorded.inputs.iter().map(|inputs| inputs.get(of).copied().unwrap_or(0.0)).collect();
+    let recording = ModelRecording {
+        step_s: vec![recorded.step_s],
+        inputs: (0..model.inputs().len()).map(signal).collect(),
+        measured: (0..N).map(|of| Some(recorded.measured.iter().map(|all| all[of]).collect())).collect(),
+        counting: Vec::new(),
+        effective_sample_ratio: 1.0,
+        time_s: (0..SAMPLES).map(|n| recorded.step_s * n as f64).collect(),
+    };
+    let own = problem(&model, recording, Some(IntegrationMethod::RungeKutta));
+    let values = candidates(&own);
+    let width = own.space().free.len();
+    let mut costs = vec![0.0; CANDIDATES];
+    let (ratio, time) = compared(
+        || own.costs(Candidates::new(&values, width), &mut costs).unwrap(),
+        || assert!(twin(&values, width, recorded).is_finite()),
+    );
+    let rate = (CANDIDATES * SAMPLES * own.work()) as f64 / time;
+    let share = peak.map_or_else(String::new, |peak| format!("{:.2}", rate / peak));
+    println!("| {name} | {} | {ratio:.2} | {share} |", steps(time));
+}
+
+/// Prints the time from the text of a model to a problem that can be evaluated.
+fn beginnings() {
+    println!("| model | read [ms] | compile for a recording [ms] |\n|---|---|---|");
+    for of in BuiltIn::all() {
+        let text = of.model().unwrap().text().to_owned();
+        let read = median((0..ROUNDS).map(|_| 1e3 * seconds(|| drop(Model::parse(&text).unwrap()))).collect());
+        let model = of.model().unwrap();
+        let time_s: Vec<f64> = (0..64).map(|n| 1e-3 * f64::from(n)).collect();
+        let recording = ModelRecording {
+            step_s: vec![1e-3],
+            inputs: vec![time_s.clone(); model.inputs().len()],
+            measured: vec![Some(time_s.clone()); model.outputs().len()],
+            counting: Vec::new(),
+            effective_sample_ratio: 1.0,
+            time_s,
+        };
+        let settings = ModelSettings { method: Some((IntegrationMethod::RungeKutta, 1)), ..ModelSettings::default() };
+        let compile = |_| {
+            let (space, recordings) = (ModelSpace::new(&model, 1), vec![recording.clone()]);
+            let begin = Instant::now();
+            drop(ModelProblem::new(&model, space, recordings, settings).unwrap());
+            1e3 * begin.elapsed().as_secs_f64()
+        };
+        println!("| {} | {read:.2} | {:.2} |", of.name(), median((0..ROUNDS).map(compile).collect()));
+    }
+}
