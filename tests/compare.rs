@@ -7,7 +7,7 @@
 use motorfit::criterion::Scale;
 use motorfit::experiment::{Excitation, simulated};
 use motorfit::identify::Method;
-use motorfit::motor::{Discretization, Parameter, Parameters};
+use motorfit::motor::{Discretization, Parameters};
 use motorfit::named::Named as _;
 use motorfit::optimize::Coordinates;
 use motorfit::study::compare::{CompareSpec, Comparison, ComparisonSetting, ComparisonSubject, Invariance, compare};
@@ -45,7 +45,8 @@ fn gwo_reproduces_the_paper() {
     assert!(summary.best < 0.029 && summary.worst > 0.058, "more runs reach farther: {summary:?}");
     // Mean relative errors: paper .42 .96 .08 .16 .55 %, prototype .38 .91 .07 .21 .45 %.
     let expected = comparison.expected().unwrap();
-    let errors = result.estimates().errors(&expected).map(|pair| pair[1]);
+    let errors = result.estimates().errors(&expected);
+    let errors: Vec<f64> = errors.into_iter().map(|pair| pair[1]).collect();
     for (error, (paper, prototype)) in
         errors.iter().zip([0.42, 0.96, 0.08, 0.16, 0.55].into_iter().zip([0.38, 0.91, 0.07, 0.21, 0.45]))
     {
@@ -53,7 +54,7 @@ fn gwo_reproduces_the_paper() {
         assert!((low..high).contains(error), "{errors:?}: {error} is not within {low}..{high}");
     }
     // Standard deviations of the paper and of the prototype, which differ by a factor of up to 1.3.
-    let deviations = result.estimates().deviations();
+    let deviations = result.estimates().deviations(&comparison.parameters);
     for (ours, (paper, prototype)) in deviations
         .iter()
         .zip([0.0040, 9.2e-5, 7.2e-5, 1.2e-6, 7.0e-7].into_iter().zip([0.0044, 9.1e-5, 5.9e-5, 1.7e-6, 7.8e-7]))
@@ -73,9 +74,12 @@ fn gwo_reproduces_the_paper() {
     let steiglitz = comparison.steiglitz.as_ref().unwrap();
     assert_eq!((steiglitz.records, steiglitz.spread.len()), (200, 200));
     let bound = [0.0490, 0.0900, 0.0194, 0.0427, 0.0634];
-    for ((p, ours), bound) in Parameter::ALL.iter().zip(steiglitz.estimates().deviations()).zip(bound) {
-        let percent = 100.0 * ours / expected.get(*p);
-        assert!((0.85 * bound..1.2 * bound).contains(&(10.0 * percent)), "{p:?}: {percent} %");
+    let deviations = steiglitz.estimates().deviations(&comparison.parameters);
+    for ((parameter, (ours, expected)), bound) in
+        comparison.parameters.iter().zip(deviations.iter().zip(&expected)).zip(bound)
+    {
+        let percent = 100.0 * ours / expected;
+        assert!((0.85 * bound..1.2 * bound).contains(&(10.0 * percent)), "{}: {percent} %", parameter.name);
     }
 }
 
@@ -174,7 +178,7 @@ fn an_unbiased_method_is_rarely_found_biased() {
 fn an_interrupted_comparison_skips_slow_analyses() {
     let step = Excitation::step(10.5, 1.0, 250.0, 0.001).unwrap();
     let records = vec![simulated(&Parameters::M2, &step, Discretization::Zoh).unwrap()];
-    let subject = ComparisonSubject { records, truth: None };
+    let subject = ComparisonSubject::of_motor(records, None);
     let small = ComparisonSetting { population: 4, generations: 50, ..ComparisonSetting::paper(Scale::Std) };
     let spec = CompareSpec { settings: vec![small], runs: 1, ..CompareSpec::default() };
     let ended = compare(subject, &spec, &mut |_| ControlFlow::Break(())).unwrap();

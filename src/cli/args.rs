@@ -152,6 +152,9 @@ pub(crate) struct IdentifyArgs {
     pub recordings: Recordings,
     #[command(flatten)]
     pub model: OwnModel,
+    /// With --model: values from which one more descent begins, as R=0.9,L=0.01 in the units of the model, such as those found for a model that it contains; repeatable
+    #[arg(long, value_name = "VALUES", value_delimiter = ',', help_heading = "Search", hide_short_help = true)]
+    pub start: Vec<String>,
     /// Held-out recordings, which are simulated but not fitted; repeatable
     #[arg(long, value_name = "RECORD", help_heading = "Validation")]
     pub validate: Vec<PathBuf>,
@@ -196,16 +199,18 @@ pub(crate) struct PageArgs {
 
 #[derive(Args)]
 pub(crate) struct CompareArgs {
-    /// Recordings of one motor [default: a simulation of the paper's experiment with its motor M2]
+    /// Recordings of one machine [default: a simulation of the paper's experiment with its motor M2]
     #[arg(value_name = "RECORD")]
     pub records: Vec<PathBuf>,
     #[command(flatten)]
     pub reading: Reading,
+    #[command(flatten)]
+    pub model: OwnModel,
     /// Use the settings of the paper, and show its tables beside the results
-    #[arg(long, value_parser = described::<Preset>(), conflicts_with_all = ["records", "methods", "criteria", "population", "generations", "set", "transform", "bounds", "fix"])]
+    #[arg(long, value_parser = described::<Preset>(), conflicts_with_all = ["records", "model", "methods", "criteria", "population", "generations", "set", "transform", "bounds", "fix"])]
     pub preset: Option<Preset>,
     /// Compare searches on a suite of simulated problems with known optima, at each of the budgets
-    #[arg(long, value_parser = described::<Suite>(), conflicts_with_all = ["records", "preset", "criteria", "generations", "bounds", "fix", "target", "discretization"])]
+    #[arg(long, value_parser = described::<Suite>(), conflicts_with_all = ["records", "model", "preset", "criteria", "generations", "bounds", "fix", "target", "discretization"])]
     pub suite: Option<Suite>,
     /// With --suite: budgets of a run in evaluations, each compared separately
     #[arg(long, value_delimiter = ',', requires = "suite", value_name = "LIST")]
@@ -214,6 +219,7 @@ pub(crate) struct CompareArgs {
     #[arg(long, help = methods_compared(), value_parser = described::<Method>(), value_delimiter = ',')]
     #[arg(default_value = "gwo,jaya,ga,sm", value_name = "LIST")]
     #[arg(default_value_if("suite", ArgPredicate::IsPresent, searches()))]
+    #[arg(default_value_if("model", ArgPredicate::IsPresent, "gwo,jaya,ga"))]
     pub methods: Vec<Method>,
     /// Runs of each method, each with its own random numbers [with --suite: 15]
     #[arg(long, default_value_t = 50, value_name = "N", allow_negative_numbers = true)]
@@ -240,19 +246,19 @@ pub(crate) struct CompareArgs {
     #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     pub seed: u64,
     /// Noise realizations on which Steiglitz–McBride, which uses no random numbers, is run
-    #[arg(long, default_value_t = 200, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 200, value_name = "N", allow_negative_numbers = true, conflicts_with = "model")]
     pub noise_records: usize,
     /// Target cost; the share of runs that reach it is reported [default: a range of targets]
     #[arg(long, value_name = "COST", allow_negative_numbers = true)]
     pub target: Option<f64>,
     /// Bounds of the search, as for identify [default: table2 without a recording, else auto: a decade to each side of the
-    /// Steiglitz–McBride or, where there is none, the refined estimate]; repeatable
+    /// Steiglitz–McBride or, where there is none, the refined estimate; with --model: those of the model]; repeatable
     #[arg(long, value_delimiter = ',', value_name = "BOUNDS")]
     pub bounds: Vec<String>,
-    /// Parameters fixed at known values, as R=0.92,… in SI units; repeatable
+    /// Parameters fixed at known values, as R=0.92,… in SI units, or in those of the model; repeatable
     #[arg(long, value_delimiter = ',', value_name = "VALUES")]
     pub fix: Vec<String>,
-    /// Discretization of the motor
+    /// Discretization of the motor; a model takes zoh, foh or rk4
     #[arg(long, value_parser = named::<Discretization>(), default_value = "zoh")]
     pub discretization: Discretization,
     /// Print one JSON document

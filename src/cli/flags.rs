@@ -138,7 +138,10 @@ pub(crate) enum ProgressKind {
 
 /// Returns the help text of `--methods`.
 pub(crate) fn methods_compared() -> String {
-    format!("Methods to compare: {}, sm [with --suite: all searches]", SEARCHES.map(|search| search.name).join(", "))
+    format!(
+        "Methods to compare: {}, sm [with --suite: all searches; with --model: without sm]",
+        SEARCHES.map(|search| search.name).join(", ")
+    )
 }
 
 /// Returns the names of all searches as a list.

@@ -33,6 +33,7 @@ const EXAMPLES: [(&str, &[&str]); 19] = [
             "compare --preset paper",
             "compare log.csv --methods gwo,jaya,sm --runs 20 --out report",
             "compare log.csv --population 50,100,200",
+            "compare log.csv --model pmsm --methods gwo,de,cmaes --runs 20",
             "compare --suite motors --methods gwo,cmaes,multistart --budgets 1000,10000",
         ],
     ),

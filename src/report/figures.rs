@@ -6,11 +6,11 @@ use crate::analysis::ResidualCorrelation;
 use crate::criterion::{Criterion, Scale};
 use crate::evaluate::{Initial, Model, Problem};
 use crate::identify::{Identification, IdentifySpec};
-use crate::motor::{Axis, Discretization, Parameter, Parameters, Scope, Space, simulate};
+use crate::motor::{Axis, Discretization, Parameters, Scope, Space, simulate};
 use crate::numeric::{count, rms, sorted};
 use crate::record::{Quantity, Record};
 use crate::report::compare::quartiles;
-use crate::study::compare::{Block, Comparison, MethodEstimates, MethodResult, Reached, reached};
+use crate::study::compare::{Block, ComparedParameter, Comparison, MethodEstimates, MethodResult, Reached, reached};
 
 /// Simulates a motor under the input of a recording and returns current \[A\] and speed \[rad/s\]; both are empty if the
 /// recording cannot be simulated.
@@ -263,22 +263,22 @@ pub fn convergence(id: &str, block: &Block) -> Chart {
 #[must_use]
 pub fn errors(id: &str, comparison: &Comparison, block: &Block) -> Option<Chart> {
     let (expected, found) = (comparison.expected()?, comparison.estimates(block));
-    let panel = |p: Parameter| {
-        let error = |value: f64| 100.0 * (value / expected.get(p) - 1.0);
+    let panel = |(n, (parameter, expected)): (usize, (&ComparedParameter, &f64))| {
+        let error = |value: f64| 100.0 * (value / expected - 1.0);
         let shown = found.iter().filter(|found| found.method != "sm" || !found.all.is_empty());
         let group =
-            |found: &MethodEstimates| (found.method.to_owned(), found.values(p).into_iter().map(error).collect());
-        let label = format!("{} {}", p.symbol(), p.name());
-        boxes(&label, "relative error [%]", &shown.map(group).collect(), AxisScale::Linear)
+            |found: &MethodEstimates| (found.method.to_owned(), found.values(n).into_iter().map(error).collect());
+        let label = format!("{} {}", parameter.name, parameter.description);
+        boxes(label.trim_end(), "relative error [%]", &shown.map(group).collect(), AxisScale::Linear)
     };
+    let sm = " Steiglitz\u{2013}McBride: over records with new noise.";
+    let sm = if comparison.subject.model().is_none() { sm } else { "" };
     Some(Chart {
         id: format!("{id}-errors"),
-        panels: Parameter::ALL.map(panel).to_vec(),
+        panels: comparison.parameters.iter().zip(&expected).enumerate().map(panel).collect(),
         is_grid: true,
         alternative: "relative errors over runs, a box for each method".to_owned(),
-        caption: "Median and quartiles over runs; whiskers extend to 1.5 interquartile ranges. Steiglitz\u{2013}McBride: over records with new \
-                  noise."
-            .to_owned(),
+        caption: format!("Median and quartiles over runs; whiskers extend to 1.5 interquartile ranges.{sm}"),
         ..Chart::default()
     })
 }

@@ -1,13 +1,14 @@
 //! Page of `compare`: the result first, then the plots, tables, and the command that reproduces it; sections that several pages
 //! have.
 
-use super::compare::{best, invariance, paper_tables, setting_name, tables};
+use super::compare::{best, invariance, modelled, paper_tables, setting_name, tables};
 use super::figures;
-use super::page::{Page, Part, Section};
+use super::model::{model_chart, model_correlations};
+use super::page::{Figure, Page, Part, Section};
 use super::spelling::command_line;
 use crate::record::{Record, Severity};
 use crate::setting::Spelling;
-use crate::study::compare::{Block, Comparison};
+use crate::study::compare::{Block, ComparedMachine, Comparison, Reference};
 use crate::text::{engineering, significant};
 use crate::warning::Warning;
 
@@ -110,12 +111,12 @@ pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> P
         let tables = paper_tables(comparison).into_iter().map(Part::Table).collect();
         sections.push(folded("The paper's tables and these results", tables));
     }
-    let correlations = comparison.reference.as_ref().ok().and_then(|found| figures::correlations(found));
-    let correlations = correlations.map(|figure| vec![Part::Figure(figure)]);
+    let correlations = correlations(comparison).map(|figure| vec![Part::Figure(figure)]);
     sections.extend(correlations.map(|parts| section("Correlation of the refined estimate", parts)));
     let device = (comparison.device.1.as_str(), comparison.device.2);
     sections.push(reproduce(&comparison.subject.records, how, Some(device)));
-    Page { title: "Methods compared".to_owned(), answer: answer(comparison), sections, ..Page::default() }
+    let of = comparison.subject.model().map_or(String::new(), |of| format!(": {}", of.model.name()));
+    Page { title: format!("Methods compared{of}"), answer: answer(comparison), sections, ..Page::default() }
 }
 
 /// Names the method with the lowest median cost of each block.
@@ -148,15 +149,35 @@ fn answer(comparison: &Comparison) -> String {
 
 /// Returns the best run of each method under the first setting over the measured signals (the paper's Figs. 11–18).
 fn responses(comparison: &Comparison) -> Vec<Part> {
-    let (Some(block), Some(record)) = (comparison.blocks.first(), comparison.subject.records.first()) else {
-        return Vec::new();
-    };
-    let how = comparison.spec.model.discretization;
-    let initial = comparison.initial.first().copied().unwrap_or_default();
+    let Some(block) = comparison.blocks.first() else { return Vec::new() };
     let best = best(comparison, block);
-    let signals: Vec<_> = best.iter().map(|(_, motor)| figures::model(record, motor, initial, how)).collect();
-    let models: Vec<figures::Modelled<'_>> = best.iter().map(|(name, _)| *name).zip(&signals).collect();
-    let mut charts = figures::response_charts("responses", record, &models, &[]);
-    charts[0].caption = format!("The best run of each method. {}", charts[0].caption);
-    charts.map(Part::Chart).to_vec()
+    let signals = modelled(comparison, &best);
+    let named = || best.iter().map(|(name, _)| *name);
+    let mut charts = match &comparison.subject.machine {
+        ComparedMachine::Motor { .. } => {
+            let Some(record) = comparison.subject.records.first() else { return Vec::new() };
+            let signals: Vec<[Vec<f64>; 2]> =
+                signals.into_iter().map(|signals| signals.try_into().unwrap_or_default()).collect();
+            let models: Vec<figures::Modelled<'_>> = named().zip(&signals).collect();
+            figures::response_charts("responses", record, &models, &[]).to_vec()
+        }
+        ComparedMachine::Model(of) => {
+            let Some(recording) = of.recordings.first() else { return Vec::new() };
+            let models: Vec<(&str, &[Vec<f64>])> = named().zip(signals.iter().map(Vec::as_slice)).collect();
+            vec![model_chart("responses", &of.model, recording, &models)]
+        }
+    };
+    if let Some(first) = charts.first_mut() {
+        first.caption = format!("The best run of each method. {}", first.caption);
+    }
+    charts.into_iter().map(Part::Chart).collect()
+}
+
+/// Returns the matrix of the correlations of the refined estimate; `None` without one.
+fn correlations(comparison: &Comparison) -> Option<Figure> {
+    match (comparison.reference.as_ref().ok()?, &comparison.subject.machine) {
+        (Reference::Motor(found), _) => figures::correlations(found),
+        (Reference::Model(found), ComparedMachine::Model(of)) => model_correlations(&of.model, found),
+        _ => None,
+    }
 }

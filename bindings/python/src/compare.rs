@@ -105,7 +105,7 @@ pub fn compare(
 ) -> PyResult<Comparison> {
     let keys = Keywords::new(py, settings, &COMPARE)?;
     let subject = match records {
-        Some(records) => ComparisonSubject { records: several(records)?, truth: None },
+        Some(records) => ComparisonSubject::of_motor(several(records)?, None),
         None => ComparisonSubject::m2().raise(py)?,
     };
     let paper = keys.choice::<Preset>("preset")?.is_some();

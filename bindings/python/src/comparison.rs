@@ -4,7 +4,6 @@ use crate::answers::{Answer, ResultData, TEXT_WIDTH, given, result};
 use crate::arrays::{array, rows};
 use crate::errors::{codes, keyword, warnings};
 use crate::figure::Svg;
-use motorfit::motor::{Parameter, Parameters};
 use motorfit::record::Severity;
 use motorfit::report::compare::{compare_document, setting_name};
 use motorfit::report::{compare_parts, figures, html_fragment, json, plain_text};
@@ -34,9 +33,9 @@ result! {
         blocks = |of, py| given(py, of.blocks());
         /// Reference parameters of the relative errors, in SI units: those of the simulated motor, else the refined estimate;
         /// `None` if there is neither.
-        expected = |of, py| motor(py, of.compared.expected().as_ref());
+        expected = |of, py| by_name(py, &of.compared, of.compared.expected());
         /// Steiglitz–McBride estimate, in SI units; `None` if it was not requested or failed.
-        steiglitz_mcbride = |of, py| motor(py, of.compared.steiglitz.as_ref().and_then(|sm| sm.estimate.as_ref().ok()));
+        steiglitz_mcbride = |of, py| by_name(py, &of.compared, of.steiglitz());
         /// Device of the evaluation: kind (cpu or gpu), name and precision.
         device = |of, py| given(py, of.compared.device.clone());
         /// Number of candidates evaluated.
@@ -116,7 +115,7 @@ result! {
         /// Final cost of each run, shape (runs,); inf if every candidate diverged.
         costs = |of, py| of.by_method(py, |result| given(py, array(py, result.costs())));
         /// Estimated parameters of each run, shape (runs, 5): R, L, K, B, J in SI units; nan if every candidate diverged.
-        parameters = |of, py| of.by_method(py, |result| parameters(py, result));
+        parameters = |of, py| of.by_method(py, |result| parameters(py, &of.compared, result));
         /// Lowest cost after each generation of each run, shape (runs, generations); nan after an early end.
         histories = |of, py| of.by_method(py, |result| histories(py, result));
         /// Number of candidates that each run evaluated, shape (runs,).
@@ -150,6 +149,11 @@ impl Found {
     fn blocks(&self) -> Vec<ComparisonBlock> {
         let block = |number| FoundBlock { compared: self.compared.clone(), number };
         (0..self.compared.blocks.len()).map(|n| ComparisonBlock(ResultData::Native(block(n)))).collect()
+    }
+
+    fn steiglitz(&self) -> Option<Vec<f64>> {
+        let found = self.compared.steiglitz.as_ref()?.estimate.as_ref().ok()?;
+        Some(found.to_array().to_vec())
     }
 
     fn repr(&self) -> String {
@@ -202,9 +206,9 @@ fn run_columns<'py>(py: Python<'py>, compared: &Compared) -> PyResult<Bound<'py,
     columns.set_item("run", runs().map(|(_, _, n, ..)| n).collect::<Vec<_>>())?;
     columns.set_item("cost", array(py, runs().map(|(.., cost)| cost).collect()))?;
     columns.set_item("evaluations", runs().map(|(.., run, _)| run.evaluations).collect::<Vec<_>>())?;
-    for parameter in Parameter::ALL {
-        let value = |run: &Outcome| run.parameters.map_or(f64::NAN, |found| found.get(parameter));
-        columns.set_item(parameter.symbol(), array(py, runs().map(|(.., run, _)| value(run)).collect()))?;
+    for (n, parameter) in compared.parameters.iter().enumerate() {
+        let value = |run: &Outcome| run.parameters.as_ref().and_then(|found| found.get(n)).copied().unwrap_or(f64::NAN);
+        columns.set_item(&parameter.name, array(py, runs().map(|(.., run, _)| value(run)).collect()))?;
     }
     Ok(columns)
 }
@@ -213,9 +217,10 @@ fn ranking(block: &Block) -> Vec<&'static str> {
     block.ranking().order.into_iter().map(|n| block.results[n].method.name()).collect()
 }
 
-fn parameters<'py>(py: Python<'py>, result: &MethodResult) -> Answer<'py> {
-    let of = |run: &Outcome| run.parameters.map_or([f64::NAN; 5], |p| p.to_array());
-    given(py, rows(py, result.runs.iter().flat_map(of).collect(), 5)?)
+fn parameters<'py>(py: Python<'py>, compared: &Compared, result: &MethodResult) -> Answer<'py> {
+    let width = compared.parameters.len();
+    let of = |run: &Outcome| run.parameters.clone().unwrap_or_else(|| vec![f64::NAN; width]);
+    given(py, rows(py, result.runs.iter().flat_map(of).collect(), width)?)
 }
 
 fn evaluations<'py>(py: Python<'py>, result: &MethodResult) -> Answer<'py> {
@@ -231,12 +236,12 @@ fn histories<'py>(py: Python<'py>, result: &MethodResult) -> Answer<'py> {
     given(py, rows(py, result.runs.iter().flat_map(padded).collect(), longest)?)
 }
 
-/// Returns a mapping of symbols to values, or `None`.
-fn motor<'py>(py: Python<'py>, motor: Option<&Parameters>) -> Answer<'py> {
-    let Some(motor) = motor else { return given(py, py.None()) };
+/// Returns a mapping of the names of parameters to values, or `None`.
+fn by_name<'py>(py: Python<'py>, compared: &Compared, values: Option<Vec<f64>>) -> Answer<'py> {
+    let Some(values) = values else { return given(py, py.None()) };
     let all = PyDict::new(py);
-    for parameter in Parameter::ALL {
-        all.set_item(parameter.symbol(), motor.get(parameter))?;
+    for (parameter, value) in compared.parameters.iter().zip(values) {
+        all.set_item(&parameter.name, value)?;
     }
     Ok(all.into_any())
 }

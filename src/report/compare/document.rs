@@ -2,30 +2,62 @@
 
 use super::paper::paper_tables;
 use super::tables::{setting_name, tables};
-use crate::identify::bounds;
 use crate::record::Severity;
-use crate::report::document::{by_symbol, warnings};
+use crate::report::document::{joined, warnings};
+use crate::report::model::integration;
 use crate::report::spelling::command_line;
-use crate::study::compare::{Block, Comparison, InvarianceTest, MethodResult, Outcome, PairwiseTest, Reached, reached};
+use crate::study::compare::{
+    Block, ComparedModel, Comparison, InvarianceTest, MethodResult, Outcome, PairwiseTest, Reached, reached,
+};
 use serde_json::{Map, Value, json as value};
+
+/// Returns values of the parameters by their names.
+fn named<T: Into<Value>>(comparison: &Comparison, values: impl IntoIterator<Item = T>) -> Value {
+    let names = comparison.parameters.iter().map(|parameter| parameter.name.clone());
+    names.zip(values.into_iter().map(Into::into)).collect::<Map<String, Value>>().into()
+}
+
+/// Returns the entries that the document of a model has beside those of a DC motor: the model, the units of its parameters and the
+/// integration.
+fn of_model(comparison: &Comparison, of: &ComparedModel) -> Value {
+    let problem = comparison.blocks.first().and_then(|block| of.problem(block.setting.criterion).ok());
+    value!({
+        "model": {"name": of.model.name(), "sha256": of.model.digest()},
+        "units": named(comparison, comparison.parameters.iter().map(|parameter| parameter.unit.clone())),
+        "integration": problem.map(|problem| integration(problem.method())),
+    })
+}
 
 /// Returns the JSON document of a comparison; with `paper` it includes the paper's tables.
 #[must_use]
 pub fn compare_document(comparison: &Comparison, paper: bool) -> Value {
     let Comparison { subject, spec, device, .. } = comparison;
-    let fixed = spec.space.fixed().iter().map(|(p, _, value)| (p.symbol().to_owned(), Value::from(*value)));
-    value!({
+    let fixed = comparison.parameters.iter().filter_map(|p| Some((p.name.clone(), Value::from(p.fixed()?))));
+    let bounds = comparison.parameters.iter().filter_map(|p| Some((p.name.clone(), value!(p.bounds()?))));
+    let is_of_motor = subject.model().is_none();
+    let discretization = match subject.model() {
+        None => spec.model.discretization.name(),
+        Some(of) => {
+            if of.spec.is_first_order_hold {
+                "foh"
+            } else {
+                "zoh"
+            }
+        }
+    };
+    let expected = comparison.expected();
+    let document = value!({
         "motorfit": env!("CARGO_PKG_VERSION"),
         "records": subject.records,
-        "truth": subject.truth,
+        "truth": subject.truth(),
         "paper": paper.then(|| paper_tables(comparison)),
-        "discretization": spec.model.discretization.name(),
+        "discretization": discretization,
         "fixed": fixed.collect::<Map<String, Value>>(),
         "target": spec.target,
-        "noise_db": spec.noise_db,
+        "noise_db": is_of_motor.then_some(spec.noise_db),
         "runs": spec.runs,
         "seed": spec.seed,
-        "bounds": bounds(&spec.space),
+        "bounds": bounds.collect::<Map<String, Value>>(),
         "device": {"kind": device.0, "name": device.1, "precision": device.2},
         "blocks": comparison.blocks.iter().map(|block| self::block(comparison, block)).collect::<Value>(),
         "invariance": comparison.invariance.iter().filter_map(|test| invariance(comparison, test)).collect::<Value>(),
@@ -35,18 +67,23 @@ pub fn compare_document(comparison: &Comparison, paper: bool) -> Value {
             "noise_records": sm.records,
             "noise_sigma": {"current": sm.sigma[0], "speed": sm.sigma[1]},
             "served": sm.spread.len(),
-            "standard_deviations": by_symbol(sm.estimates().deviations()),
-            "mean_relative_errors_percent": comparison.expected().map(|p| by_symbol(sm.estimates().errors(&p).map(|e| e[1]))),
+            "standard_deviations": named(comparison, sm.estimates().deviations(&comparison.parameters)),
+            "mean_relative_errors_percent": expected.as_ref()
+                .map(|values| named(comparison, sm.estimates().errors(values).iter().map(|e| e[1]))),
             "seconds": sm.seconds,
         })),
-        "refined": comparison.reference.as_ref().ok().map(|found| found.parameters),
+        "refined": comparison.reference.as_ref().ok().map(|found| named(comparison, found.values(&comparison.parameters))),
         "refined_failure": comparison.reference.as_ref().err().map(|e| e.spelled(command_line)),
         "warnings": warnings(&comparison.warnings, Severity::Report),
         "remarks": warnings(&comparison.warnings, Severity::Mention),
         "stop": if comparison.interrupted { "interrupted" } else { "budget_spent" },
         "evaluations": comparison.evaluations,
         "seconds": comparison.batch_seconds,
-    })
+    });
+    match subject.model() {
+        None => document,
+        Some(of) => joined(document, of_model(comparison, of)),
+    }
 }
 
 fn invariance(comparison: &Comparison, test: &InvarianceTest) -> Option<Value> {
@@ -100,9 +137,11 @@ fn block(comparison: &Comparison, block: &Block) -> Value {
 fn result(comparison: &Comparison, result: &MethodResult) -> Value {
     let found = result.estimates();
     let errors = comparison.expected().map(|expected| found.errors(&expected));
+    let error = |which: usize| errors.as_ref().map(|all| named(comparison, all.iter().map(|pair| pair[which])));
     let run = |(n, run): (usize, &Outcome)| {
         value!({
-            "run": n, "cost": run.cost, "parameters": run.parameters,
+            "run": n, "cost": run.cost,
+            "parameters": run.parameters.as_ref().map(|values| named(comparison, values.iter().copied())),
             "evaluations": run.evaluations, "history": run.history,
         })
     };
@@ -110,9 +149,9 @@ fn result(comparison: &Comparison, result: &MethodResult) -> Value {
         "method": result.method.name(),
         "settings": format!("{:?}", result.method),
         "cost": result.summary(comparison.spec.seed),
-        "best_relative_errors_percent": errors.map(|e| by_symbol(e.map(|pair| pair[0]))),
-        "mean_relative_errors_percent": errors.map(|e| by_symbol(e.map(|pair| pair[1]))),
-        "standard_deviations": by_symbol(found.deviations()),
+        "best_relative_errors_percent": error(0),
+        "mean_relative_errors_percent": error(1),
+        "standard_deviations": named(comparison, found.deviations(&comparison.parameters)),
         "seconds_one_run": result.seconds,
         "runs": result.runs.iter().enumerate().map(run).collect::<Value>(),
     })

@@ -1,6 +1,8 @@
 //! The paper's Tables 4 to 8 and its discussion beside the results of a comparison.
 
-use super::tables::{cell, current_of, fixed, percent, setting_name, settled, simulated, steiglitz_note};
+use super::parameters::steiglitz_note;
+use super::responses::{current_of, motor, settled, simulated};
+use super::tables::{cell, fixed, percent, setting_name};
 use crate::motor::{Parameter, Parameters};
 use crate::report::Table;
 use crate::report::table::dash;
@@ -18,6 +20,11 @@ fn noted(table: &mut Table, marks: &str) {
 /// The paper's results of a method, and its estimates here if it is compared.
 type Pair = (&'static Printed, Option<MethodEstimates>);
 
+/// Returns the motor of the best run.
+fn best(ours: &MethodEstimates) -> Option<Parameters> {
+    motor(ours.best.as_ref()?)
+}
+
 /// Returns Tables 4 to 8 and the table of the discussion. The first block must have the setting of the paper's tables.
 #[must_use]
 pub fn paper_tables(comparison: &Comparison) -> Vec<Table> {
@@ -29,7 +36,7 @@ pub fn paper_tables(comparison: &Comparison) -> Vec<Table> {
     tables.extend(pairs.iter().map(|pair| parameters(comparison, pair)));
     tables.push(summary(&pairs));
     tables.push(times(comparison, &pairs));
-    tables.push(deviations(&pairs));
+    tables.push(deviations(comparison, &pairs));
     tables.push(responses(comparison, &pairs));
     tables
 }
@@ -66,7 +73,7 @@ fn parameters(comparison: &Comparison, (printed, ours): &Pair) -> Table {
     let heads = ["parameter", "nominal", "paper", "error", "ours best", "error", "mean error"];
     let mut table = Table::new(format!("table{number}-{}", printed.method), title, &heads);
     let truth = Parameters::M2;
-    let best = ours.as_ref().and_then(|ours| ours.best);
+    let best = ours.as_ref().and_then(best);
     for ((n, parameter), [error, mean]) in Parameter::ALL.into_iter().enumerate().zip(errors(ours.as_ref())) {
         let value = |of: &Parameters| significant(of.get(parameter), 6);
         table.named_row(
@@ -96,7 +103,8 @@ fn parameters(comparison: &Comparison, (printed, ours): &Pair) -> Table {
 /// Returns for each parameter the relative error of the best run and the mean over runs \[%\]; NaN for a method that is
 /// not compared.
 fn errors(ours: Option<&MethodEstimates>) -> [[f64; 2]; 5] {
-    ours.map_or([[f64::NAN; 2]; 5], |ours| ours.errors(&Parameters::M2))
+    let errors = ours.and_then(|ours| ours.errors(&Parameters::M2.to_array()).try_into().ok());
+    errors.unwrap_or([[f64::NAN; 2]; 5])
 }
 
 /// Returns the mean squared errors (Eq. 14) of current \[A²\] and speed \[rad²/s²\] on the first recording.
@@ -140,13 +148,14 @@ fn times(comparison: &Comparison, pairs: &[Pair]) -> Table {
 }
 
 /// Returns Table 8, standard deviations.
-fn deviations(pairs: &[Pair]) -> Table {
+fn deviations(comparison: &Comparison, pairs: &[Pair]) -> Table {
     let heads = ["method", "", "R", "L", "K", "B", "J"];
     let mut table = Table::new("table8", "Table 8: standard deviations of the parameters [SI units] (f)", &heads);
     for (printed, ours) in pairs {
-        let ours = ours.as_ref().map_or([f64::NAN; 5], MethodEstimates::deviations);
-        for (whose, values) in [("paper", printed.deviation), ("ours", ours)] {
-            table.named_row(printed.method, std::iter::once(whose.to_owned()).chain(values.map(|v| cell(v, 3))));
+        let ours = ours.as_ref().map_or_else(|| vec![f64::NAN; 5], |ours| ours.deviations(&comparison.parameters));
+        for (whose, values) in [("paper", printed.deviation.to_vec()), ("ours", ours)] {
+            let cells = values.into_iter().map(|v| cell(v, 3));
+            table.named_row(printed.method, std::iter::once(whose.to_owned()).chain(cells));
         }
     }
     noted(&mut table, "f");
@@ -173,7 +182,7 @@ fn responses(comparison: &Comparison, pairs: &[Pair]) -> Table {
     let mut motors = vec![(["nominal", "ours"], Some(Parameters::M2))];
     for (printed, ours) in pairs {
         motors.push(([printed.method, "printed*"], Some(printed.parameters)));
-        motors.push(([printed.method, "ours"], ours.as_ref().and_then(|ours| ours.best)));
+        motors.push(([printed.method, "ours"], ours.as_ref().and_then(best)));
     }
     for (names, motor) in motors {
         let Some([two, five]) = motor.and_then(|motor| current_of(comparison, &motor)) else { continue };

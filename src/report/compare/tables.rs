@@ -1,17 +1,14 @@
-//! Tables of a comparison: costs, ranking, parameters, errors, targets, responses.
+//! Tables of a comparison: costs, ranking, targets, invariance.
 
+use super::parameters::{deviations, errors, parameters};
+use super::responses::responses;
 use crate::identify::Method;
-use crate::motor::{Parameter, Parameters, StepResponse, response, simulate};
-use crate::numeric::{mean, quantile, sorted};
+use crate::numeric::{quantile, sorted};
 use crate::optimize::Coordinates;
 use crate::report::Table;
-use crate::report::spelling::command_line;
 use crate::report::table::dash;
 use crate::study::compare::{Block, Comparison, ComparisonSetting, FEW, MethodResult, reached};
 use crate::text::{decimals, engineering, significant};
-
-/// Headings of tables with a column for each parameter.
-const PARAMETERS: [&str; 6] = ["method", "R [ohm]", "L [H]", "K [V s/rad]", "B [N m s/rad]", "J [kg m²]"];
 
 /// Describes a setting: criterion, scale, budget and changed hyperparameters.
 #[must_use]
@@ -191,95 +188,6 @@ fn ranking(block: &Block) -> Table {
     table
 }
 
-/// Returns the table of the parameters of the best run of each method.
-fn parameters(comparison: &Comparison, block: &Block) -> Table {
-    let mut table = Table::new("parameters", "Parameters of the best run", &PARAMETERS);
-    let truth = comparison.subject.truth.map(|truth| ("true", truth));
-    let refined = comparison.reference.as_ref().ok().map(|found| ("refined", found.parameters));
-    for (name, motor) in truth.into_iter().chain(best(comparison, block)).chain(refined) {
-        table.named_row(name, motor.to_array().map(|value| significant(value, 6)));
-    }
-    if let Some(Err(reason)) = comparison.steiglitz.as_ref().map(|sm| &sm.estimate) {
-        table.note(format!("Steiglitz\u{2013}McBride gives no estimate: {reason}."));
-    }
-    match &comparison.reference {
-        Ok(_) => table
-            .note("refined: Levenberg\u{2013}Marquardt with noise weights, an optimum to compare the searches with."),
-        Err(reason) => table.note(format!("There is no refined estimate: {}", reason.spelled(command_line))),
-    }
-    table
-}
-
-/// Returns the best estimate of each method, Steiglitz–McBride last.
-pub(in crate::report) fn best(comparison: &Comparison, block: &Block) -> Vec<(&'static str, Parameters)> {
-    comparison.estimates(block).into_iter().filter_map(|found| Some((found.method, found.best?))).collect()
-}
-
-/// Returns the table of the relative errors of the parameters; `None` without true or refined parameters.
-fn errors(comparison: &Comparison, block: &Block) -> Option<Table> {
-    let expected = comparison.expected()?;
-    let against = if comparison.subject.truth.is_some() { "the truth" } else { "the refined estimate" };
-    let title = format!("Relative errors against {against} [%]: best run / mean over runs");
-    let mut table = Table::new("errors", title, &["method", "R", "L", "K", "B", "J", "average"]);
-    let pair = |[best, mean]: [f64; 2]| format!("{}/{}", percent(best), percent(mean));
-    for found in comparison.estimates(block) {
-        let is_steiglitz = found.method == "sm";
-        if is_steiglitz && found.best.is_none() && found.all.is_empty() {
-            continue;
-        }
-        // Steiglitz–McBride also estimates the parameters that the searches fix.
-        let is_free = |p: Parameter| is_steiglitz || comparison.is_free(p);
-        let errors: Vec<_> = Parameter::ALL.into_iter().zip(found.errors(&expected)).collect();
-        let free = || errors.iter().filter(|(p, _)| is_free(*p)).map(|(_, error)| error);
-        let average = [0, 1].map(|n| mean(&free().map(|error| error[n]).collect::<Vec<f64>>()));
-        let cells = errors.iter().map(|(p, error)| if is_free(*p) { pair(*error) } else { "fixed".to_owned() });
-        table.named_row(found.method, cells.chain([pair(average)]));
-        if is_steiglitz {
-            table.note(steiglitz_note(comparison));
-        }
-    }
-    Some(table)
-}
-
-/// Describes the origin of the spread of Steiglitz–McBride.
-pub(super) fn steiglitz_note(comparison: &Comparison) -> String {
-    let Some(sm) = &comparison.steiglitz else { return String::new() };
-    if sm.records == 0 {
-        return "Steiglitz\u{2013}McBride has no seeds, and no records with new noise can be made from this recording, so there is no \
-                spread."
-            .to_owned();
-    }
-    format!(
-        "Steiglitz\u{2013}McBride has no seeds: its spread is over {} records with new noise of {} A and {} rad/s{}, \
-         {} of which gave an estimate.",
-        sm.records,
-        significant(sm.sigma[0], 3),
-        significant(sm.sigma[1], 3),
-        if comparison.subject.truth.is_some() {
-            format!(" ({} dB)", comparison.spec.noise_db)
-        } else {
-            " (the residual σ)".to_owned()
-        },
-        sm.spread.len()
-    )
-}
-
-/// Returns the table of the standard deviations of the parameters over runs.
-fn deviations(comparison: &Comparison, block: &Block) -> Table {
-    let mut table = Table::new("deviations", "Standard deviations of the parameters over runs", &PARAMETERS);
-    for found in comparison.estimates(block) {
-        let is_steiglitz = found.method == "sm";
-        if is_steiglitz && found.all.is_empty() {
-            continue;
-        }
-        table.named_row(found.method, found.deviations().map(|d| cell(d, 3)));
-        if is_steiglitz {
-            table.note(steiglitz_note(comparison));
-        }
-    }
-    table
-}
-
 /// Returns the table of the evaluations and times until targets are reached.
 fn targets(comparison: &Comparison, block: &Block) -> Table {
     let (targets, reached) = reached(block, comparison.spec.target);
@@ -311,56 +219,6 @@ fn targets(comparison: &Comparison, block: &Block) -> Table {
          methods compared.",
     );
     table
-}
-
-/// Simulates a motor under the input of the first recording; returns current \[A\] and speed \[rad/s\].
-pub(super) fn simulated(comparison: &Comparison, motor: &Parameters) -> Option<[Vec<f64>; 2]> {
-    let drive = crate::experiment::drive(comparison.subject.records.first()?);
-    let initial = comparison.initial.first().copied().unwrap_or_default();
-    Some(simulate(motor, &drive, initial, comparison.spec.model.discretization))
-}
-
-/// Returns the response of the current of a motor under the input of the first recording, with settling bands of 2 %
-/// and 5 %.
-pub(super) fn current_of(comparison: &Comparison, motor: &Parameters) -> Option<[StepResponse; 2]> {
-    in_bands(&comparison.subject.records.first()?.samples().time_s, &simulated(comparison, motor)?[0])
-}
-
-fn in_bands(time: &[f64], current: &[f64]) -> Option<[StepResponse; 2]> {
-    Some([response(time, current, 0.02)?, response(time, current, 0.05)?])
-}
-
-/// Formats a settling time.
-pub(super) fn settled(time: Option<f64>) -> String {
-    time.map_or("never".to_owned(), |t| decimals(t, 3))
-}
-
-/// Returns the table of peak, settling and steady state of the current.
-fn responses(comparison: &Comparison, block: &Block) -> Option<Table> {
-    let samples = comparison.subject.records.first()?.samples();
-    let measured = in_bands(&samples.time_s, samples.current.as_ref()?)?;
-    let heads = ["method", "peak [A]", "at [s]", "over [%]", "2 % [s]", "5 % [s]", "steady [A]", "error [A]"];
-    let mut table = Table::new("response", "Current of the first recording, best run", &heads);
-    let found = best(comparison, block).into_iter();
-    let found = found.filter_map(|(name, motor)| Some((name, current_of(comparison, &motor)?)));
-    for (name, [two, five]) in std::iter::once(("measured", measured)).chain(found) {
-        table.named_row(
-            name,
-            [
-                decimals(two.peak, 4),
-                decimals(two.peak_time_s, 3),
-                two.overshoot_percent.map_or_else(dash, |o| decimals(o, 0)),
-                settled(two.settling_time_s),
-                settled(five.settling_time_s),
-                decimals(two.steady_state, 4),
-                fixed(two.steady_state - measured[0].steady_state),
-            ],
-        );
-    }
-    table.note(
-        "over: overshoot. 2 % and 5 %: settling times into these bands around the mean over the last tenth of the recording.",
-    );
-    Some(table)
 }
 
 /// Returns the quartiles over runs of the lowest cost after each generation, shape `[generations, 3]`.

@@ -15,7 +15,7 @@ fn by_output<T: serde::Serialize>(model: &Model, values: &[T]) -> Value {
 }
 
 /// Returns the integration method of a model.
-pub(super) fn integration(method: &ModelMethod) -> Value {
+pub(in crate::report) fn integration(method: &ModelMethod) -> Value {
     json!({
         "method": method.method.name(),
         "substeps": method.substeps,

@@ -27,13 +27,14 @@ pub fn model_page(
         sections.push(section("Warnings", reported));
     }
     let charts = (1..).zip(recordings.iter().zip(&found.fits));
-    let charts =
-        charts.map(|(n, (recording, fit))| Part::Chart(chart(&format!("response-{n}"), model, recording, fit)));
+    let charts = charts.map(|(n, (recording, fit))| {
+        Part::Chart(model_chart(&format!("response-{n}"), model, recording, &[("model", &fit.simulated)]))
+    });
     sections.push(section("Measured and modelled", charts.collect()));
     let mut estimates =
         vec![Part::Table(parameters(model, found)), Part::Text(verdict(found)), Part::Table(fits(model, found))];
     estimates.extend(found.combinations.iter().map(|text| Part::Text(format!("{}.", capital(text)))));
-    estimates.extend(correlations(model, found).map(Part::Figure));
+    estimates.extend(model_correlations(model, found).map(Part::Figure));
     sections.push(section("Estimates", estimates));
     sections.push(section("Equations", equations(model)));
     sections.push(reproduce(records, how, None));
@@ -51,7 +52,7 @@ pub fn model_page(
 /// Returns the chart of the measured and modelled signals of a recording, as a drawing for a file.
 #[must_use]
 pub fn model_figure(model: &Model, recording: &ModelRecording, fit: &ModelFit) -> Figure {
-    chart("response", model, recording, fit).figure()
+    model_chart("response", model, recording, &[("model", &fit.simulated)]).figure()
 }
 
 /// Returns the page of what was understood of a model.
@@ -183,7 +184,8 @@ fn verdict(found: &ModelIdentification) -> String {
     }
 }
 
-fn correlations(model: &Model, found: &ModelIdentification) -> Option<Figure> {
+/// Returns the matrix of the correlations of the estimates; `None` without standard errors, and for one or too many parameters.
+pub(in crate::report) fn model_correlations(model: &Model, found: &ModelIdentification) -> Option<Figure> {
     let uncertainty = found.uncertainty.as_ref()?;
     let names = found.space.names(model);
     let values: Vec<Vec<f64>> =
@@ -198,34 +200,43 @@ fn correlations(model: &Model, found: &ModelIdentification) -> Option<Figure> {
     })
 }
 
-/// Returns inputs, outputs and residuals over time.
-fn chart(id: &str, model: &Model, recording: &ModelRecording, fit: &ModelFit) -> Chart {
+/// Returns inputs, outputs and residuals over time. `models` are the simulated outputs, shape `[outputs][samples]`, each with its name.
+pub(in crate::report) fn model_chart(
+    id: &str,
+    model: &Model,
+    recording: &ModelRecording,
+    models: &[(&str, &[Vec<f64>])],
+) -> Chart {
     let time = &recording.time_s;
     let curve = |values: &[f64]| curve(time, values);
     let mut panels = input_panels(model, recording);
     let mut residuals = Vec::new();
-    for ((output, measured), simulated) in model.outputs().iter().zip(&recording.measured).zip(&fit.simulated) {
+    for (number, (output, measured)) in model.outputs().iter().zip(&recording.measured).enumerate() {
         let label = label(&output.name, &output.unit.text);
-        let Some(measured) = measured else {
-            panels.push(Panel::new(&label, vec![Series::new("model", 1, Form::Line, curve(simulated))]));
-            continue;
-        };
-        let difference = |n: usize| if recording.counts(n) { measured[n] - simulated[n] } else { f64::NAN };
-        let difference: Vec<f64> = (0..measured.len()).map(difference).collect();
-        let counting: Vec<f64> = difference.iter().copied().filter(|value| value.is_finite()).collect();
-        let band = 1.96 * rms(&counting);
-        panels.push(Panel::new(
-            &label,
-            vec![
-                Series::new("measured", 0, Form::Dots, curve(measured)),
-                Series::new("model", 1, Form::Line, curve(simulated)).with_band(Band::Half(band)),
-            ],
-        ));
-        let series = vec![Series::new("model", 1, Form::Dots, curve(&difference))];
-        residuals.push(Panel {
-            limits: [Vec::new(), vec![-band, band]],
-            ..Panel::new(&format!("residual of {label}"), series)
-        });
+        let simulated = models.iter().filter_map(|(name, outputs)| Some((*name, outputs.get(number)?)));
+        let mut shown: Vec<Series> =
+            measured.iter().map(|measured| Series::new("measured", 0, Form::Dots, curve(measured))).collect();
+        let (mut left, mut limits) = (Vec::new(), Vec::new());
+        for (n, (name, simulated)) in (1..).zip(simulated) {
+            let series = Series::new(name, n, Form::Line, curve(simulated));
+            let Some(measured) = measured else {
+                shown.push(series);
+                continue;
+            };
+            let of = |(k, (y, x)): (usize, (&f64, &f64))| if recording.counts(k) { y - x } else { f64::NAN };
+            let difference: Vec<f64> = measured.iter().zip(simulated).enumerate().map(of).collect();
+            let counting: Vec<f64> = difference.iter().copied().filter(|value| value.is_finite()).collect();
+            let band = 1.96 * rms(&counting);
+            shown.push(series.with_band(Band::Half(band)));
+            left.push(Series::new(name, n, Form::Dots, curve(&difference)));
+            if models.len() == 1 {
+                limits.extend([-band, band]);
+            }
+        }
+        panels.push(Panel::new(&label, shown));
+        if !left.is_empty() {
+            residuals.push(Panel { limits: [Vec::new(), limits], ..Panel::new(&format!("residual of {label}"), left) });
+        }
     }
     panels.extend(residuals);
     Chart {

@@ -1,7 +1,6 @@
 //! Parameter estimates of the methods of a comparison, Steiglitz–McBride included.
 
-use super::{Block, Comparison, MethodResult};
-use crate::motor::{Parameter, Parameters};
+use super::{Block, ComparedParameter, Comparison, MethodResult};
 use crate::numeric::{mean, sample_deviation};
 
 /// Parameter estimates of one method.
@@ -9,36 +8,40 @@ use crate::numeric::{mean, sample_deviation};
 pub struct MethodEstimates {
     /// Name of the method.
     pub method: &'static str,
-    /// Estimate of the best run; for Steiglitz–McBride, from the first recording.
-    pub best: Option<Parameters>,
-    /// Estimates of all runs that did not diverge; for Steiglitz–McBride, from records with new noise.
-    pub all: Vec<Parameters>,
+    /// Values of the parameters of the best run, in the order of [`Comparison::parameters`]; for Steiglitz–McBride, from the
+    /// first recording.
+    pub best: Option<Vec<f64>>,
+    /// Values of the parameters of all runs that did not diverge, in the same order; for Steiglitz–McBride, from records with
+    /// new noise.
+    pub all: Vec<Vec<f64>>,
     /// Time of a single run \[s\]; `None` if interrupted before it was measured.
     pub seconds: Option<f64>,
 }
 
 impl MethodEstimates {
-    /// Returns the estimates of one parameter over all runs.
+    /// Returns the estimates of the parameter of an index over all runs; NaN where a run has no such value.
     #[must_use]
-    pub fn values(&self, parameter: Parameter) -> Vec<f64> {
-        self.all.iter().map(|found| found.get(parameter)).collect()
+    pub fn values(&self, parameter: usize) -> Vec<f64> {
+        self.all.iter().map(|found| found.get(parameter).copied().unwrap_or(f64::NAN)).collect()
     }
 
     /// Returns for each parameter the relative error of the best run and the mean relative error over runs \[%\], shape
-    /// `[5, 2]`; NaN without runs.
+    /// `[parameters, 2]`; NaN without runs.
     #[must_use]
-    pub fn errors(&self, expected: &Parameters) -> [[f64; 2]; 5] {
-        Parameter::ALL.map(|p| {
-            let error = |value: f64| 100.0 * ((value - expected.get(p)) / expected.get(p)).abs();
-            let all: Vec<f64> = self.values(p).into_iter().map(error).collect();
-            [self.best.map_or(f64::NAN, |best| error(best.get(p))), mean(&all)]
-        })
+    pub fn errors(&self, expected: &[f64]) -> Vec<[f64; 2]> {
+        let of = |(n, expected): (usize, &f64)| {
+            let error = |value: f64| 100.0 * ((value - expected) / expected).abs();
+            let all: Vec<f64> = self.values(n).into_iter().map(error).collect();
+            let best = self.best.as_ref().and_then(|best| best.get(n));
+            [best.map_or(f64::NAN, |best| error(*best)), mean(&all)]
+        };
+        expected.iter().enumerate().map(of).collect()
     }
 
-    /// Returns the sample standard deviation of each parameter over runs.
+    /// Returns the sample standard deviation over runs of each of the parameters of a comparison; NaN without runs.
     #[must_use]
-    pub fn deviations(&self) -> [f64; 5] {
-        Parameter::ALL.map(|p| sample_deviation(&self.values(p)))
+    pub fn deviations(&self, parameters: &[ComparedParameter]) -> Vec<f64> {
+        (0..parameters.len()).map(|n| sample_deviation(&self.values(n))).collect()
     }
 }
 
@@ -48,8 +51,8 @@ impl MethodResult {
     pub fn estimates(&self) -> MethodEstimates {
         MethodEstimates {
             method: self.method.name(),
-            best: self.best().and_then(|run| run.parameters),
-            all: self.runs.iter().filter_map(|run| run.parameters).collect(),
+            best: self.best().and_then(|run| run.parameters.clone()),
+            all: self.runs.iter().filter_map(|run| run.parameters.clone()).collect(),
             seconds: self.seconds,
         }
     }

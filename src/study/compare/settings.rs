@@ -118,7 +118,7 @@ impl CompareSettings {
     /// Returns a `Usage` error for invalid bounds or fixed values, and a `Data` or `NotIdentified` error for unsuitable
     /// recordings.
     pub fn space(&self, subject: &ComparisonSubject, model: Model) -> Result<Space> {
-        let usual = [if subject.truth.is_some() { "table2" } else { "auto" }.to_owned()];
+        let usual = [if subject.truth().is_some() { "table2" } else { "auto" }.to_owned()];
         let bounds = if self.bounds.is_empty() { &usual[..] } else { &self.bounds };
         let fixed = parse::parameters(&self.fix, Named::Fix)?;
         let space = Space::table2_with(&parse::bounds(bounds)?, &fixed)?;

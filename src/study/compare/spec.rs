@@ -1,15 +1,12 @@
 //! Settings and subjects of a comparison.
 
-use crate::Result;
 use crate::criterion::{Criterion, Norm, Scale};
 use crate::device::{DeviceSpec, PrecisionSpec, ThroughputProfile};
 use crate::evaluate::{Initial, Model};
-use crate::experiment::{Excitation, simulated};
 use crate::identify::{IdentifySpec, Method};
-use crate::motor::{Discretization, Parameters, Space};
+use crate::motor::{Discretization, Space};
 use crate::named::named;
 use crate::optimize::{Coordinates, GeneticOptions, GwoOptions, JayaOptions};
-use crate::record::Record;
 
 /// A setting under which all methods are compared.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,27 +50,6 @@ named! {
     }
 }
 
-/// Motor that methods are compared on.
-#[derive(Debug, Clone)]
-pub struct ComparisonSubject {
-    /// Recordings of the motor.
-    pub records: Vec<Record>,
-    /// True parameters of a simulated motor; `None` for a measured one.
-    pub truth: Option<Parameters>,
-}
-
-impl ComparisonSubject {
-    /// Returns the paper's experiment: motor M2 at rest, 10.5 V from 1 s on, 3 s sampled at 1 ms, without noise.
-    ///
-    /// # Errors
-    /// Propagates the errors of the simulation; the arguments given here cause none.
-    pub fn m2() -> Result<Self> {
-        let step = Excitation::step(10.5, 1.0, 3.0, 0.001)?;
-        let record = simulated(&Parameters::M2, &step, Discretization::Zoh)?;
-        Ok(Self { records: vec![record], truth: Some(Parameters::M2) })
-    }
-}
-
 /// Settings of a comparison of methods.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CompareSpec {
@@ -83,11 +59,11 @@ pub struct CompareSpec {
     pub runs: usize,
     /// Seed of the random numbers; those of a run depend on the seed and the number of the run.
     pub seed: u64,
-    /// Simulation model.
+    /// Simulation of the DC motor; a user's model has its own.
     pub model: Model,
-    /// Space of the free parameters with their bounds, and the fixed values.
+    /// Space of the free parameters of the DC motor with their bounds, and the fixed values; a user's model has its own.
     pub space: Space,
-    /// True if Steiglitz–McBride is compared too.
+    /// True if Steiglitz–McBride, a method of the DC motor, is compared too.
     pub steiglitz_mcbride: bool,
     /// Number of records with new noise over which the spread of Steiglitz–McBride, which has no seeds, is computed.
     pub noise_records: usize,
@@ -96,7 +72,7 @@ pub struct CompareSpec {
     pub noise_db: f64,
     /// Target cost of a run; `None` for a range of targets from the first generations down to the lowest cost.
     pub target: Option<f64>,
-    /// Device that evaluates.
+    /// Device that evaluates; `auto` is the CPU for a user's model.
     pub device: DeviceSpec,
     /// Floating-point precision of the evaluation.
     pub precision: PrecisionSpec,

@@ -1,6 +1,7 @@
 //! Steiglitz–McBride in a comparison. It has no seeds, so its spread is computed over records with new noise.
 
-use super::{CompareSpec, ComparisonSubject, MethodEstimates};
+use super::motor_engine::cost_of;
+use super::{CompareSpec, ComparisonSetting, ComparisonSubject, MethodEstimates};
 use crate::Result;
 use crate::criterion::Noise;
 use crate::estimate::steiglitz_mcbride;
@@ -60,8 +61,19 @@ impl Steiglitz {
     /// Returns the estimate, with those from records with new noise in place of runs.
     #[must_use]
     pub fn estimates(&self) -> MethodEstimates {
-        let best = self.estimate.as_ref().ok().copied();
-        MethodEstimates { method: "sm", best, all: self.spread.clone(), seconds: Some(self.seconds) }
+        let values = |motor: &Parameters| motor.to_array().to_vec();
+        let (best, all) = (self.estimate.as_ref().ok().map(values), self.spread.iter().map(values).collect());
+        MethodEstimates { method: "sm", best, all, seconds: Some(self.seconds) }
+    }
+
+    /// Returns the cost of the estimate in the criterion of a setting; `None` without one.
+    pub(super) fn cost(
+        &self,
+        subject: &ComparisonSubject,
+        spec: &CompareSpec,
+        setting: &ComparisonSetting,
+    ) -> Option<f64> {
+        cost_of(&subject.records, spec, setting, self.estimate.as_ref().ok()?)
     }
 }
 
@@ -73,7 +85,7 @@ fn noiseless(
     reference: Option<&Identification>,
 ) -> Result<Option<(Record, [f64; 2])>> {
     let first = &subject.records[0];
-    if subject.truth.is_some() {
+    if subject.truth().is_some() {
         return Ok(Some((first.clone(), noise_of(first, Noise::Decibels(spec.noise_db)))));
     }
     let Some(found) = reference else { return Ok(None) };

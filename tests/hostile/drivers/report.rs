@@ -236,9 +236,10 @@ pub fn identified(calls: &mut Calls) {
 
 pub fn compared(calls: &mut Calls) {
     for comparison in comparisons() {
-        let shown = format!("{:?} {:?}", comparison.blocks, comparison.subject.truth);
+        let shown = format!("{:?} {:?}", comparison.blocks, comparison.subject.truth());
         drive!(calls, shown;
             "report::compare::compare_document" => [true, false].map(|paper| compare::compare_document(&comparison, paper)),
+            "report::compare::curves" => compare::curves(&comparison),
             "report::compare::invariance" => compare::invariance(&comparison).is_some(),
             "report::compare::paper_tables" => compare::paper_tables(&comparison),
             "report::compare_parts" => compare_parts(&comparison, command_line).len(),

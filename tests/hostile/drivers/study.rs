@@ -12,8 +12,9 @@ use motorfit::motor::{Parameter, Parameters};
 use motorfit::named::Named;
 use motorfit::optimize::{Coordinates, GeneticOptions, GwoOptions};
 use motorfit::study::compare::{
-    Block, CompareSettings, CompareSpec, Comparison, ComparisonSetting, ComparisonSubject, Invariance, MethodEstimates,
-    MethodResult, Outcome, Preset, Steiglitz, compare, paper, reached,
+    Block, CompareSettings, CompareSpec, ComparedMachine, ComparedModel, ComparedParameter, Comparison,
+    ComparisonSetting, ComparisonSubject, Domain, Invariance, MethodEstimates, MethodResult, Outcome, Preset,
+    Steiglitz, compare, paper, reached,
 };
 use motorfit::study::{
     BenchSubject, Contender, CostMap, MapParameter, Measurement, Throughput, ThroughputSpec, contenders, cost_map,
@@ -34,7 +35,7 @@ fn quick() -> CompareSpec {
 
 /// Returns a comparison that takes some milliseconds, and inconsistent copies of it.
 pub fn comparisons() -> Vec<Comparison> {
-    let subject = ComparisonSubject { records: vec![step(100)], truth: Some(Parameters::M2) };
+    let subject = ComparisonSubject::of_motor(vec![step(100)], Some(Parameters::M2));
     let found = compare(subject, &quick(), &mut |_| ControlFlow::Continue(())).unwrap();
     let mut all = vec![found.clone()];
     let mut with = |change: &dyn Fn(&mut Comparison)| {
@@ -55,32 +56,90 @@ pub fn comparisons() -> Vec<Comparison> {
     with(&|c| c.initial.clear());
     with(&|c| c.steiglitz = None);
     with(&|c| c.reference = Err("".into()));
-    with(&|c| (c.subject.truth, c.reference) = (None, Err("".into())));
+    with(&|c| (c.subject.machine, c.reference) = (ComparedMachine::Motor { truth: None }, Err("".into())));
+    with(&|c| c.parameters.clear());
+    with(&|c| c.parameters.truncate(2));
     with(&|c| c.subject.records.clear());
     with(&|c| c.spec.settings.clear());
     for value in FEW {
         let odd = Parameters { r: value, l: value, k: value, b: value, j: value };
-        with(&|c| (c.subject.truth, c.spec.target, c.batch_seconds) = (Some(odd), Some(value), value));
+        let machine = ComparedMachine::Motor { truth: Some(odd) };
+        with(&|c| (c.subject.machine, c.spec.target, c.batch_seconds) = (machine.clone(), Some(value), value));
         with(&|c| {
             for run in c.blocks.iter_mut().flat_map(|b| &mut b.results).flat_map(|r| &mut r.runs) {
-                (run.cost, run.parameters) = (value, Some(odd));
+                (run.cost, run.parameters) = (value, Some(odd.to_array().to_vec()));
                 run.history.iter_mut().for_each(|cost| *cost = value);
             }
         });
         with(&|c| c.blocks[0].results.iter_mut().for_each(|r| r.seconds = Some(value)));
     }
+    all.extend(of_models(&found));
+    all
+}
+
+/// Returns the subject of a small recording of the DC motor as a model, with some of its parameters fixed.
+fn model_subject(fixed: &[(&str, f64)]) -> ComparisonSubject {
+    let spec = ModelSpec {
+        fixed: fixed.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect(),
+        ..ModelSpec::default()
+    };
+    let of = ComparedModel { model: BuiltIn::DcMotor.model().unwrap(), recordings: vec![recording()], spec };
+    ComparisonSubject { records: vec![step(60)], machine: ComparedMachine::Model(Box::new(of)) }
+}
+
+/// Returns a comparison with a model, and inconsistent copies of it; `motor` is one with the DC motor.
+fn of_models(motor: &Comparison) -> Vec<Comparison> {
+    let spec = CompareSpec { steiglitz_mcbride: false, ..quick() };
+    let found = compare(model_subject(&[("J", 1e-4)]), &spec, &mut |_| ControlFlow::Continue(())).unwrap();
+    let mut all = vec![found.clone()];
+    let mut with = |change: &dyn Fn(&mut Comparison)| {
+        let mut other = found.clone();
+        change(&mut other);
+        all.push(other);
+    };
+    let of_model = |c: &mut Comparison, change: &dyn Fn(&mut ComparedModel)| {
+        if let ComparedMachine::Model(of) = &mut c.subject.machine {
+            change(of);
+        }
+    };
+    with(&|c| c.blocks.clear());
+    with(&|c| c.parameters.clear());
+    with(&|c| c.parameters.truncate(3));
+    with(&|c| c.reference = Err("".into()));
+    with(&|c| c.reference = motor.reference.clone());
+    with(&|c| c.steiglitz = motor.steiglitz.clone());
+    with(&|c| c.subject.machine = motor.subject.machine.clone());
+    with(&|c| of_model(c, &|of| of.recordings.clear()));
+    with(&|c| of_model(c, &|of| of.recordings[0].measured.truncate(1)));
+    with(&|c| of_model(c, &|of| of.spec.fixed.clear()));
+    with(&|c| of_model(c, &|of| of.model = BuiltIn::Pmsm.model().unwrap()));
+    for value in FEW {
+        with(&|c| {
+            for run in c.blocks.iter_mut().flat_map(|b| &mut b.results).flat_map(|r| &mut r.runs) {
+                (run.cost, run.parameters) = (value, Some(vec![value; 5]));
+            }
+        });
+        with(&|c| {
+            c.parameters.iter_mut().for_each(|p| p.domain = Domain::Free { axis: usize::MAX, min: value, max: -value })
+        });
+        with(&|c| c.parameters.iter_mut().for_each(|p| p.domain = Domain::Fixed(value)));
+    }
     all
 }
 
 pub fn compared(calls: &mut Calls) {
-    for comparison in comparisons() {
+    let all = comparisons();
+    let parameters = all[0].parameters.clone();
+    for comparison in all {
         let shown = format!("{:?}", comparison.blocks);
         drive!(calls, shown;
             "study::compare::Comparison::expected" => comparison.expected(),
             "study::compare::Invariance::name" => Invariance::ALL.map(Invariance::name),
             "study::compare::InvarianceTest::of" => comparison.invariance.iter().map(|t| t.of(&comparison).is_some()).collect::<Vec<_>>(),
-            "study::compare::Comparison::is_free" => Parameter::ALL.map(|p| comparison.is_free(p)),
+            "study::compare::ComparisonSubject::truth" => comparison.subject.truth(),
+            "study::compare::ComparisonSubject::model" => comparison.subject.model().is_some(),
         );
+        of_parameters(calls, &comparison);
         for block in &comparison.blocks {
             drive!(calls, shown;
                 "study::compare::Comparison::estimates" => comparison.estimates(block),
@@ -99,11 +158,12 @@ pub fn compared(calls: &mut Calls) {
             Steiglitz { estimate: Ok(odd), spread: vec![odd; 2], records: 0, sigma: [value; 2], seconds: value };
         drive!(calls, value; "study::compare::Steiglitz::estimates" => steiglitz.estimates());
         for all in [vec![], vec![odd], vec![odd; 3]] {
-            let of = MethodEstimates { method: "", best: Some(odd), all, seconds: None };
+            let all = all.into_iter().map(|motor: Parameters| motor.to_array().to_vec()).collect();
+            let of = MethodEstimates { method: "", best: Some(vec![value; 3]), all, seconds: None };
             drive!(calls, of;
-                "study::compare::MethodEstimates::deviations" => of.deviations(),
-                "study::compare::MethodEstimates::errors" => [of.errors(&odd), of.errors(&Parameters::M2)],
-                "study::compare::MethodEstimates::values" => Parameter::EXTENSIONS.map(|p| of.values(p).len()),
+                "study::compare::MethodEstimates::deviations" => [of.deviations(&parameters), of.deviations(&[])],
+                "study::compare::MethodEstimates::errors" => [of.errors(&[value; 7]), of.errors(&[])],
+                "study::compare::MethodEstimates::values" => COUNTS.map(|n| of.values(n).len()),
             );
         }
     }
@@ -115,6 +175,33 @@ pub fn compared(calls: &mut Calls) {
     ask!(calls, (); "study::compare::ComparisonSubject::m2" => ComparisonSubject::m2());
 }
 
+fn of_parameters(calls: &mut Calls, comparison: &Comparison) {
+    let parameters = &comparison.parameters;
+    drive!(calls, parameters;
+        "study::compare::ComparedParameter::values" => [&[][..], &[1.0; 9]].map(|of| ComparedParameter::values(parameters, of)),
+        "study::compare::ComparedParameter::candidate" => [&[][..], &[1.0; 9]].map(|of| ComparedParameter::candidate(parameters, of)),
+    );
+    for parameter in parameters {
+        drive!(calls, parameter;
+            "study::compare::ComparedParameter::is_free" => parameter.is_free(),
+            "study::compare::ComparedParameter::bounds" => parameter.bounds(),
+            "study::compare::ComparedParameter::fixed" => parameter.fixed(),
+        );
+    }
+    if let Ok(reference) = &comparison.reference {
+        drive!(calls, parameters;
+            "study::compare::Reference::values" => reference.values(parameters),
+            "study::compare::Reference::is_unidentified" => texts().iter().any(|word| reference.is_unidentified(word)),
+            "study::compare::Reference::motor" => reference.motor().is_some(),
+            "study::compare::Reference::model" => reference.model().is_some(),
+        );
+    }
+    if let Some(of) = comparison.subject.model() {
+        ask!(calls, parameters;
+            "study::compare::ComparedModel::problem" => of.problem(Criterion::default()).map(drop));
+    }
+}
+
 fn of_method(calls: &mut Calls, result: &MethodResult) {
     drive!(calls, result;
         "study::compare::MethodResult::best" => result.best().map(|best| best.cost),
@@ -122,6 +209,24 @@ fn of_method(calls: &mut Calls, result: &MethodResult) {
         "study::compare::MethodResult::estimates" => result.estimates(),
         "study::compare::MethodResult::summary" => result.summary(u64::MAX),
     );
+}
+
+/// Compares on models with settings that may not suit them.
+fn of_model_specs(calls: &mut Calls, specs: &[CompareSpec]) {
+    for fixed in [&[][..], &[("nothing", 1.0)], &[("R", f64::NAN)], &["R", "L", "K", "B", "J"].map(|name| (name, 1.0))]
+    {
+        for spec in specs {
+            let spec = CompareSpec { steiglitz_mcbride: fixed.len() == 1, ..spec.clone() };
+            ask!(calls, (fixed, &spec); "study::compare::compare" =>
+                compare(model_subject(fixed), &spec, &mut |_| ControlFlow::Continue(())));
+        }
+    }
+    for record in records() {
+        let model = BuiltIn::DcMotor.model().unwrap();
+        ask!(calls, record; "study::compare::ComparisonSubject::of_model" =>
+            ComparisonSubject::of_model(model, vec![record.clone()], ModelSpec::default()));
+        drive!(calls, record; "study::compare::ComparisonSubject::of_motor" => ComparisonSubject::of_motor(vec![record.clone()], None));
+    }
 }
 
 pub fn compare_specs(calls: &mut Calls) {
@@ -147,7 +252,7 @@ pub fn compare_specs(calls: &mut Calls) {
         specs.push(CompareSpec { target: Some(value), noise_db: value, runs: 2, ..usual.clone() });
     }
     for spec in &specs {
-        let subject = ComparisonSubject { records: vec![step(60)], truth: Some(Parameters::M2) };
+        let subject = ComparisonSubject::of_motor(vec![step(60)], Some(Parameters::M2));
         ask!(calls, spec; "study::compare::compare" => compare(subject.clone(), spec, &mut |_| ControlFlow::Continue(())));
     }
     let short = CompareSpec { runs: 2, settings: vec![setting(4, 2)], ..usual };
@@ -155,13 +260,14 @@ pub fn compare_specs(calls: &mut Calls) {
         for (records, truth) in
             [(vec![], None), (vec![record.clone()], None), (vec![record.clone(), step(30)], Some(Parameters::M2))]
         {
-            let subject = ComparisonSubject { records, truth };
+            let subject = ComparisonSubject::of_motor(records, truth);
             ask!(calls, subject;
                 "study::compare::compare" => compare(subject.clone(), &short, &mut |_| ControlFlow::Continue(())),
                 "study::compare::compare" => compare(subject.clone(), &short, &mut |_| ControlFlow::Break(())),
             );
         }
     }
+    of_model_specs(calls, &[&specs[..7], &[short]].concat());
     for word in texts() {
         ask!(calls, word; "study::compare::Preset::named" => <Preset as Named>::named("preset", &word));
         ask!(calls, word; "study::compare::Invariance::named" => <Invariance as Named>::named("verdict", &word));
@@ -181,7 +287,7 @@ pub fn compare_specs(calls: &mut Calls) {
             ask!(calls, (n, &word);
                 "study::compare::CompareSettings::settings" => settings.settings(),
                 "study::compare::CompareSettings::space" =>
-                    settings.space(&ComparisonSubject { records: vec![step(30)], truth: None }, Model::default()),
+                    settings.space(&ComparisonSubject::of_motor(vec![step(30)], None), Model::default()),
             );
         }
     }
