@@ -36,6 +36,19 @@ fn square() -> Record {
     simulated(&Parameters::M2, &Excitation { time_s, voltage, torque: None }, Discretization::Zoh).unwrap()
 }
 
+/// Returns a recording of the DC motor without load for a model of it.
+fn recording_of(record: &Record) -> ModelRecording {
+    let samples = record.samples();
+    ModelRecording {
+        step_s: vec![1e-3],
+        inputs: vec![samples.voltage.clone(), vec![0.0; record.len()]],
+        measured: vec![samples.current.clone(), samples.speed.clone()],
+        counting: Vec::new(),
+        effective_sample_ratio: 1.0,
+        time_s: samples.time_s.clone(),
+    }
+}
+
 /// Returns the model's problem on the recording, with the criterion ise unless the standard one is asked for.
 fn problem(model: &Model, recording: ModelRecording, method: Option<IntegrationMethod>) -> ModelProblem {
     let criterion = match method {
@@ -111,7 +124,7 @@ fn beside_kernels() {
     );
     let models = [BuiltIn::DcMotor.model().unwrap(), Model::parse(&with_stick).unwrap()];
     for (model, extensions) in models.iter().zip([&[][..], &coulomb]) {
-        let own = problem(model, ModelRecording::new(model, &record).unwrap(), None);
+        let own = problem(model, recording_of(&record), None);
         let kernel = match extensions {
             [] => problem_with(std::slice::from_ref(&record)),
             extensions => extended_problem(&record, extensions),
