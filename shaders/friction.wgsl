@@ -45,11 +45,10 @@ fn taken(before: Lanes, x: Lanes, limit: Lanes, added: Lanes, bend_at: Lanes) ->
     let own = is_passage(before, x, limit);
     var after = select(x - clipped, passed(before, x, limit), own);
     if DELAYED {
-        let is_near = abs(before) <= Lanes(4.0) * (abs(x - before) + limit);
         let first = (x - added - before) * bend_at;
         let middle = passed(before, before + first, limit * bend_at);
         let end = passed(middle, middle + (x - before - first), limit * (Lanes(1.0) - bend_at));
-        let bends = (added != Lanes(0.0)) & is_near;
+        let bends = added != Lanes(0.0);
         after = select(after, end, bends);
         return select(clipped, x - after, own | bends);
     }

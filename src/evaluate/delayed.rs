@@ -4,7 +4,7 @@
 use super::lanes::SUM_BLOCK;
 use super::problem::Problem;
 use super::signals::Signals;
-use super::step::{Pair, Step};
+use super::step::{Bends, Pair, Step};
 use super::taps::{Taps, Torques};
 use super::uneven::Uneven;
 use crate::motor::{Bend, CHUNK, Extended, Parameter, SimulationSettings};
@@ -26,33 +26,32 @@ enum Clock<'a, const L: usize> {
     Uneven(Box<Uneven<'a, L>>),
 }
 
-/// Changes of the voltages of a block of candidates within steps, in a piece that begins at a sample.
+/// Changes of the voltages of a block of candidates within the steps of a piece.
 #[derive(Clone, Copy)]
 pub(super) enum VoltageChanges<'a, const L: usize> {
     /// Voltages change at samples only.
     None,
+    /// Those of taps, with the first sample of the piece.
     Even(&'a Taps<L>, usize),
-    Uneven(&'a Uneven<'a, L>, usize),
+    Uneven(&'a Uneven<'a, L>),
 }
 
-impl<const L: usize> VoltageChanges<'_, L> {
-    /// Returns the change of the voltage of a candidate within the step of sample `n`.
+impl<const L: usize> Bends for VoltageChanges<'_, L> {
     #[inline(always)]
-    pub(super) fn at(self, n: usize, lane: usize) -> Option<Bend<f64>> {
+    fn is_any(self, step: usize) -> bool {
         match self {
-            Self::None => None,
-            Self::Even(taps, start) => Some(taps.bend((start, n), lane)),
-            Self::Uneven(uneven, start) => Some(uneven.bend((start, n), lane)),
+            Self::None => false,
+            Self::Even(taps, _) => taps.has_bend(step),
+            Self::Uneven(uneven) => uneven.has_bend(step),
         }
     }
 
-    /// Returns true if the voltage of a candidate may change within the step of sample `n`.
     #[inline(always)]
-    pub(super) fn is_any(self, n: usize) -> bool {
+    fn at(self, step: usize, lane: usize) -> Option<Bend<f64>> {
         match self {
-            Self::None => false,
-            Self::Even(taps, start) => taps.has_bend(n - start),
-            Self::Uneven(uneven, start) => uneven.has_bend(n - start),
+            Self::None => None,
+            Self::Even(taps, start) => Some(taps.bend((start, step), lane)),
+            Self::Uneven(uneven) => uneven.bend(step, lane),
         }
     }
 }
@@ -74,7 +73,7 @@ impl<'a, const L: usize> DelayedInputs<'a, L> {
     pub(super) fn changes(&self, start: usize) -> VoltageChanges<'_, L> {
         match &self.clock {
             Clock::Even(taps) => VoltageChanges::Even(taps, start),
-            Clock::Uneven(uneven) => VoltageChanges::Uneven(uneven, start),
+            Clock::Uneven(uneven) => VoltageChanges::Uneven(uneven),
         }
     }
 

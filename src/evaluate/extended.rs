@@ -9,7 +9,7 @@ use super::cutoff::Cut;
 use super::input::{Inputs, Piece, PieceInput};
 use super::kernel::{Block, LANES, LANES_AVX512};
 use super::lanes::{SUM_BLOCK, Samples, so_far};
-use super::path::{Even, Irregular, Lanes, Path, StepBends};
+use super::path::{Even, Irregular, Lanes, Path};
 use super::problem::Problem;
 use super::recordings::{Kernel, run};
 use super::signals::Signals;
@@ -124,7 +124,8 @@ impl<'a, const L: usize> Simulation<'a, L> {
         // The steps leave the simulation while its states change.
         let steps = std::mem::take(&mut self.steps);
         let step = &steps[piece.step];
-        let bends = StepBends { from: start, changes: piece.changes };
+        // A piece with changes is not divided.
+        let bends = piece.changes;
         match piece.input {
             PieceInput::Constant(gain) => {
                 self.pass::<FMA>(range, Even { step, inputs: std::iter::repeat(gain), bends });

@@ -2,8 +2,7 @@
 
 use super::delayed::VoltageChanges;
 use super::lanes::{Samples, add_loss, add_losses, advance};
-use super::step::{Bends, Input, Pair, Step};
-use crate::motor::Bend;
+use super::step::{Input, Pair, Step};
 
 /// States and sums of errors of a block of candidates.
 pub(super) struct Lanes<const L: usize> {
@@ -41,30 +40,11 @@ pub(super) trait Path<const L: usize> {
     fn observe<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(self, x: &mut Pair<L>, seen: &mut [Pair<L>]);
 }
 
-/// Changes of the voltages within the steps of samples from `from` on.
-#[derive(Clone, Copy)]
-pub(super) struct StepBends<'a, const L: usize> {
-    pub from: usize,
-    pub changes: VoltageChanges<'a, L>,
-}
-
-impl<const L: usize> Bends for StepBends<'_, L> {
-    #[inline(always)]
-    fn is_any(self, step: usize) -> bool {
-        self.changes.is_any(self.from + step)
-    }
-
-    #[inline(always)]
-    fn at(self, step: usize, lane: usize) -> Option<Bend<f64>> {
-        self.changes.at(self.from + step, lane)
-    }
-}
-
 /// Steps of the same length.
 pub(super) struct Even<'a, const L: usize, I> {
     pub step: &'a Step<L>,
     pub inputs: I,
-    pub bends: StepBends<'a, L>,
+    pub bends: VoltageChanges<'a, L>,
 }
 
 impl<const L: usize, I: Iterator<Item: Input<L>>> Path<L> for Even<'_, L, I> {
@@ -128,7 +108,7 @@ pub(super) struct Irregular<'a, const L: usize> {
     /// Index of the step of each sample.
     pub index: &'a [u16],
     pub gains: &'a [Pair<L>],
-    pub bends: StepBends<'a, L>,
+    pub bends: VoltageChanges<'a, L>,
 }
 
 impl<const L: usize> Irregular<'_, L> {

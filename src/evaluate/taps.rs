@@ -34,8 +34,6 @@ pub(super) struct Taps<const L: usize> {
     drives: DriveNonlinearity<[f64; L]>,
     /// True if the voltage at the motor may differ from the commanded one.
     is_driven: bool,
-    /// Fraction of a step at which the voltage of each candidate changes.
-    bends: [f64; L],
     /// Change of both states per volt of each of three successive samples.
     gains: Aligned<[Pair<L>; 3]>,
     /// Steps of candidates that the taps do not cover, in the order of steps, and the number of those that have passed.
@@ -74,7 +72,6 @@ impl<const L: usize> Taps<L> {
         // The sort is stable: a later entry of a candidate replaces an earlier one.
         special.sort_by_key(|special| special.step.at);
         Self {
-            bends: delays.map(|delay| delay.bend_at),
             delays,
             drives: DriveNonlinearity::of(motors),
             is_driven: DriveNonlinearity::<f64>::is_nonlinear(features) || features.has(Parameter::Offset),
@@ -166,10 +163,10 @@ impl<const L: usize> Taps<L> {
         }
     }
 
-    /// Returns true if the voltage of a candidate changes within a step of a piece whose inputs are not constant.
+    /// Returns true if the voltage of a candidate changes within a step of the last piece, whose inputs are not constant.
     #[inline(always)]
-    pub(super) fn has_bend(&self, at: usize) -> bool {
-        let [Aligned(before), Aligned(after)] = [&self.given[at], &self.given[at + 1]];
+    pub(super) fn has_bend(&self, step: usize) -> bool {
+        let [Aligned(before), Aligned(after)] = [&self.given[step], &self.given[step + 1]];
         let mut largest = 0.0;
         for lane in 0..L {
             let change = (after[lane] - before[lane]).abs();
@@ -178,20 +175,20 @@ impl<const L: usize> Taps<L> {
         largest > 0.0
     }
 
-    /// Returns the change of the voltage of a candidate within the step of sample `n`, in a piece from `start` whose inputs are not
-    /// constant.
+    /// Returns the change of the voltage of a candidate within a step of the last piece, which began at sample `start` and whose inputs
+    /// are not constant.
     #[inline(always)]
-    pub(super) fn bend(&self, (start, n): (usize, usize), lane: usize) -> Bend<f64> {
+    pub(super) fn bend(&self, (start, step): (usize, usize), lane: usize) -> Bend<f64> {
         let special = self.special[..self.passed].iter().rev().take_while(|special| special.step.at >= start);
-        let own = special.into_iter().find(|special| special.step.at == n && special.lane == lane);
+        let own = special.into_iter().find(|special| special.step.at == start + step && special.lane == lane);
         let added = match own {
             Some(special) => special.step.added,
             None => {
-                let jump = self.given[n - start + 1].0[lane] - self.given[n - start].0[lane];
+                let jump = self.given[step + 1].0[lane] - self.given[step].0[lane];
                 [0, 1].map(|axis| self.gains.0[1][axis][lane] * jump)
             }
         };
-        Bend { at: self.bends[lane], added }
+        Bend { at: self.delays[lane].bend_at, added }
     }
 
     /// Writes the contributions of the voltages in `given`, and those of the torque if `LOADED` is true.

@@ -67,18 +67,16 @@ impl<'a, const L: usize> Uneven<'a, L> {
 
     /// Returns true if the voltage of a candidate changes within a step of the last piece.
     #[inline(always)]
-    pub(super) fn has_bend(&self, at: usize) -> bool {
-        self.counts[at] > 0
+    pub(super) fn has_bend(&self, step: usize) -> bool {
+        self.counts[step] > 0
     }
 
-    /// Returns the change of the voltage of a candidate within the step of sample `n` in the piece from `start`.
+    /// Returns the change of the voltage of a candidate within a step of the last piece; `None` if no voltage changes.
     #[inline(always)]
-    pub(super) fn bend(&self, (start, n): (usize, usize), lane: usize) -> Bend<f64> {
-        let (at, Aligned(added)) = (n - start, &self.added[n - start]);
-        if self.counts[at] == 0 {
-            return Bend { at: 0.0, added: [0.0; 2] };
-        }
-        Bend { at: self.bends[at].0[lane], added: [added[0][lane], added[1][lane]] }
+    pub(super) fn bend(&self, step: usize, lane: usize) -> Option<Bend<f64>> {
+        let Aligned(added) = &self.added[step];
+        let bend = || Bend { at: self.bends[step].0[lane], added: [added[0][lane], added[1][lane]] };
+        self.has_bend(step).then(bend)
     }
 
     /// Writes the contributions of the inputs at samples `start..end`.
@@ -97,9 +95,11 @@ impl<'a, const L: usize> Uneven<'a, L> {
         for (n, gain) in (start..end).zip(gains.iter_mut()) {
             let own = steps[usize::from(signals.step_of(n))].gain::<FMA>(&self.voltages.0[n - start], &torques.at(n));
             *gain = self.with_changes::<FMA>(own, n - start);
-            for axis in 0..2 {
-                for lane in 0..L {
-                    self.added[n - start].0[axis][lane] = gain[axis][lane] - own[axis][lane];
+            if self.has_bend(n - start) {
+                for axis in 0..2 {
+                    for lane in 0..L {
+                        self.added[n - start].0[axis][lane] = gain[axis][lane] - own[axis][lane];
+                    }
                 }
             }
         }

@@ -16,12 +16,13 @@
 //! sign for the whole step it would be of first order, and dead times and inductances would be estimated too small.
 //!
 //! A voltage with a dead time may change at the fraction f of a step. Its change adds a part to the states at the end, so that the
-//! free motion of a state near zero has two pieces, uniform up to f and from f on, each with its share of the limit. A change in the step in which a
-//! start latency ends counts from the start of the step.
+//! motion without reactions has two pieces, uniform up to f and from f on, each with its share of the limit. A change in the step in
+//! which a start latency ends counts from the start of the step.
 //!
 //! Shader: `shaders/friction.wgsl`. The oracle, its derivatives, the kernel and the shaders share these formulas. They are tested
 //! against closed forms and a simulation with finer steps in `tests/extensions/meaning.rs`
-//! (`the_motor_sticks_up_to_the_friction_torque`, `friction_converges_with_the_step`, `brushes_reduce_the_voltage_by_their_drop`).
+//! (`the_motor_sticks_up_to_the_friction_torque`, `friction_converges_with_the_step`, `brushes_reduce_the_voltage_by_their_drop`,
+//! `reactions_change_their_sign_where_a_late_voltage_turns_the_motor`).
 
 use super::discretize::StepMaps;
 use super::dual::Number;
@@ -77,13 +78,10 @@ impl<const L: usize, T: Number> Reactions<L, T> {
         bend: Option<Bend<T>>,
         lane: usize,
     ) -> [T; 2] {
-        self.apply::<FMA>(acts, x, lane, |own, x, limit| {
-            let bends = |bend: &Bend<T>| bend.added[own].value() != 0.0 && is_near_zero(before[own], x, limit);
-            match bend.filter(bends) {
-                Some(bend) => x - bend.state(before[own], x, (limit, own)),
-                None if is_passage(before[own].value(), x.value(), limit.value()) => x - passed(before[own], x, limit),
-                None => x.clip(limit),
-            }
+        self.apply::<FMA>(acts, x, lane, |own, x, limit| match bend.filter(|bend| bend.added[own].value() != 0.0) {
+            Some(bend) => x - bend.state(before[own], x, (limit, own)),
+            None if is_passage(before[own].value(), x.value(), limit.value()) => x - passed(before[own], x, limit),
+            None => x.clip(limit),
         })
     }
 
@@ -145,11 +143,6 @@ impl<T: Number> Bend<T> {
         let middle = passed(before, before + first, limit * self.at);
         passed(middle, middle + (x - before - first), limit * (T::constant(1.0) - self.at))
     }
-}
-
-/// Returns true if a state is so near to zero that it may reach it within a step.
-fn is_near_zero<T: Number>(before: T, x: T, limit: T) -> bool {
-    before.value().abs() <= 4.0 * ((x - before).value().abs() + limit.value())
 }
 
 /// Returns a number that is negative if a state passes zero within a step: it is not zero at the start, `x` without the reaction at

@@ -82,7 +82,7 @@ pub fn model_optima(
         fit.check(start, &initial)?;
     }
     let has_stick = problem.model().reactions() > 0;
-    // With exact steps derivatives are cheap, so that a round has both kinds of starts.
+    // With matrix exponentials derivatives are cheap, so that every round has random candidates too.
     let is_affine = has_stick && problem.method().stiffness.is_affine;
     let mut ends: Vec<End> = Vec::new();
     let mut evaluations = 0;
@@ -92,11 +92,12 @@ pub fn model_optima(
         let mut starts = if round == 0 { given.to_vec() } else { Vec::new() };
         let number = (CANDIDATES_PER_AXIS * fit.axes()).clamp(CANDIDATES[0], CANDIDATES[1]);
         let round_seed = seed.wrapping_mul(ROUNDS as u64).wrapping_add(round as u64);
-        if (round == 0) != has_stick || is_affine {
+        let has_populations = (round == 0) == has_stick;
+        if !has_populations || is_affine {
             starts.extend(best_apart(problem, evaluator, number, round_seed)?);
             evaluations += number as u64;
         }
-        if (round == 0) == has_stick {
+        if has_populations {
             let (best, evaluated) = populations(problem, evaluator, round_seed)?;
             starts.extend(best);
             evaluations += evaluated;
