@@ -31,7 +31,7 @@ enum Clock<'a, const L: usize> {
 pub(super) enum VoltageChanges<'a, const L: usize> {
     /// Voltages change at samples only.
     None,
-    /// Those of taps, with the first sample of the piece.
+    /// Changes of taps, with the first sample of the piece.
     Even(&'a Taps<L>, usize),
     Uneven(&'a Uneven<'a, L>),
 }
