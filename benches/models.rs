@@ -9,6 +9,7 @@ mod support;
 
 use motorfit::candidates::Candidates;
 use motorfit::criterion::{Criterion, Norm, Scale};
+use motorfit::estimate::model::{ModelWeights, refine_model};
 use motorfit::evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
 use motorfit::evaluate::{Level, Simd};
 use motorfit::experiment::{Excitation, simulated};
@@ -108,6 +109,8 @@ fn main() {
         println!();
         beside_twins(peak);
         println!();
+        derivatives();
+        println!();
         beginnings();
     });
 }
@@ -192,6 +195,47 @@ fn row<const N: usize, const U: usize>(
     let rate = (CANDIDATES * SAMPLES * own.work()) as f64 / time;
     let share = peak.map_or_else(String::new, |peak| format!("{:.2}", rate / peak));
     println!("| {name} | {} | {ratio:.2} | {share} |", steps(time));
+}
+
+/// Prints the time of a simulation with all derivatives and its normal equations, in simulations without derivatives.
+fn derivatives() {
+    println!(
+        "| model, Runge–Kutta | parameters | simulation with all derivatives [ms] | of a plain one |\n|---|---|---|---|"
+    );
+    for (of, values) in [
+        (BuiltIn::DcMotor, &[0.92, 7.8e-3, 0.073, 6.8e-4, 1.4e-4][..]),
+        (BuiltIn::Pmsm, &[0.5, 1e-3, 1.5e-3, 0.05, 1e-4, 2e-4]),
+        (BuiltIn::DcThermal, &[1.0, 1.0, 0.05, 1e-5, 1e-5, 5.0, 4.0, 1e-3]),
+    ] {
+        let model = of.model().unwrap();
+        let level = |number: usize, n: usize| if (n / (90 + 40 * number)).is_multiple_of(2) { 6.0 } else { 1.0 };
+        let input = |number: usize| (0..SAMPLES).map(|n| level(number, n)).collect::<Vec<f64>>();
+        let mut recording = ModelRecording {
+            step_s: vec![1e-4],
+            inputs: (0..model.inputs().len()).map(input).collect(),
+            measured: vec![Some(input(0)); model.outputs().len()],
+            counting: Vec::new(),
+            effective_sample_ratio: 1.0,
+            time_s: (0..SAMPLES).map(|n| 1e-4 * n as f64).collect(),
+        };
+        // Its own trajectory is measured, so that the fit ends after few simulations.
+        let initial = vec![vec![0.0; problem(&model, recording.clone(), None).open_initial(0).len()]];
+        let own = problem(&model, recording.clone(), Some(IntegrationMethod::RungeKutta));
+        recording.measured = own.simulate(values, 0, &initial[0]).outputs.into_iter().map(Some).collect();
+        let own = problem(&model, recording, Some(IntegrationMethod::RungeKutta));
+        let start: Vec<f64> = values.iter().map(|value| 1.1 * value).collect();
+        let (mut ratios, mut times) = (Vec::new(), Vec::new());
+        for _ in 0..ROUNDS {
+            let plain = median((0..5).map(|_| seconds(|| drop(own.simulate(&start, 0, &initial[0])))).collect());
+            let begin = Instant::now();
+            let found = refine_model(&own, &start, &initial, (false, ModelWeights::Signals)).unwrap();
+            // One more simulation tests the residuals.
+            let time = begin.elapsed().as_secs_f64() / (found.evaluations + 1) as f64;
+            ratios.push(time / plain);
+            times.push(1e3 * time);
+        }
+        println!("| {} | {} | {:.2} | {:.1} |", of.name(), values.len(), median(times), median(ratios));
+    }
 }
 
 /// Prints the time from the text of a model to a problem that can be evaluated.

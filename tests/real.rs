@@ -1,9 +1,11 @@
 //! Proves: models reach at least the fits below on real recordings, fitted and held out: gain, time constant and dead time;
-//! drives with deadband and saturation; averaging sensors; recordings with missing channels. The bounds are measured fits,
-//! less a margin. Recordings are in the folder that `MOTORFIT_RECORDINGS` names.
+//! drives with deadband and saturation; averaging sensors; recordings with missing channels; nested models of friction. The bounds
+//! are measured fits, less a margin. Recordings are in the folder that `MOTORFIT_RECORDINGS` names.
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr, reason = "a test may stop and print")]
 #![allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, reason = "small numbers")]
 
+#[path = "real/friction.rs"]
+mod friction;
 #[path = "support/program.rs"]
 mod program;
 #[path = "support/recordings.rs"]

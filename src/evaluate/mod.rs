@@ -5,6 +5,7 @@
 //! from the sums by the same code for every evaluator. A batch has groups, each with its own problem, so that many runs on many
 //! recordings are evaluated in one call.
 
+mod affine;
 mod at_level;
 mod coarse_clock;
 mod cpu;

@@ -126,7 +126,7 @@ impl<const L: usize> Step<L> {
 
 /// Returns the smallest number, by halves, as vectors of any width do it.
 #[inline(always)]
-fn least<const L: usize>(numbers: &[f64; L]) -> f64 {
+pub(super) fn least<const L: usize>(numbers: &[f64; L]) -> f64 {
     const WIDTH: usize = 4;
     let mut least = [f64::INFINITY; WIDTH];
     for lane in 0..L {

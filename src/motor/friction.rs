@@ -148,7 +148,7 @@ impl<T: Number> Bend<T> {
 /// Returns a number that is negative if a state passes zero within a step: it is not zero at the start, `x` without the reaction at
 /// the end, and the pull against it is above the limit of the reaction.
 #[inline(always)]
-fn margin_to_passage(before: f64, x: f64, limit: f64) -> f64 {
+pub(crate) fn margin_to_passage(before: f64, x: f64, limit: f64) -> f64 {
     const SIGN: u64 = 1 << 63;
     let along = f64::from_bits(x.to_bits() ^ (before.to_bits() & SIGN));
     let pulled = before.abs() - limit;
@@ -164,7 +164,7 @@ fn is_passage(before: f64, x: f64, limit: f64) -> bool {
 
 /// Returns a state after a uniform motion from `before` to `x`, at most ±`limit` of which the reaction takes.
 #[inline(always)]
-fn passed<T: Number>(before: T, x: T, limit: T) -> T {
+pub(crate) fn passed<T: Number>(before: T, x: T, limit: T) -> T {
     if !is_passage(before.value(), x.value(), limit.value()) {
         return x - x.clip(limit);
     }

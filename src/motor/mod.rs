@@ -41,7 +41,7 @@ pub use dual::{Dual, Number};
 pub use extended::Extended;
 pub use extension::{Extension, Needs, With};
 pub use features::ModelFeatures;
-pub(crate) use friction::{Bend, Reactions};
+pub(crate) use friction::{Bend, Reactions, margin_to_passage, passed};
 pub(crate) use interleave::{Aligned, CHUNK, GROUP, interleave};
 pub use linear::Parameters;
 pub use matrix::{Matrix2, inverse, matrix_logarithm, product, times};

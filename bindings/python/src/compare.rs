@@ -9,6 +9,8 @@ use motorfit::device::with_threads;
 use motorfit::evaluate::{Initial, Model};
 use motorfit::identify::Method;
 use motorfit::named::Named as _;
+use motorfit::setting::Setting;
+use motorfit::settings::{self, DEVICE};
 use motorfit::study::compare::{CompareSettings, CompareSpec, Comparison as Compared, ComparisonSubject, Preset};
 use motorfit::{Error, Result};
 use pyo3::prelude::*;
@@ -34,6 +36,27 @@ const COMPARE: [&str; 17] = [
     "precision",
     "threads",
 ];
+/// Keyword arguments of `Model.compare`.
+const OF_MODEL: [&str; 15] = [
+    "methods",
+    "runs",
+    "criteria",
+    "population",
+    "generations",
+    "set",
+    "transform",
+    "seed",
+    "target",
+    "bounds",
+    "fix",
+    "discretization",
+    "device",
+    "precision",
+    "threads",
+];
+/// Methods that are compared by default, for the DC motor and for a model.
+const METHODS: [&str; 4] = ["gwo", "jaya", "ga", "sm"];
+const METHODS_OF_MODEL: [&str; 3] = ["gwo", "jaya", "ga"];
 /// Keyword arguments that the preset `paper` fixes.
 const OF_PRESET: [&str; 8] = ["methods", "criteria", "population", "generations", "set", "transform", "bounds", "fix"];
 
@@ -115,13 +138,38 @@ pub fn compare(
         let message = format!("preset=\"paper\" cannot be combined with {key}");
         return Err(Error::usage(message, "Leave one of the two out.")).raise(py);
     }
-    let (factors, spec) = (factors(py, &keys)?, spec(&keys, paper)?);
+    let (factors, spec) = (factors(py, &keys, &METHODS)?, spec(&keys, paper)?);
     let settings = if paper { CompareSpec::paper().settings } else { factors.settings().raise(py)? };
     let steiglitz_mcbride = factors.methods.contains(&Method::SteiglitzMcBride);
     let (threads, spec) = (spec.0, CompareSpec { settings, steiglitz_mcbride, ..spec.1 });
     let compared = watched(py, progress, move |watch| run(subject, &factors, spec, (threads, watch)))?.raise(py)?;
     warn(py, &compared.warnings)?;
     Ok(Comparison::new(compared, paper))
+}
+
+/// Compares searches on recordings of a model.
+pub fn compare_model(
+    model: &crate::model::Model,
+    records: &Bound<'_, PyAny>,
+    progress: Option<Py<PyAny>>,
+    settings: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Comparison> {
+    let py = records.py();
+    let keys = Keywords::new(py, settings, &OF_MODEL)?;
+    let of_model: [&[Setting]; 2] = [&DEVICE, &[Setting::Bounds, Setting::Fix, Setting::Discretization]];
+    let model_spec = settings::model_spec(&keys.given(&of_model)?).map_err(Error::from).raise(py)?;
+    let (records, _) = model.recordings(records)?;
+    let subject = ComparisonSubject::of_model(model.0.clone(), records, model_spec).raise(py)?;
+    let (factors, (threads, spec)) = (factors(py, &keys, &METHODS_OF_MODEL)?, spec(&keys, false)?);
+    let spec = CompareSpec { settings: factors.settings().raise(py)?, ..spec };
+    let compare = move |watch: &Watch| {
+        with_threads(threads, || {
+            motorfit::study::compare::compare(subject, &spec, &mut |progress| watch.generation(progress))
+        })
+    };
+    let compared = watched(py, progress, compare)?.raise(py)?;
+    warn(py, &compared.warnings)?;
+    Ok(Comparison::new(compared, false))
 }
 
 fn run(
@@ -137,11 +185,11 @@ fn run(
     })
 }
 
-fn factors(py: Python<'_>, keys: &Keywords<'_, '_>) -> PyResult<CompareSettings> {
+fn factors(py: Python<'_>, keys: &Keywords<'_, '_>, methods: &[&str]) -> PyResult<CompareSettings> {
     let or = |items: Vec<String>, default: &[&str]| {
         if items.is_empty() { default.iter().map(|&name| name.to_owned()).collect() } else { items }
     };
-    let names = or(keys.items("methods")?, &["gwo", "jaya", "ga", "sm"]);
+    let names = or(keys.items("methods")?, methods);
     let method = |name: &String| Method::named("methods", name.trim()).raise(py);
     Ok(CompareSettings {
         methods: names.iter().map(method).collect::<PyResult<_>>()?,

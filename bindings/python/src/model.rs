@@ -1,6 +1,8 @@
 //! `Model`: the equations of a machine.
 
 use crate::arrays::{array, signal};
+use crate::compare::compare_model;
+use crate::comparison::Comparison;
 use crate::errors::{Raise as _, warn};
 use crate::model_identification::ModelIdentification;
 use crate::pool::on_all;
@@ -291,6 +293,56 @@ impl Model {
         let found = found.raise(py)?;
         warn(py, &found.warnings)?;
         Ok(ModelIdentification::new(records, model, &spec, found))
+    }
+
+    /// Compares searches on recordings of the machine under equal budgets.
+    ///
+    /// Parameters
+    /// ----------
+    /// records : Record or sequence of Record
+    ///     Recordings that `read` returned, or paths and frames, which are read.
+    /// progress : callable, optional
+    ///     Called with a `Progress` after each generation, in the calling thread. The comparison ends when it returns False.
+    /// methods : str or sequence, default "gwo,jaya,ga"
+    ///     Searches among gwo, jaya, ga, pso, de, lshade, cmaes, abc, cuckoo, random.
+    /// bounds : str, sequence or mapping
+    ///     Bounds that replace those of the model, in the units of the parameters.
+    /// fix : str, sequence or mapping
+    ///     Fixed parameters in their units.
+    /// discretization : {"zoh", "foh"}, default "zoh"
+    ///     Inputs between samples: held, or linear.
+    /// runs, criteria, population, generations, set, transform, seed, target
+    ///     As for `motorfit.compare`.
+    /// device, precision, threads
+    ///     As for `identify`.
+    ///
+    /// Returns
+    /// -------
+    /// Comparison
+    ///     One block for each setting, with the parameters of the model in their units.
+    ///
+    /// Raises
+    /// ------
+    /// UsageError, DataError, DeviceError
+    ///     If a setting is wrong or does not suit a model, or a recording cannot be used.
+    ///
+    /// Warns
+    /// -----
+    /// MotorfitWarning
+    ///     For each entry of `warnings` of the result.
+    #[pyo3(signature = (records, *, progress=None, **settings))]
+    #[pyo3(
+        text_signature = "($self, records, *, progress=None, methods='gwo,jaya,ga', runs=50, criteria='nrmse:std', population=100, \
+        generations=100, set=None, transform=None, seed=1, target=None, bounds=None, fix=None, discretization=None, device='auto', \
+        precision='auto', threads=None)"
+    )]
+    fn compare(
+        &self,
+        records: &Bound<'_, PyAny>,
+        progress: Option<Py<PyAny>>,
+        settings: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Comparison> {
+        compare_model(self, records, progress, settings)
     }
 
     /// Returns the WGSL compute shader of the model.

@@ -52,6 +52,18 @@ def test_a_recording_is_compared_on(program):
     assert found.expected == found.to_dict()["refined"]
 
 
+def test_searches_on_a_model_are_those_of_the_command_line(program):
+    path = ROOT / "examples" / "m2-step.csv"
+    settings = ["--model", "dc-motor", "--methods", "jaya,de", "--fix", "B=7e-4", "--bounds", "R=0.5:1.5"]
+    printed = json.loads(program("compare", path, *FLAGS, *settings, "--json", "--device", "cpu").stdout)
+    machine = motorfit.Model("dc-motor")
+    found = machine.compare(path, **SMALL, methods="jaya,de", fix={"B": 7e-4}, bounds={"R": (0.5, 1.5)}, device="cpu")
+    assert untimed(found.to_dict()) == untimed(printed)
+    assert found.blocks[0].parameters["de"].shape == (6, len(found.expected)) and "K" in found.to_columns()
+    with pytest.raises(motorfit.UsageError, match="sm"):
+        machine.compare(path, methods="sm", **SMALL)
+
+
 def test_methods_are_compared_in_other_coordinates():
     found = motorfit.compare(methods=["de", "gwo"], runs=6, population=12, generations=5, transform=["mirror", "log"])
     tests = found.to_dict()["invariance"]

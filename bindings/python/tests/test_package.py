@@ -56,6 +56,7 @@ WITH_SETTINGS = {
     "identify": motorfit.identify,
     "Evaluator": motorfit.Evaluator,
     "compare": motorfit.compare,
+    "Model.compare": motorfit.Model("dc-motor").compare,
     "refine": motorfit.refine,
     "read": motorfit.read,
     "Record.from_file": motorfit.Record.from_file,

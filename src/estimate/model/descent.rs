@@ -1,18 +1,38 @@
 //! Levenberg–Marquardt within bounds, damped after H. B. Nielsen (1999) and scaled by the diagonal (D. W. Marquardt 1963).
 
 use super::fit::{Fit, Normal};
+use crate::numeric::count;
 use nalgebra::{DMatrix, DVector};
 
 /// Longest step of a coordinate of a parameter: a factor of e, or the range of the parameter.
 const TRUST: f64 = 1.0;
 /// Damping below which the length of a step is taken as the distance to the optimum.
 const UNDAMPED: f64 = 1e-2;
-/// Damping at which a descent is stuck.
+/// Damping at the start, and that at which a descent is stuck.
+const DAMPING: f64 = 1e-3;
 const DAMPING_MAX: f64 = 1e14;
 
-/// Simulations over which a stalled descent lowers the cost by less than this fraction.
+/// Simulations over which a stalled descent gains too little.
 const STALL_SIMULATIONS: usize = 8;
-const STALL_GAIN: f64 = 1e-3;
+
+/// Weights of the residuals in a descent.
+pub(super) enum Weights {
+    /// The inverse of the given variances.
+    Given,
+    /// The inverse of the variance of each block, estimated with the parameters: the cost is the deviance
+    /// `Σ n ln σ²` with `σ² = r²/n`, of which the given variances are the least.
+    Estimated { least: Vec<f64>, freedom: f64 },
+}
+
+/// Gain over some simulations below which a descent ends: the cost of a model with friction that sticks is not smooth, and no step is
+/// short enough.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stall {
+    /// As a fraction of the cost.
+    pub relative: f64,
+    /// As a difference of costs.
+    pub absolute: f64,
+}
 
 /// State of a descent.
 pub(super) struct Descent<'a> {
@@ -23,9 +43,8 @@ pub(super) struct Descent<'a> {
     lower: DVector<f64>,
     upper: DVector<f64>,
     damping: f64,
-    /// True if the descent ends where it gains little: the cost of a model with friction that sticks is not smooth, and no step is short
-    /// enough.
-    pub ends_when_stalled: bool,
+    pub weights: Weights,
+    pub stall: Option<Stall>,
     /// Number of simulations.
     pub evaluations: usize,
 }
@@ -42,12 +61,52 @@ impl<'a> Descent<'a> {
         let at = clamp(&start, &lower, &upper);
         let normal = fit.normal(&at)?;
         let sigma = sigma(&normal);
-        Some(Self { fit, at, normal, sigma, lower, upper, damping: 1e-3, ends_when_stalled: false, evaluations: 1 })
+        let (damping, weights) = (DAMPING, Weights::Given);
+        Some(Self { fit, at, normal, sigma, lower, upper, damping, weights, stall: None, evaluations: 1 })
     }
 
-    /// Returns the weighted sum of squares.
+    /// Returns the weighted sum of squares, or the deviance.
     pub fn cost(&self) -> f64 {
-        self.normal.cost(&self.sigma)
+        self.cost_of(&self.normal)
+    }
+
+    fn cost_of(&self, normal: &Normal) -> f64 {
+        let Weights::Estimated { freedom, .. } = &self.weights else { return normal.cost(&self.sigma) };
+        let sigma = self.sigma_of(normal);
+        let blocks = normal.blocks.iter().zip(&sigma);
+        let logarithms: f64 = blocks.map(|(block, sigma)| 2.0 * freedom * count(block.count) * sigma.ln()).sum();
+        normal.cost(&sigma) + logarithms
+    }
+
+    /// Returns the standard deviation of each block.
+    fn sigma_of(&self, normal: &Normal) -> Vec<f64> {
+        match &self.weights {
+            Weights::Given => self.sigma.clone(),
+            Weights::Estimated { least, freedom } => {
+                normal.rms().iter().zip(least).map(|(rms, least)| (rms / freedom.sqrt()).max(*least)).collect()
+            }
+        }
+    }
+
+    /// Begins anew with other weights.
+    pub fn weigh(&mut self, weights: Weights) {
+        self.weights = weights;
+        self.sigma = self.sigma_of(&self.normal);
+        self.damping = DAMPING;
+    }
+
+    /// Returns the curvature of the cost: of the deviance `M − Σ 2 g gᵀ/n` with the weighted gradient g of each block.
+    fn curvature(&self, matrix: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut curvature = matrix.clone();
+        if let Weights::Estimated { least, freedom } = &self.weights {
+            for ((block, sigma), least) in self.normal.blocks.iter().zip(&self.sigma).zip(least) {
+                if sigma > least {
+                    let gradient = block.gradient() / (sigma * sigma);
+                    curvature -= &gradient * gradient.transpose() * (2.0 / (freedom * count(block.count)));
+                }
+            }
+        }
+        curvature
     }
 
     /// Returns true for each unknown that is free to move: not at a bound that the descent pushes against.
@@ -72,15 +131,18 @@ impl<'a> Descent<'a> {
         }
     }
 
-    /// Descends until a step is shorter than `tolerance` standard errors; returns false if `most` simulations did not suffice.
+    /// Descends until a step is shorter than `tolerance` standard errors, or gains too little; returns false if `most` simulations did
+    /// not suffice.
     pub fn run(&mut self, tolerance: f64, most: usize) -> bool {
         let end = self.evaluations + most;
         let mut growth = 2.0;
         let mut before = (self.evaluations, self.cost());
         while self.evaluations < end {
-            if self.ends_when_stalled && self.evaluations >= before.0 + STALL_SIMULATIONS {
-                if self.cost() > (1.0 - STALL_GAIN) * before.1 {
-                    return false;
+            if let Some(Stall { relative, absolute }) = self.stall
+                && self.evaluations >= before.0 + STALL_SIMULATIONS
+            {
+                if before.1 - self.cost() < relative * before.1 + absolute {
+                    return true;
                 }
                 before = (self.evaluations, self.cost());
             }
@@ -89,7 +151,9 @@ impl<'a> Descent<'a> {
             if free.is_empty() {
                 return true;
             }
-            let step = self.step(&matrix, &gradient, free);
+            // The curvature of the deviance may be negative far from the optimum.
+            let step = self.step(&self.curvature(&matrix), &gradient, free.clone());
+            let step = step.or_else(|| self.step(&matrix, &gradient, free));
             let next = step.map(|step| clamp(&(&self.at + step), &self.lower, &self.upper));
             let Some(next) = next else {
                 self.damping *= growth;
@@ -106,29 +170,30 @@ impl<'a> Descent<'a> {
                 return true;
             }
             let cost = self.cost();
+            let rounding = cost.abs().max(self.normal.cost(&self.sigma));
             let normal = self.fit.normal(&next);
             self.evaluations += 1;
-            let after = normal.as_ref().map_or(f64::INFINITY, |normal| normal.cost(&self.sigma));
+            let after = normal.as_ref().map_or(f64::INFINITY, |normal| self.cost_of(normal));
             if let Some(normal) = normal.filter(|_| after < cost) {
                 let predicted = 2.0 * step.dot(&gradient) - step.dot(&(&matrix * &step));
                 let ratio = ((cost - after) / predicted).clamp(0.0, 1.0);
                 let is_converged = length < tolerance && self.damping < UNDAMPED;
                 self.damping = (self.damping * (1.0 / 3.0_f64).max(1.0 - (2.0 * ratio - 1.0).powi(3))).max(1e-12);
                 growth = 2.0;
-                (self.at, self.normal) = (next, normal);
+                (self.at, self.sigma, self.normal) = (next, self.sigma_of(&normal), normal);
                 if is_converged {
                     return true;
                 }
                 continue;
             }
             // A short step that changes the cost by rounding ends the descent.
-            if length < tolerance.max(1e-3) && (after - cost).abs() <= 1e-11 * cost {
+            if length < tolerance.max(1e-3) && (after - cost).abs() <= 1e-11 * rounding {
                 return true;
             }
             self.damping *= growth;
             growth *= 2.0;
             if self.damping > DAMPING_MAX {
-                return length < tolerance.max(1e-3);
+                return length < tolerance.max(1e-3) || self.stall.is_some();
             }
         }
         false

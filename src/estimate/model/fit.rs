@@ -33,6 +33,13 @@ pub(super) struct Normal {
     pub blocks: Vec<Block>,
 }
 
+impl Block {
+    /// Returns the derivatives of half the sum of squares, without a weight and with the other sign.
+    pub fn gradient(&self) -> &DVector<f64> {
+        &self.gradient
+    }
+}
+
 impl Normal {
     /// Returns the weighted sum of squares; `sigma` has a value for each block.
     pub fn cost(&self, sigma: &[f64]) -> f64 {

@@ -1,7 +1,7 @@
 //! Optima of a model over its bounds: descents from the best of a batch of random candidates that lie apart. Where these do not agree,
 //! and for friction that sticks, descents begin at the best of small populations.
 
-use super::descent::Descent;
+use super::descent::{Descent, Stall};
 use super::fit::{Fit, Normal};
 use crate::candidates::Candidates;
 use crate::evaluate::model::{ModelEvaluator, ModelProblem};
@@ -14,6 +14,8 @@ use std::ops::ControlFlow;
 /// Number of candidates for each free parameter, and the limits of their number.
 const CANDIDATES_PER_AXIS: usize = 400;
 const CANDIDATES: [usize; 2] = [1024, 8192];
+/// Samples on which random candidates and populations are evaluated: they give starts only.
+const SAMPLES_SCREENED: usize = 4000;
 /// Number of descents of a round.
 const STARTS: usize = 12;
 /// Rounds at most; a further one begins if fewer than [`ARRIVALS`] descents ended in the lowest optimum.
@@ -30,6 +32,8 @@ const NOISY: f64 = 2.0;
 const SAME: f64 = 1e-4;
 /// Simulations of a descent at most.
 const SIMULATIONS: usize = 80;
+/// Part of the cost below which the gain of a descent with friction that sticks ends it.
+pub(super) const STALLED: f64 = 1e-3;
 
 /// The lowest optimum that descents from many starts found.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,6 +86,8 @@ pub fn model_optima(
         fit.check(start, &initial)?;
     }
     let has_stick = problem.model().reactions() > 0;
+    let screened = problem.with_fewer_samples(SAMPLES_SCREENED)?;
+    let screened = screened.as_ref().unwrap_or(problem);
     // With matrix exponentials derivatives are cheap, so that every round has random candidates too.
     let is_affine = has_stick && problem.method().stiffness.is_affine;
     let mut ends: Vec<End> = Vec::new();
@@ -94,11 +100,11 @@ pub fn model_optima(
         let round_seed = seed.wrapping_mul(ROUNDS as u64).wrapping_add(round as u64);
         let has_populations = (round == 0) == has_stick;
         if !has_populations || is_affine {
-            starts.extend(best_apart(problem, evaluator, number, round_seed)?);
+            starts.extend(best_apart(screened, evaluator, number, round_seed)?);
             evaluations += number as u64;
         }
         if has_populations {
-            let (best, evaluated) = populations(problem, evaluator, round_seed)?;
+            let (best, evaluated) = populations(screened, evaluator, round_seed)?;
             starts.extend(best);
             evaluations += evaluated;
         }
@@ -175,7 +181,8 @@ fn descend(fit: &Fit<'_>, start: &[f64]) -> Option<End> {
     let initial: Vec<Vec<f64>> = (0..fit.problem.recordings()).map(|n| fit.problem.open_initial(n).to_vec()).collect();
     let mut descent = Descent::new(fit, fit.at(start, &initial), |normal| deviations(fit.problem, normal))?;
     // In units of the deviations of the signals a step of 1e-7 is far below any noise.
-    descent.ends_when_stalled = fit.problem.model().reactions() > 0;
+    let has_stick = fit.problem.model().reactions() > 0;
+    descent.stall = has_stick.then_some(Stall { relative: STALLED, absolute: 0.0 });
     descent.run(1e-7 * count(fit.problem.counted()).sqrt(), SIMULATIONS);
     Some(End {
         values: fit.values(&descent.at),

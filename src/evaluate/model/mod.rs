@@ -1,8 +1,12 @@
 //! Evaluation of users' models: candidates on recordings, and trajectories with their derivatives.
 
+#[cfg(test)]
+mod affine_tests;
 mod evaluator;
 mod method;
+mod prepared;
 mod problem;
+mod programs;
 mod recording;
 mod space;
 #[cfg(test)]

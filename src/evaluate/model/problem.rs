@@ -1,16 +1,20 @@
 //! A model on recordings: programs, rows, costs of candidates.
 
 use super::method::ModelMethod;
-use super::recording::{ModelRecording, open_initial};
+#[cfg(feature = "gpu")]
+use super::prepared::input;
+use super::prepared::{Prepared, prepare};
+use super::programs::Programs;
+use super::recording::ModelRecording;
 use super::space::ModelSpace;
 use crate::candidates::Candidates;
-use crate::criterion::{Criterion, Scale};
-use crate::evaluate::interpreter::{Clock, Job, Loss, Register, Rows, Work};
+use crate::criterion::Criterion;
+use crate::evaluate::affine::AffineJob;
+use crate::evaluate::interpreter::{Job, Loss, Register, Rows, Work};
+#[cfg(feature = "gpu")]
 use crate::model::graph::Leaf;
-use crate::model::program::{Program, Roots, compile};
-use crate::model::step::{Step, StepSettings};
+use crate::model::step::StepSettings;
 use crate::model::{IntegrationMethod, Model};
-use crate::numeric::{count, peak, standard_deviation};
 use crate::text::counted;
 use crate::{Error, Result};
 use rayon::prelude::*;
@@ -31,66 +35,6 @@ pub struct ModelSettings {
 /// Lanes of a block of candidates.
 const PARTS: usize = 8;
 pub(in crate::evaluate) const LANES: usize = Register::<PARTS>::LANES;
-
-/// Programs of a step: the step itself, the entries of its matrices, and both with derivatives.
-#[derive(Debug, Clone)]
-pub(in crate::evaluate) struct Programs {
-    pub step: Step,
-    pub program: Program,
-    pub matrices: Option<Program>,
-    pub tangent: Program,
-    pub tangent_matrices: Option<Program>,
-}
-
-impl Programs {
-    fn new(model: &Model, settings: &StepSettings) -> Result<Self> {
-        let too_large = || {
-            let message = format!("the step of the model {} needs too many registers", model.name());
-            Error::data(
-                message,
-                "Leave out states or functions, or record at a higher rate so that fewer substeps are needed.",
-            )
-        };
-        let mut step = Step::new(model, settings);
-        let mut tangent = step.with_tangents();
-        let compiled = |step: &mut Step| {
-            let Step { graph, next, milestones, outputs, initial, memories, .. } = step;
-            compile(graph, &Roots { next, milestones, initial, outputs, results: &[], memories }).ok_or_else(too_large)
-        };
-        let matrices = |step: &mut Step, with_rates: bool| {
-            let Some(extras) = step.extras.clone() else { return Ok(None) };
-            let mut roots = extras.roots;
-            if with_rates {
-                roots.extend(step.rates_of(&roots.clone()));
-            }
-            let only = Roots { next: &[], milestones: &[], initial: &[], outputs: &[], results: &roots, memories: &[] };
-            compile(&mut step.graph, &only).map(Some).ok_or_else(too_large)
-        };
-        Ok(Self {
-            program: compiled(&mut step)?,
-            matrices: matrices(&mut step, false)?,
-            tangent: compiled(&mut tangent)?,
-            tangent_matrices: matrices(&mut tangent, true)?,
-            step,
-        })
-    }
-}
-
-/// A recording with what its evaluation needs.
-#[derive(Debug, Clone)]
-pub(in crate::evaluate) struct Prepared {
-    pub recording: ModelRecording,
-    pub rows: Rows,
-    /// Rows of the program with derivatives.
-    pub tangent_rows: Rows,
-    pub loss: Loss,
-    /// Index of its programs.
-    pub programs: usize,
-    /// Factor of the sum of each output; 0 for one that was not measured.
-    pub factors: Vec<f64>,
-    /// Initial values of the open states, in their units.
-    pub open: Vec<f64>,
-}
 
 /// The next number of a problem.
 #[cfg(feature = "gpu")]
@@ -264,7 +208,10 @@ impl ModelProblem {
         for (number, prepared) in self.recordings.iter().enumerate() {
             let programs = &self.programs[prepared.programs];
             self.load(work, programs, (candidates, number));
-            work.run(&Job { program: &programs.program, rows: &prepared.rows, loss: prepared.loss });
+            match (&programs.affine, &prepared.affine_rows) {
+                (Some(program), Some(rows)) => AffineJob { program, rows }.run(work),
+                _ => work.run(&Job { program: &programs.program, rows: &prepared.rows, loss: prepared.loss }),
+            }
             for (output, factor) in prepared.factors.iter().enumerate().filter(|(_, factor)| **factor > 0.0) {
                 for (lane, total) in totals.iter_mut().enumerate() {
                     *total += factor * work.outputs[output].lane(lane);
@@ -278,7 +225,12 @@ impl ModelProblem {
     }
 
     /// Loads the parameters of candidates for a recording; lanes beyond them repeat the last one.
-    fn load(&self, work: &mut Work<PARTS>, programs: &Programs, (candidates, recording): (&[&[f64]], usize)) {
+    pub(super) fn load(
+        &self,
+        work: &mut Work<PARTS>,
+        programs: &Programs,
+        (candidates, recording): (&[&[f64]], usize),
+    ) {
         let prepared = &self.recordings[recording];
         let own = self.model.parameters.len();
         work.parameters.clear();
@@ -304,83 +256,4 @@ impl ModelProblem {
             });
         }
     }
-}
-
-/// Makes rows, factors and initial values of a recording.
-fn prepare(
-    model: &Model,
-    recording: ModelRecording,
-    (programs, index): (&Programs, usize),
-    criterion: &Criterion,
-) -> Prepared {
-    let (samples, outputs) = (recording.len(), model.outputs.len());
-    let mut measured = vec![0.0; samples * outputs];
-    let mut weights = vec![0.0; samples * outputs];
-    let mut factors = vec![0.0; outputs];
-    for (output, signal) in recording.measured.iter().enumerate() {
-        let Some(signal) = signal else { continue };
-        factors[output] = factor(criterion, &recording, output);
-        for n in (0..samples).filter(|n| recording.counts(*n)) {
-            measured[n * outputs + output] = signal[n];
-            weights[n * outputs + output] = criterion.weight(recording.elapsed(n), recording.step(n));
-        }
-    }
-    let is_plain = recording.counting.is_empty()
-        && recording.measured.iter().all(Option::is_some)
-        && !criterion.is_absolute()
-        && !criterion.is_integral();
-    let loss = match (criterion.is_absolute(), is_plain) {
-        (true, _) => Loss::WeightedMagnitudes,
-        (_, true) => Loss::Squares,
-        _ => Loss::WeightedSquares,
-    };
-    let [own, of_tangent] = [&programs.program, &programs.tangent].map(|program| uniforms(program, model, &recording));
-    let weights = if is_plain { Vec::new() } else { weights };
-    let open = open_initial(model, &recording);
-    let clock = clock(&recording);
-    Prepared {
-        tangent_rows: Rows { samples, uniforms: of_tangent, clock: clock.clone(), ..Rows::default() },
-        rows: Rows { samples, uniforms: own, measured, weights, clock },
-        recording,
-        loss,
-        programs: index,
-        factors,
-        open,
-    }
-}
-
-/// Returns the steps of a recording, for operations with a memory.
-fn clock(recording: &ModelRecording) -> Clock {
-    let changes = |input: &Vec<f64>| input.iter().position(|value| value.to_bits() != input[0].to_bits());
-    let first = recording.inputs.iter().filter_map(changes).min();
-    let first_change_s = first.map_or(f64::INFINITY, |n| recording.elapsed(n));
-    Clock { step_s: recording.step_s.clone(), first_change_s, samples: recording.len() }
-}
-
-/// Computes the uniforms of a program on a recording.
-fn uniforms(program: &Program, model: &Model, recording: &ModelRecording) -> Vec<f64> {
-    Rows::uniforms(&program.uniforms, recording.len(), &|n, leaf| input(model, recording, n, leaf))
-}
-
-/// Returns the value of an input at a sample, or at the next one.
-fn input(model: &Model, recording: &ModelRecording, n: usize, leaf: Leaf) -> f64 {
-    let value = |number: u16, n: usize| recording.inputs.get(usize::from(number)).map_or(0.0, |input| input[n]);
-    match leaf {
-        Leaf::Input(number) if usize::from(number) == model.inputs.len() => recording.step(n),
-        Leaf::Input(number) => value(number, n),
-        Leaf::NextInput(number) => value(number, (n + 1).min(recording.len() - 1)),
-        Leaf::Parameter(_) | Leaf::State(_) | Leaf::Reaction(_) | Leaf::Memory(_) => 0.0,
-    }
-}
-
-/// Returns the factor of the sum of an output; 0 if its scale is not defined.
-fn factor(criterion: &Criterion, recording: &ModelRecording, output: usize) -> f64 {
-    let Some(signal) = recording.counted(output) else { return 0.0 };
-    let divisor = match criterion.scale {
-        Scale::None => 1.0,
-        Scale::Peak => peak(&signal),
-        Scale::Std => standard_deviation(&signal),
-        Scale::Noise => criterion.noise.sigma(output, &signal),
-    };
-    if divisor > 0.0 && count(signal.len()) > 0.0 { criterion.factor(divisor) } else { 0.0 }
 }

@@ -3,7 +3,8 @@
 //! Each lane of a tangent program carries one direction: a free parameter in its coordinate, or the initial value of an open state.
 //! All lanes compute the same values.
 
-use super::problem::{ModelProblem, Programs};
+use super::problem::ModelProblem;
+use super::programs::Programs;
 use crate::evaluate::interpreter::{Job, Loss, Register, Rows, Work};
 use crate::model::step::WithRate;
 

@@ -64,6 +64,21 @@ impl ModelProblem {
         Self::with_method(self.model(), self.space().clone(), recordings, (self.settings, method))
     }
 
+    /// Returns the problem on some of its recordings, evenly spread, with about as many samples as given; `None` if it has no more, or a
+    /// parameter belongs to one recording.
+    pub(crate) fn with_fewer_samples(&self, samples: usize) -> Result<Option<Self>> {
+        let all: usize = (0..self.recordings()).map(|n| self.recording(n).len()).sum();
+        let stride = all.div_ceil(samples.max(1));
+        if stride <= 1 || self.recordings() == 1 || self.space.free.iter().any(|axis| axis.recording.is_some()) {
+            return Ok(None);
+        }
+        let recordings: Vec<ModelRecording> =
+            (0..self.recordings()).step_by(stride).map(|n| self.recording(n).clone()).collect();
+        let part = Self::with_method(self.model(), self.space().clone(), recordings, (self.settings, self.method))?;
+        // The recordings left out may be those in which an output varies.
+        Ok(Some(part).filter(|part| part.counted() > 0))
+    }
+
     /// Returns the problem with its steps marked as too long, or short enough, for the accuracy of the estimates.
     #[must_use]
     pub fn with_rough_steps(mut self, is_rough: bool) -> Self {

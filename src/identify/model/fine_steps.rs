@@ -1,9 +1,9 @@
 //! Refinement with steps so short that the estimates do not depend on them.
 
 use crate::Result;
-use crate::estimate::model::{ModelRefined, ModelWeights, refine_model};
+use crate::estimate::model::{ModelRefined, ModelWeights, refine_model, refine_model_again};
 use crate::evaluate::model::ModelProblem;
-use crate::numeric::rms;
+use crate::numeric::{count, rms};
 
 /// Largest number of substeps of a refinement, and the largest change of an estimate by half the step, in standard errors.
 const SUBSTEPS_MAX: usize = 16;
@@ -11,12 +11,42 @@ const CHANGE_MAX: f64 = 0.2;
 /// Part of the residuals below which a difference by half the step is far from what the model leaves unexplained.
 const OF_RESIDUALS: f64 = 0.1;
 
+/// Refines from the optimum of a search and from given starts, and returns the likeliest estimate: a model that contains another one and
+/// starts at its estimates does not explain less.
+pub(super) fn refined_best(
+    problem: &ModelProblem,
+    (values, initial): (&[f64], &[Vec<f64>]),
+    given: &[Vec<f64>],
+    how: (bool, ModelWeights),
+) -> Result<ModelRefined> {
+    let mut best = refine_model(problem, values, initial, how)?;
+    let own: Vec<Vec<f64>> = (0..problem.recordings()).map(|n| problem.open_initial(n).to_vec()).collect();
+    for start in given {
+        // A start from which the model diverges is no better.
+        if let Ok(other) = refine_model(problem, start, &own, how)
+            && deviance(problem, &other) < deviance(problem, &best)
+        {
+            best = other;
+        }
+    }
+    Ok(best)
+}
+
+/// Returns `Σ n ln σ²` over recordings and outputs.
+fn deviance(problem: &ModelProblem, refined: &ModelRefined) -> f64 {
+    let of = |(recording, rms): (usize, &Vec<Option<f64>>)| {
+        let sum: f64 = rms.iter().flatten().map(|rms| 2.0 * rms.ln()).sum();
+        count(problem.recording(recording).count()) * sum
+    };
+    refined.residual_rms.iter().enumerate().map(of).sum()
+}
+
 /// Repeats a refinement with half the step until the estimates do not depend on it: an error of the integration that a search does not
 /// see can be many standard errors. If they still change at the finest step, the method is marked as rough.
 pub(super) fn with_fine_steps(
     mut problem: ModelProblem,
     mut refined: ModelRefined,
-    how: (bool, ModelWeights),
+    estimates_initial: bool,
 ) -> Result<(ModelProblem, ModelRefined)> {
     while !problem.method().is_exact() {
         if 2 * problem.method().substeps > SUBSTEPS_MAX {
@@ -27,7 +57,7 @@ pub(super) fn with_fine_steps(
         // equations are not affine.
         let takes_long = problem.model().reactions() > 0 && !problem.method().stiffness.is_affine;
         let is_last = takes_long && !steps_matter(&problem, &finer, &refined);
-        let next = refine_model(&finer, &refined.values, &refined.initial, how)?;
+        let next = refine_model_again(&finer, &refined, estimates_initial)?;
         let errors = next.uncertainty.std_error.iter();
         let changes = errors.zip(next.values.iter().zip(&refined.values));
         let largest = changes.filter_map(|(error, (new, old))| Some((new - old).abs() / (*error)?)).fold(0.0, f64::max);

@@ -2,7 +2,7 @@
 
 use super::combinations::described;
 use super::estimates::estimates;
-use super::fine_steps::with_fine_steps;
+use super::fine_steps::{refined_best, with_fine_steps};
 use super::islands::islands;
 use super::result::{ModelDeviceUsed, ModelIdentification, ModelSearch, ModelVerification};
 use super::tests_of_residuals::{fitted, over_all};
@@ -138,8 +138,9 @@ pub fn identify_model(
     let (problem, refined) = match spec.is_polished {
         true => {
             let how = (spec.estimates_initial, ModelWeights::default());
-            let refined = refine_model(&problem, &found.start.0, &found.start.1, how)?;
-            let (problem, refined) = with_fine_steps(problem, refined, how)?;
+            let given = problem.space().starts(problem.model(), &spec.start)?;
+            let refined = refined_best(&problem, (&found.start.0, &found.start.1), &given, how)?;
+            let (problem, refined) = with_fine_steps(problem, refined, spec.estimates_initial)?;
             (problem, Some(refined))
         }
         false => (problem, None),

@@ -20,14 +20,14 @@ pub(crate) struct Extras {
     step_s: f64,
     states: usize,
     /// The source of each column: an input, the constant, a reaction.
-    sources: Vec<Source>,
+    pub(super) sources: Vec<Source>,
     is_first_order_hold: bool,
     /// Rows with nonlinear terms.
     rows: Vec<usize>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Source {
+pub(super) enum Source {
     Input(usize),
     Constant,
     Reaction(usize),
@@ -35,7 +35,7 @@ enum Source {
 
 /// Blocks of the parameters that are computed from exponentials. Those of half a step are there for nonlinear equations only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Block {
+pub(super) enum Block {
     /// `φ₀ − 1` of a step, row by row.
     Change,
     /// Column of a source for the value at the start of the step.
@@ -52,7 +52,8 @@ enum Block {
 }
 
 impl Extras {
-    fn is_held(&self, source: usize) -> bool {
+    /// Returns true for a source that is constant over a step.
+    pub(super) fn is_held(&self, source: usize) -> bool {
         !self.is_first_order_hold || !matches!(self.sources[source], Source::Input(_))
     }
 
@@ -81,13 +82,18 @@ impl Extras {
         if is_matrix { self.states * self.states } else { self.states }
     }
 
+    /// Returns true if there are no nonlinear terms.
+    pub(super) fn is_affine(&self) -> bool {
+        self.rows.is_empty()
+    }
+
     /// Returns the number of parameters.
     pub fn count(&self) -> usize {
         self.blocks().into_iter().map(|block| self.length(block)).sum()
     }
 
     /// Returns the place of a block among the parameters.
-    fn place(&self, wanted: Block) -> usize {
+    pub(super) fn place(&self, wanted: Block) -> usize {
         self.blocks().into_iter().take_while(|block| *block != wanted).map(|block| self.length(block)).sum()
     }
 

@@ -5,12 +5,14 @@
 //! exponential one of S. M. Cox and P. C. Matthews (2002), which treats the affine part exactly.
 
 mod affine;
+mod affine_step;
 mod exponential;
 mod phi;
 mod reaction;
 mod runge_kutta;
 
 pub(crate) use affine::Affine;
+pub(crate) use affine_step::AffineStep;
 pub(crate) use exponential::Extras;
 pub(crate) use phi::WithRate;
 

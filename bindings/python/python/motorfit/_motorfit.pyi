@@ -346,6 +346,28 @@ class Model:
         threads: int | None = None,
     ) -> ModelIdentification:
         """Identifies the parameters of the machine from a recording, or from several recordings by a joint fit."""
+    def compare(
+        self,
+        records: _Records,
+        *,
+        progress: Callable[[Progress], object] | None = None,
+        methods: _Items = "gwo,jaya,ga",
+        runs: int = 50,
+        criteria: _Items = "nrmse:std",
+        population: int | Sequence[int] = 100,
+        generations: int | Sequence[int] = 100,
+        set: _Settings | None = None,
+        transform: _Items | None = None,
+        seed: int = 1,
+        target: float | None = None,
+        bounds: _Bounds | None = None,
+        fix: _Numbers | None = None,
+        discretization: _Discretization | None = None,
+        device: str = "auto",
+        precision: _Precision = "auto",
+        threads: int | None = None,
+    ) -> Comparison:
+        """Compares searches on recordings of the machine under equal budgets."""
     def wgsl(self, precision: Literal["f32", "f64"] = "f64") -> str:
         """Returns the WGSL compute shader of the model."""
     def __eq__(self, other: object, /) -> bool: ...

@@ -1,0 +1,112 @@
+//! Six nested models of the friction of a servo, from `examples/friction`, on sixteen recordings.
+
+use crate::recordings::set;
+use motorfit::evaluate::model::ModelRecording;
+use motorfit::identify::model::{ModelIdentification, ModelSpec, hold_out_model, identify_model};
+use motorfit::model::Model;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+/// Recordings that are not used for the fit: one of each gain of the position control, four different motions.
+const HELD_OUT: [(u64, &str); 4] =
+    [(100, "sin_time_square"), (200, "lift_and_drop"), (400, "up_and_down"), (800, "sin_sin")];
+
+/// Returns a recording, and true if it is held out.
+fn recording(path: &Path) -> (ModelRecording, bool) {
+    let all: serde_json::Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+    let entries = all["entries"].as_array().unwrap();
+    let column = |of: &dyn Fn(&serde_json::Value) -> f64| entries.iter().map(of).collect::<Vec<f64>>();
+    let number = |of: &'static str| column(&|entry| entry[of].as_f64().unwrap());
+    let enabled = column(&|entry| f64::from(u8::from(entry["torque_enable"].as_bool().unwrap())));
+    let volts = column(&|entry| {
+        // The duty of ±885 is stored as an unsigned number of 16 bits.
+        let load = entry["load"].as_i64().unwrap();
+        let load = if load > 32_767 { load - 65_536 } else { load };
+        load as f64 / 885.0 * entry["input_volts"].as_f64().unwrap()
+    });
+    let volts = volts.iter().zip(&enabled).map(|(volts, enabled)| volts * enabled).collect();
+    let constant = |of: &str| vec![all[of].as_f64().unwrap(); entries.len()];
+    let time_s = number("timestamp");
+    let mut step_s: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    step_s.push(step_s[step_s.len() - 1]);
+    let is_held_out = HELD_OUT.contains(&(all["kp"].as_f64().unwrap() as u64, all["trajectory"].as_str().unwrap()));
+    let recording = ModelRecording {
+        step_s,
+        inputs: vec![volts, enabled, constant("mass"), constant("length")],
+        measured: vec![Some(number("position"))],
+        counting: Vec::new(),
+        effective_sample_ratio: 1.0,
+        time_s,
+    };
+    (recording, is_held_out)
+}
+
+/// Returns `Σ n ln σ²` of the recordings of a fit.
+fn deviance(found: &ModelIdentification, recordings: &[ModelRecording]) -> f64 {
+    let of = |(n, recording): (usize, &ModelRecording)| {
+        let simulated = &found.fits[n].simulated[0];
+        let measured = recording.measured[0].as_ref().unwrap();
+        let squares: f64 = measured.iter().zip(simulated).map(|(a, b)| (a - b).powi(2)).sum();
+        recording.len() as f64 * (squares / recording.len() as f64).ln()
+    };
+    recordings.iter().enumerate().map(of).sum()
+}
+
+#[test]
+fn nested_models_of_friction_never_explain_less_than_those_they_contain() {
+    let Some(folder) = set("rhoban-bam-xl330") else { return };
+    let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.retain(|path| path.extension().is_some_and(|of| of == "json"));
+    files.sort();
+    let (mut fitted, mut held_out) = (Vec::new(), Vec::new());
+    for file in &files {
+        let (recording, is_held_out) = recording(file);
+        if is_held_out { &mut held_out } else { &mut fitted }.push(recording);
+    }
+    assert_eq!((fitted.len(), held_out.len()), (12, 4));
+    // Each model, those that it contains, and the values of its further parameters there, by names of theirs or as numbers.
+    type Further<'a> = &'a [(&'a str, &'a str)];
+    let nested: [(&str, &[usize], Further<'_>); 6] = [
+        ("coulomb-viscous", &[], &[]),
+        ("stribeck", &[0], &[("Ts", "0")]),
+        ("load", &[0], &[("mu", "0")]),
+        ("load-stribeck", &[1, 2], &[("Ts", "0"), ("mu", "0"), ("mus", "0")]),
+        ("directional", &[3], &[("mum", "mu"), ("mue", "mu"), ("musm", "mus"), ("muse", "mus")]),
+        ("quadratic", &[4], &[("qm", "0"), ("qe", "0")]),
+    ];
+    let mut done: Vec<(Model, ModelIdentification, f64)> = Vec::new();
+    for (name, contained, further) in nested {
+        let model = Model::open(Path::new(&format!("examples/friction/{name}.toml"))).unwrap();
+        let best = contained.iter().min_by(|a, b| done[**a].2.total_cmp(&done[**b].2));
+        let mut start: Vec<(String, f64)> = Vec::new();
+        if let Some((of, found, _)) = best.map(|best| &done[*best]) {
+            let value = |name: &str| {
+                let place = of.parameters().iter().position(|parameter| parameter.name == name)?;
+                found.values.get(place).copied()
+            };
+            for parameter in model.parameters() {
+                let other = further.iter().find(|(own, _)| *own == parameter.name).map(|(_, other)| *other);
+                let value = value(&parameter.name).or_else(|| value(other?)).or_else(|| other?.parse().ok());
+                start.extend(value.map(|value| (parameter.name.clone(), value)));
+            }
+        }
+        let spec = ModelSpec { start, ..ModelSpec::default() };
+        let begin = std::time::Instant::now();
+        let mut found = identify_model(&model, &fitted, &spec, &mut |_| ControlFlow::Continue(())).unwrap();
+        let seconds = begin.elapsed().as_secs_f64();
+        hold_out_model(&model, &mut found, &held_out, &spec).unwrap();
+        let own = deviance(&found, &fitted);
+        println!(
+            "{name}: deviance {own:.1}, fit {:.1} %, held out {:.1} %, {seconds:.1} s",
+            found.fit_percent[0].unwrap(),
+            found.held_out_percent[0].unwrap()
+        );
+        for of in contained {
+            // Steps of another length change a deviance by less than ten units of 14,566 residuals.
+            assert!(own < done[*of].2 + 10.0, "{name}: {own} after {}", done[*of].2);
+        }
+        done.push((model, found, own));
+    }
+    let [first, last] = [0, 5].map(|n: usize| done[n].1.held_out_percent[0].unwrap());
+    assert!(last > first + 10.0, "held out: {first} to {last} %");
+}
