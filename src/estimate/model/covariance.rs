@@ -36,8 +36,14 @@ pub struct ModelUncertainty {
     pub widened_by: f64,
 }
 
-/// Returns the uncertainty at the end of a descent; `free` are the unknowns that are not at a bound.
-pub(super) fn uncertainty(fit: &Fit<'_>, descent: &Descent<'_>, free: &[usize]) -> ModelUncertainty {
+/// Returns the uncertainty at the end of a descent; `free` are the unknowns that are not at a bound. The weights are the inverse variances
+/// of the residuals, or others.
+pub(super) fn uncertainty(
+    fit: &Fit<'_>,
+    descent: &Descent<'_>,
+    free: &[usize],
+    are_of_residuals: bool,
+) -> ModelUncertainty {
     let space = &fit.problem.space().free;
     let axes = space.len();
     let values = fit.values(&descent.at);
@@ -49,17 +55,22 @@ pub(super) fn uncertainty(fit: &Fit<'_>, descent: &Descent<'_>, free: &[usize]) 
         .blocks
         .iter()
         .zip(&descent.sigma)
-        .map(|(block, sigma)| sigma / fit.problem.recording(block.recording).effective_sample_ratio.sqrt())
+        .map(|(block, sigma)| {
+            let ratio = fit.problem.recording(block.recording).effective_sample_ratio;
+            if are_of_residuals { sigma / ratio.sqrt() } else { *sigma }
+        })
         .collect();
     let (matrix, _) = fit.weighted(&descent.normal, &sigma);
     let (information, gain) = marginal(&matrix, &moving, &states);
-    let (plain, condition, unknown) = invert(&information);
+    let (inverse, condition, unknown) = invert(&information);
     let (whiteness, noises) = noises(fit, descent);
     let is_colored = whiteness.iter().flatten().flatten().any(|test| !test.is_white);
-    let covariance = match is_colored {
-        true => sandwich(fit, descent, (&moving, &gain), (&plain, &sigma, &noises)),
-        false => plain.clone(),
+    let between = |noises: &[Noise]| sandwich(fit, descent, (&moving, &gain), (&inverse, &sigma, noises));
+    let plain = match are_of_residuals {
+        true => inverse.clone(),
+        false => between(&white(fit, descent)),
     };
+    let covariance = if is_colored { between(&noises) } else { plain.clone() };
     let place = |axis: usize| moving.iter().position(|n| *n == axis);
     let is_known = |p: usize| unknown.iter().all(|direction| direction[p].abs() < COMPONENT);
     // No standard error falls below that of white residuals.
@@ -101,6 +112,16 @@ pub(super) fn uncertainty(fit: &Fit<'_>, descent: &Descent<'_>, free: &[usize]) 
 struct Noise {
     coefficients: Vec<f64>,
     innovation: f64,
+}
+
+/// Returns white noises of the variance of the residuals.
+fn white(fit: &Fit<'_>, descent: &Descent<'_>) -> Vec<Noise> {
+    let blocks = descent.normal.blocks.iter().zip(descent.normal.rms());
+    let of = |(block, rms): (&super::fit::Block, f64)| {
+        let ratio = fit.problem.recording(block.recording).effective_sample_ratio;
+        Noise { coefficients: Vec::new(), innovation: rms * rms / ratio }
+    };
+    blocks.map(of).collect()
 }
 
 /// Tests the residuals of each block and fits their autoregressions.

@@ -9,4 +9,4 @@ mod refine;
 pub use covariance::ModelUncertainty;
 pub(crate) use multistart::ARRIVALS;
 pub use multistart::{ModelOptima, ModelStarts, Populations, model_optima};
-pub use refine::{ModelRefined, ModelWeights, refine_model, refine_model_again};
+pub use refine::{ModelRefined, ModelWeights, refine_model, refine_model_near};

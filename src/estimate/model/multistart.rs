@@ -27,13 +27,13 @@ pub(crate) const ARRIVALS: usize = 3;
 /// Smallest distance of two starts, as a fraction of the range of some coordinate.
 const APART: f64 = 0.1;
 /// Standard deviation of the residuals, in those of the noise, up to which an optimum explains an output.
-const NOISY: f64 = 2.0;
+pub(super) const NOISY: f64 = 2.0;
 /// Relative difference of costs within which descents ended in the same optimum.
 const SAME: f64 = 1e-4;
 /// Simulations of a descent at most.
 const SIMULATIONS: usize = 80;
 /// Part of the cost below which the gain of a descent with friction that sticks ends it.
-pub(super) const STALLED: f64 = 1e-3;
+const STALLED: f64 = 1e-3;
 
 /// The lowest optimum that descents from many starts found.
 #[derive(Debug, Clone, PartialEq)]

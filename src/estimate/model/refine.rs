@@ -2,10 +2,10 @@
 
 use super::covariance::{ModelUncertainty, uncertainty};
 use super::descent::{Descent, Stall, Weights};
-use super::fit::Fit;
-use super::multistart::{STALLED, deviations};
+use super::fit::{Fit, Normal};
+use super::multistart::{NOISY, deviations};
 use crate::evaluate::model::ModelProblem;
-use crate::numeric::count;
+use crate::numeric::{count, noise_sigma};
 use crate::{Error, Result};
 
 /// Weights of the residuals.
@@ -26,10 +26,6 @@ const STALLED_DEVIANCE: f64 = 1e-2;
 const STEP: f64 = 1e-6;
 /// Smallest σ relative to the deviation of the signal: below, residuals are rounding errors.
 const SIGMA_MIN: f64 = 1e-9;
-/// Growth of the residuals of an output, against weights by the signals, at which maximum-likelihood weights sacrifice it.
-const SACRIFICED: f64 = 3.0;
-/// The same where the residuals of another output almost vanish: no noise was ever that small.
-const SACRIFICED_FOR: [f64; 2] = [1.2, 1e-3];
 
 /// A refined estimate of a model.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,7 +38,7 @@ pub struct ModelRefined {
     pub residual_rms: Vec<Vec<Option<f64>>>,
     /// Standard deviation that each output was weighted by.
     pub sigma: Vec<Vec<Option<f64>>>,
-    /// Weights of the residuals; those of the signals too where maximum likelihood would have sacrificed an output.
+    /// Weights of the residuals: those of the signals too where residuals are far above the noise.
     pub weights: ModelWeights,
     /// Bound that each free parameter ended at.
     pub at_bound: Vec<Option<&'static str>>,
@@ -67,72 +63,78 @@ pub fn refine_model(
 ) -> Result<ModelRefined> {
     let fit = Fit { problem, estimates_initial };
     fit.check(start, initial)?;
-    let mut descent = begun(&fit, start, initial)?;
-    let has_stick = problem.model().reactions() > 0;
-    descent.stall = has_stick.then_some(Stall { relative: STALLED, absolute: 0.0 });
-    let least: Vec<f64> = descent.sigma.iter().map(|scale| SIGMA_MIN * scale).collect();
-    let converged = descent.run(1e-6 * count(problem.counted()).sqrt(), SIMULATIONS);
-    let freedom = freedom(&fit);
-    let estimated = || Weights::Estimated { least: least.clone(), freedom };
-    if weights == ModelWeights::Signals {
-        descent.weigh(estimated());
-        return Ok(finished(&fit, &descent, (converged, weights)));
-    }
-    let (by_signals, before) = (descent.normal.rms(), (descent.at.clone(), descent.normal.clone()));
-    let converged = likeliest(&mut descent, problem, estimated());
-    let now = descent.normal.rms();
-    if is_sacrificed(&by_signals, &now) {
-        // A model error would be moved to one output: the weights of the signals keep all outputs alike.
-        (descent.at, descent.normal) = before;
-        descent.weigh(estimated());
-        return Ok(finished(&fit, &descent, (converged, ModelWeights::Signals)));
-    }
-    Ok(finished(&fit, &descent, (converged, weights)))
-}
-
-/// Returns true if the residuals of an output have grown for those of another one.
-fn is_sacrificed(then: &[f64], now: &[f64]) -> bool {
-    let any = |is: &dyn Fn(f64, f64) -> bool| now.iter().zip(then).any(|(now, then)| is(*now, *then));
-    let grows = |factor: f64| any(&|now, then| now > factor * then + f64::MIN_POSITIVE);
-    let [growth, rest] = SACRIFICED_FOR;
-    grows(SACRIFICED) || (grows(growth) && any(&|now, then| now < rest * then))
-}
-
-/// Refines an estimate further on a problem with other steps.
-///
-/// # Errors
-/// Returns the errors of [`refine_model`].
-pub fn refine_model_again(
-    problem: &ModelProblem,
-    before: &ModelRefined,
-    estimates_initial: bool,
-) -> Result<ModelRefined> {
-    let ModelRefined { values, initial, weights, .. } = before;
-    if *weights == ModelWeights::Signals {
-        return refine_model(problem, values, initial, (estimates_initial, *weights));
-    }
-    let fit = Fit { problem, estimates_initial };
-    fit.check(values, initial)?;
-    let mut descent = begun(&fit, values, initial)?;
-    let least = descent.sigma.iter().map(|scale| SIGMA_MIN * scale).collect();
-    let converged = likeliest(&mut descent, problem, Weights::Estimated { least, freedom: freedom(&fit) });
-    Ok(finished(&fit, &descent, (converged, *weights)))
-}
-
-/// Begins a descent with the weights of the signals.
-fn begun<'a>(fit: &'a Fit<'a>, values: &[f64], initial: &[Vec<f64>]) -> Result<Descent<'a>> {
-    Descent::new(fit, fit.at(values, initial), |normal| deviations(fit.problem, normal)).ok_or_else(|| {
-        let hint = "Start elsewhere, or narrow the bounds.";
-        Error::not_identified("the model diverges at the start of the refinement", hint)
+    let (descent, least) = begun(&fit, start, initial)?;
+    let (descent, converged) = by_signals(&fit, descent);
+    Ok(match weights {
+        ModelWeights::Signals => finished(&fit, &descent, (converged, weights)),
+        ModelWeights::MaximumLikelihood => likeliest(&fit, descent, least, converged),
     })
 }
 
-/// Descends to the maximum of the likelihood.
-fn likeliest(descent: &mut Descent<'_>, problem: &ModelProblem, weights: Weights) -> bool {
-    descent.weigh(weights);
-    let has_stick = problem.model().reactions() > 0;
+/// Refines values that are near an optimum: that of the signals' weights, or an estimate with other steps or of a model that is
+/// contained. [`refine_model`] first descends with the weights of the signals, which leads away from the likeliest values.
+///
+/// # Errors
+/// Returns the errors of [`refine_model`].
+pub fn refine_model_near(
+    problem: &ModelProblem,
+    start: &[f64],
+    initial: &[Vec<f64>],
+    estimates_initial: bool,
+) -> Result<ModelRefined> {
+    let fit = Fit { problem, estimates_initial };
+    fit.check(start, initial)?;
+    let (descent, least) = begun(&fit, start, initial)?;
+    let (descent, converged) =
+        if is_far(problem, &descent.normal) { by_signals(&fit, descent) } else { (descent, true) };
+    Ok(likeliest(&fit, descent, least, converged))
+}
+
+/// Begins a descent with the weights of the signals; returns the smallest σ of each block beside it.
+fn begun<'a>(fit: &'a Fit<'a>, values: &[f64], initial: &[Vec<f64>]) -> Result<(Descent<'a>, Vec<f64>)> {
+    let descent = Descent::new(fit, fit.at(values, initial), |normal| deviations(fit.problem, normal));
+    let descent = descent.ok_or_else(|| {
+        let hint = "Start elsewhere, or narrow the bounds.";
+        Error::not_identified("the model diverges at the start of the refinement", hint)
+    })?;
+    let least = descent.sigma.iter().map(|scale| SIGMA_MIN * scale).collect();
+    Ok((descent, least))
+}
+
+/// Descends with the weights of the signals; returns true if the descent converged.
+fn by_signals<'a>(fit: &Fit<'_>, mut descent: Descent<'a>) -> (Descent<'a>, bool) {
+    let (counted, has_stick) = (count(fit.problem.counted()), fit.problem.model().reactions() > 0);
+    descent.stall = has_stick.then_some(Stall { relative: STALLED_DEVIANCE / counted, absolute: 0.0 });
+    let converged = descent.run(1e-6 * counted.sqrt(), SIMULATIONS);
+    (descent, converged)
+}
+
+/// Descends to the maximum of the likelihood from an optimum of the signals' weights, if its residuals are noise. Residuals far above the
+/// noise are a model error, which maximum likelihood would move to one output or recording: one that is fitted badly gets a smaller
+/// weight, and is fitted worse.
+fn likeliest(fit: &Fit<'_>, mut descent: Descent<'_>, least: Vec<f64>, converged: bool) -> ModelRefined {
+    if is_far(fit.problem, &descent.normal) {
+        return finished(fit, &descent, (converged, ModelWeights::Signals));
+    }
+    let before = (descent.at.clone(), descent.normal.clone(), descent.sigma.clone());
+    descent.weigh(Weights::Estimated { least, freedom: freedom(fit) });
+    let has_stick = fit.problem.model().reactions() > 0;
     descent.stall = has_stick.then_some(Stall { relative: 0.0, absolute: STALLED_DEVIANCE });
-    descent.run(STEP, SIMULATIONS)
+    let is_likeliest = descent.run(STEP, SIMULATIONS);
+    if is_far(fit.problem, &descent.normal) {
+        (descent.at, descent.normal, descent.sigma) = before;
+        descent.weigh(Weights::Given);
+        return finished(fit, &descent, (converged, ModelWeights::Signals));
+    }
+    finished(fit, &descent, (is_likeliest, ModelWeights::MaximumLikelihood))
+}
+
+/// Returns true if the residuals of a recording and output are far above its noise.
+fn is_far(problem: &ModelProblem, normal: &Normal) -> bool {
+    normal.blocks.iter().zip(normal.rms()).any(|(block, rms)| {
+        let measured = problem.recording(block.recording).measured[block.output].as_deref();
+        rms > NOISY * noise_sigma(measured.unwrap_or_default())
+    })
 }
 
 /// Returns the degrees of freedom of the residuals, as a part of their number.
@@ -159,6 +161,6 @@ fn finished(fit: &Fit<'_>, descent: &Descent<'_>, (converged, weights): (bool, M
         converged,
         weights,
         evaluations: descent.evaluations,
-        uncertainty: uncertainty(fit, descent, &free),
+        uncertainty: uncertainty(fit, descent, &free, weights == ModelWeights::MaximumLikelihood),
     }
 }

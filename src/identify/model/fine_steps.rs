@@ -1,9 +1,9 @@
 //! Refinement with steps so short that the estimates do not depend on them.
 
 use crate::Result;
-use crate::estimate::model::{ModelRefined, ModelWeights, refine_model, refine_model_again};
+use crate::estimate::model::{ModelRefined, ModelWeights, refine_model, refine_model_near};
 use crate::evaluate::model::ModelProblem;
-use crate::numeric::{count, rms};
+use crate::numeric::{count, rms, standard_deviation};
 
 /// Largest number of substeps of a refinement, and the largest change of an estimate by half the step, in standard errors.
 const SUBSTEPS_MAX: usize = 16;
@@ -11,20 +11,24 @@ const CHANGE_MAX: f64 = 0.2;
 /// Part of the residuals below which a difference by half the step is far from what the model leaves unexplained.
 const OF_RESIDUALS: f64 = 0.1;
 
-/// Refines from the optimum of a search and from given starts, and returns the likeliest estimate: a model that contains another one and
-/// starts at its estimates does not explain less.
+/// Refines from the best values of a search, which are an optimum with the weights of the signals or not, and from given starts; returns
+/// the likeliest estimate. A model that contains another one and starts at its estimates does not explain less.
 pub(super) fn refined_best(
     problem: &ModelProblem,
-    (values, initial): (&[f64], &[Vec<f64>]),
+    (values, initial, is_optimum): (&[f64], &[Vec<f64>], bool),
     given: &[Vec<f64>],
-    how: (bool, ModelWeights),
+    estimates_initial: bool,
 ) -> Result<ModelRefined> {
-    let mut best = refine_model(problem, values, initial, how)?;
+    let mut best = match is_optimum {
+        true => refine_model_near(problem, values, initial, estimates_initial)?,
+        false => refine_model(problem, values, initial, (estimates_initial, ModelWeights::default()))?,
+    };
     let own: Vec<Vec<f64>> = (0..problem.recordings()).map(|n| problem.open_initial(n).to_vec()).collect();
     for start in given {
         // A start from which the model diverges is no better.
-        if let Ok(other) = refine_model(problem, start, &own, how)
-            && deviance(problem, &other) < deviance(problem, &best)
+        if let Ok(other) = refine_model_near(problem, start, &own, estimates_initial)
+            && other.weights == best.weights
+            && objective(problem, &other) < objective(problem, &best)
         {
             best = other;
         }
@@ -32,13 +36,29 @@ pub(super) fn refined_best(
     Ok(best)
 }
 
-/// Returns `Σ n ln σ²` over recordings and outputs.
-fn deviance(problem: &ModelProblem, refined: &ModelRefined) -> f64 {
+/// Returns what the weights of an estimate minimize: `Σ n ln σ²`, or the sum of squares relative to the signals.
+fn objective(problem: &ModelProblem, refined: &ModelRefined) -> f64 {
+    if refined.weights == ModelWeights::Signals {
+        return squares(problem, refined);
+    }
     let of = |(recording, rms): (usize, &Vec<Option<f64>>)| {
         let sum: f64 = rms.iter().flatten().map(|rms| 2.0 * rms.ln()).sum();
         count(problem.recording(recording).count()) * sum
     };
     refined.residual_rms.iter().enumerate().map(of).sum()
+}
+
+/// Returns the sum of squares, each output divided by the standard deviation of its signal.
+pub(super) fn squares(problem: &ModelProblem, refined: &ModelRefined) -> f64 {
+    let mut total = 0.0;
+    for (recording, rms) in refined.residual_rms.iter().enumerate() {
+        for (output, rms) in rms.iter().enumerate() {
+            let signal = problem.recording(recording).counted(output).unwrap_or_default();
+            let scale = standard_deviation(&signal);
+            total += rms.filter(|_| scale > 0.0).map_or(0.0, |rms| (rms / scale).powi(2) * count(signal.len()));
+        }
+    }
+    total
 }
 
 /// Repeats a refinement with half the step until the estimates do not depend on it: an error of the integration that a search does not
@@ -57,7 +77,11 @@ pub(super) fn with_fine_steps(
         // equations are not affine.
         let takes_long = problem.model().reactions() > 0 && !problem.method().stiffness.is_affine;
         let is_last = takes_long && !steps_matter(&problem, &finer, &refined);
-        let next = refine_model_again(&finer, &refined, estimates_initial)?;
+        let ModelRefined { values, initial, weights, .. } = &refined;
+        let next = match weights {
+            ModelWeights::Signals => refine_model(&finer, values, initial, (estimates_initial, *weights))?,
+            ModelWeights::MaximumLikelihood => refine_model_near(&finer, values, initial, estimates_initial)?,
+        };
         let errors = next.uncertainty.std_error.iter();
         let changes = errors.zip(next.values.iter().zip(&refined.values));
         let largest = changes.filter_map(|(error, (new, old))| Some((new - old).abs() / (*error)?)).fold(0.0, f64::max);

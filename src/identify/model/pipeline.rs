@@ -2,7 +2,7 @@
 
 use super::combinations::described;
 use super::estimates::estimates;
-use super::fine_steps::{refined_best, with_fine_steps};
+use super::fine_steps::{refined_best, squares, with_fine_steps};
 use super::islands::islands;
 use super::result::{ModelDeviceUsed, ModelIdentification, ModelSearch, ModelVerification};
 use super::tests_of_residuals::{fitted, over_all};
@@ -137,9 +137,9 @@ pub fn identify_model(
     let verification = verified(&problem, spec, &found);
     let (problem, refined) = match spec.is_polished {
         true => {
-            let how = (spec.estimates_initial, ModelWeights::default());
             let given = problem.space().starts(problem.model(), &spec.start)?;
-            let refined = refined_best(&problem, (&found.start.0, &found.start.1), &given, how)?;
+            let best = (&found.start.0[..], &found.start.1[..], found.is_of_multistart);
+            let refined = refined_best(&problem, best, &given, spec.estimates_initial)?;
             let (problem, refined) = with_fine_steps(problem, refined, spec.estimates_initial)?;
             (problem, Some(refined))
         }
@@ -280,20 +280,7 @@ fn verified(problem: &ModelProblem, spec: &ModelSpec, found: &Found) -> ModelVer
     }
     // The descent of the search's own optimum, with the weights of the multistart.
     let own = refine_model(problem, &found.start.0, &found.start.1, (spec.estimates_initial, ModelWeights::Signals));
-    let squares = |refined: &ModelRefined| {
-        let mut total = 0.0;
-        for (recording, rms) in refined.residual_rms.iter().enumerate() {
-            for (output, rms) in rms.iter().enumerate() {
-                let signal = problem.recording(recording).counted(output).unwrap_or_default();
-                let scale = crate::numeric::standard_deviation(&signal);
-                total += rms
-                    .filter(|_| scale > 0.0)
-                    .map_or(0.0, |rms| (rms / scale).powi(2) * crate::numeric::count(signal.len()));
-            }
-        }
-        total
-    };
-    let cost_gap = own.ok().map(|own| squares(&own) / optima.cost - 1.0).filter(|gap| gap.is_finite());
+    let cost_gap = own.ok().map(|own| squares(problem, &own) / optima.cost - 1.0).filter(|gap| gap.is_finite());
     let status = match cost_gap {
         Some(gap) if gap > STUCK => "search_stuck",
         _ if is_conclusive => "agrees",

@@ -5,9 +5,7 @@ use crate::calls::{Calls, ask, drive};
 use crate::drivers::identify::{fitted, mangled as mangled_motors};
 use motorfit::candidates::Candidates;
 use motorfit::device::{DeviceSpec, ModelDevice, PrecisionSpec};
-use motorfit::estimate::model::{
-    ModelRefined, ModelStarts, ModelWeights, model_optima, refine_model, refine_model_again,
-};
+use motorfit::estimate::model::{ModelStarts, ModelWeights, model_optima, refine_model, refine_model_near};
 use motorfit::evaluate::model::{
     ModelAxis, ModelEvaluator, ModelProblem, ModelRecording, ModelSettings, ModelSimd, ModelSpace, signal_requests,
 };
@@ -327,10 +325,8 @@ fn one(calls: &mut Calls, problem: &ModelProblem) {
         "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![0.0; 2]], (true, ModelWeights::default())),
         "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![f64::NAN; 2]], (false, ModelWeights::Signals)),
         "estimate::model::refine_model" => refine_model(problem, &[], &[], (true, ModelWeights::Signals)),
-        "estimate::model::refine_model_again" => {
-            let once = refine_model(problem, &middle, &[vec![0.0; 2]], (true, ModelWeights::Signals));
-            once.and_then(|once| refine_model_again(problem, &ModelRefined { values: Vec::new(), ..once }, false))
-        },
+        "estimate::model::refine_model_near" => refine_model_near(problem, &middle, &[vec![0.0; 2]], true),
+        "estimate::model::refine_model_near" => refine_model_near(problem, &[], &[vec![0.0; 2]], false),
         "estimate::model::model_optima" => {
             let starts = ModelStarts { given: std::slice::from_ref(&middle), populations: &mut |_, _, _| Ok((Vec::new(), 0)) };
             model_optima(problem, &mut ModelSimd, (true, u64::MAX), starts, &mut |_, _| ControlFlow::Continue(()))
