@@ -6,8 +6,45 @@
 
 use motorfit::candidates::Candidates;
 use motorfit::criterion::{Criterion, Noise, Norm, Scale};
+#[test]
+fn intervals_cover_the_truth_for_weights_that_are_not_those_of_the_noise() {
+    // The weights of the signals, with outputs of 46 and 20 dB: estimates are less accurate, and their errors say so.
+    let mut voltage = square(600, 90, 8.0, -4.0);
+    voltage[..20].fill(0.0);
+    let time_s: Vec<f64> = (0..600).map(|n| count(n) * STEP_S).collect();
+    let excitation = Excitation { time_s, voltage: voltage.clone(), torque: None };
+    let clean = simulated(&Parameters::M2, &excitation, Discretization::Zoh).unwrap();
+    let model = Model::parse(&BuiltIn::DcMotor.source().replace("\"measured\"", "0")).unwrap();
+    let truth = Parameters::M2.to_array();
+    let (mut covered, mut all, mut wider) = (0.0, 0.0, 0.0);
+    for seed in 0..100 {
+        let with_noise = |(signal, share): (&[f64], f64), stream: u64| {
+            let noise = white_noise(signal.len(), share * rms(signal), seed, stream);
+            Some(signal.iter().zip(noise).map(|(a, b)| a + b).collect::<Vec<f64>>())
+        };
+        let [current, speed] = clean.measured().map(Option::unwrap);
+        let measured = vec![with_noise((current, 0.1), 0), with_noise((speed, 0.005), 1)];
+        let recording = recording(STEP_S, vec![voltage.clone(), vec![0.0; 600]], measured);
+        let space = ModelSpace::new(&model, 1);
+        let problem = ModelProblem::new(&model, space, vec![recording], ModelSettings::default()).unwrap();
+        let [own, likely] = [ModelWeights::Signals, ModelWeights::MaximumLikelihood]
+            .map(|weights| refine_model(&problem, &truth, &[Vec::new()], (false, weights)).unwrap());
+        assert_eq!((own.weights, likely.weights), (ModelWeights::Signals, ModelWeights::MaximumLikelihood));
+        for (n, truth) in truth.iter().enumerate() {
+            let [low, high] = own.uncertainty.ci95[n].unwrap();
+            covered += if (low..=high).contains(truth) { 1.0 } else { 0.0 };
+            all += 1.0;
+            wider += own.uncertainty.std_error[n].unwrap() / likely.uncertainty.std_error[n].unwrap();
+        }
+    }
+    // Five correlated parameters of 100 recordings count as some 250 intervals: 3.5 deviations are 5 %.
+    assert!((0.90..=1.0).contains(&(covered / all)), "{} covered", covered / all);
+    assert!(wider / all > 1.2, "errors are {} times as large", wider / all);
+}
+
 #[cfg(feature = "gpu")]
 use motorfit::device::{DeviceSpec, PrecisionSpec};
+use motorfit::estimate::model::{ModelWeights, refine_model};
 use motorfit::evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace, signal_requests};
 use motorfit::evaluate::{Initial, Problem, Scalar};
 use motorfit::experiment::{Excitation, noise_of, simulated, white_noise, with_noise};

@@ -20,6 +20,11 @@ pub enum ModelWeights {
 
 /// Simulations of a descent at most.
 const SIMULATIONS: usize = 120;
+/// The same for the maximum of the likelihood from residuals far above the noise.
+const SIMULATIONS_FAR: usize = 12;
+/// Part of the cost below which the gain of such a descent with the weights of the signals ends it: errors of a model are correlated, and
+/// standard errors are far wider than those of white noise.
+const STALLED: f64 = 1e-4;
 /// Gain of the deviance below which a descent with friction that sticks ends: a tenth of a standard error.
 const STALLED_DEVIANCE: f64 = 1e-2;
 /// Length of the last step \[standard errors\].
@@ -103,9 +108,9 @@ fn begun<'a>(fit: &'a Fit<'a>, values: &[f64], initial: &[Vec<f64>]) -> Result<(
 
 /// Descends with the weights of the signals; returns true if the descent converged.
 fn by_signals<'a>(fit: &Fit<'_>, mut descent: Descent<'a>) -> (Descent<'a>, bool) {
-    let (counted, has_stick) = (count(fit.problem.counted()), fit.problem.model().reactions() > 0);
-    descent.stall = has_stick.then_some(Stall { relative: STALLED_DEVIANCE / counted, absolute: 0.0 });
-    let converged = descent.run(1e-6 * counted.sqrt(), SIMULATIONS);
+    let has_stick = fit.problem.model().reactions() > 0;
+    descent.stall = has_stick.then_some(Stall { relative: STALLED, absolute: 0.0 });
+    let converged = descent.run(1e-6 * count(fit.problem.counted()).sqrt(), SIMULATIONS);
     (descent, converged)
 }
 
@@ -113,15 +118,19 @@ fn by_signals<'a>(fit: &Fit<'_>, mut descent: Descent<'a>) -> (Descent<'a>, bool
 /// noise are a model error, which maximum likelihood would move to one output or recording: one that is fitted badly gets a smaller
 /// weight, and is fitted worse.
 fn likeliest(fit: &Fit<'_>, mut descent: Descent<'_>, least: Vec<f64>, converged: bool) -> ModelRefined {
-    if is_far(fit.problem, &descent.normal) {
-        return finished(fit, &descent, (converged, ModelWeights::Signals));
-    }
     let before = (descent.at.clone(), descent.normal.clone(), descent.sigma.clone());
+    // The noise of one output may move the parameters so that others leave more than theirs: a few steps show it.
+    let tried = if is_far(fit.problem, &descent.normal) { SIMULATIONS_FAR } else { SIMULATIONS };
     descent.weigh(Weights::Estimated { least, freedom: freedom(fit) });
     let has_stick = fit.problem.model().reactions() > 0;
     descent.stall = has_stick.then_some(Stall { relative: 0.0, absolute: STALLED_DEVIANCE });
-    let is_likeliest = descent.run(STEP, SIMULATIONS);
-    if is_far(fit.problem, &descent.normal) {
+    let mut is_likeliest = descent.run(STEP, tried);
+    let mut is_error = is_far(fit.problem, &descent.normal);
+    if !is_likeliest && !is_error && tried < SIMULATIONS {
+        is_likeliest = descent.run(STEP, SIMULATIONS);
+        is_error = is_far(fit.problem, &descent.normal);
+    }
+    if is_error {
         (descent.at, descent.normal, descent.sigma) = before;
         descent.weigh(Weights::Given);
         return finished(fit, &descent, (converged, ModelWeights::Signals));

@@ -110,6 +110,11 @@ impl ModelProblem {
         &self.method
     }
 
+    /// Returns the settings.
+    pub(crate) fn settings(&self) -> ModelSettings {
+        self.settings
+    }
+
     /// Returns the criterion.
     #[must_use]
     pub fn criterion(&self) -> &Criterion {

@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::estimate::model::{ModelRefined, ModelWeights, refine_model, refine_model_near};
-use crate::evaluate::model::ModelProblem;
+use crate::evaluate::model::{ModelProblem, ModelSettings, ModelSpace};
 use crate::numeric::{count, rms, standard_deviation};
 
 /// Largest number of substeps of a refinement, and the largest change of an estimate by half the step, in standard errors.
@@ -11,29 +11,48 @@ const CHANGE_MAX: f64 = 0.2;
 /// Part of the residuals below which a difference by half the step is far from what the model leaves unexplained.
 const OF_RESIDUALS: f64 = 0.1;
 
-/// Refines from the best values of a search, which are an optimum with the weights of the signals or not, and from given starts; returns
-/// the likeliest estimate. A model that contains another one and starts at its estimates does not explain less.
-pub(super) fn refined_best(
+/// Returns a likelier estimate near given values of the parameters, if there is one, so that a model that contains another one and starts
+/// at its estimates explains no less. The initial states are fitted first.
+pub(super) fn likelier(
     problem: &ModelProblem,
-    (values, initial, is_optimum): (&[f64], &[Vec<f64>], bool),
+    mut best: ModelRefined,
     given: &[Vec<f64>],
     estimates_initial: bool,
 ) -> Result<ModelRefined> {
-    let mut best = match is_optimum {
-        true => refine_model_near(problem, values, initial, estimates_initial)?,
-        false => refine_model(problem, values, initial, (estimates_initial, ModelWeights::default()))?,
-    };
-    let own: Vec<Vec<f64>> = (0..problem.recordings()).map(|n| problem.open_initial(n).to_vec()).collect();
+    let open: Vec<Vec<f64>> = (0..problem.recordings()).map(|n| problem.open_initial(n).to_vec()).collect();
+    let has_open = estimates_initial && open.iter().any(|own| !own.is_empty());
     for start in given {
-        // A start from which the model diverges is no better.
-        if let Ok(other) = refine_model_near(problem, start, &own, estimates_initial)
-            && other.weights == best.weights
-            && objective(problem, &other) < objective(problem, &best)
+        let mut initial = open.clone();
+        if has_open && problem.space().free.iter().all(|axis| axis.recording.is_none()) {
+            let there = with_fixed(problem, start)?;
+            let how = (true, best.weights);
+            match refine_model(&there, &[], &open, how) {
+                Ok(fitted) if is_better(problem, &fitted, &best) => initial = fitted.initial,
+                // A start from which the model diverges is no better.
+                _ => continue,
+            }
+        }
+        if let Ok(other) = refine_model_near(problem, start, &initial, estimates_initial)
+            && is_better(problem, &other, &best)
         {
             best = other;
         }
     }
     Ok(best)
+}
+
+/// Returns the problem with all parameters held at values of the free ones.
+fn with_fixed(problem: &ModelProblem, free: &[f64]) -> Result<ModelProblem> {
+    let fixed = problem.space().values(free, 0).into_iter().map(Some).collect();
+    let recordings = (0..problem.recordings()).map(|n| problem.recording(n).clone()).collect();
+    let method = Some((problem.method().method, problem.method().substeps));
+    let settings = ModelSettings { method, ..problem.settings() };
+    ModelProblem::new(problem.model(), ModelSpace { free: Vec::new(), fixed }, recordings, settings)
+}
+
+/// Returns true if an estimate with the same weights fits better.
+fn is_better(problem: &ModelProblem, other: &ModelRefined, best: &ModelRefined) -> bool {
+    other.weights == best.weights && objective(problem, other) < objective(problem, best)
 }
 
 /// Returns what the weights of an estimate minimize: `Σ n ln σ²`, or the sum of squares relative to the signals.

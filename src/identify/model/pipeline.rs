@@ -2,7 +2,7 @@
 
 use super::combinations::described;
 use super::estimates::estimates;
-use super::fine_steps::{refined_best, squares, with_fine_steps};
+use super::fine_steps::{likelier, squares, with_fine_steps};
 use super::islands::islands;
 use super::result::{ModelDeviceUsed, ModelIdentification, ModelSearch, ModelVerification};
 use super::tests_of_residuals::{fitted, over_all};
@@ -11,7 +11,7 @@ use crate::candidates::Candidates;
 use crate::criterion::Criterion;
 use crate::device::{DeviceSpec, ModelDevice, PrecisionSpec};
 use crate::estimate::model::{
-    ARRIVALS, ModelOptima, ModelRefined, ModelStarts, ModelWeights, model_optima, refine_model,
+    ARRIVALS, ModelOptima, ModelRefined, ModelStarts, ModelWeights, model_optima, refine_model, refine_model_near,
 };
 use crate::evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
 use crate::identify::method::Method;
@@ -137,10 +137,14 @@ pub fn identify_model(
     let verification = verified(&problem, spec, &found);
     let (problem, refined) = match spec.is_polished {
         true => {
-            let given = problem.space().starts(problem.model(), &spec.start)?;
-            let best = (&found.start.0[..], &found.start.1[..], found.is_of_multistart);
-            let refined = refined_best(&problem, best, &given, spec.estimates_initial)?;
+            let (values, initial) = (&found.start.0, &found.start.1);
+            let refined = match found.is_of_multistart {
+                true => refine_model_near(&problem, values, initial, spec.estimates_initial)?,
+                false => refine_model(&problem, values, initial, (spec.estimates_initial, ModelWeights::default()))?,
+            };
             let (problem, refined) = with_fine_steps(problem, refined, spec.estimates_initial)?;
+            let given = problem.space().starts(problem.model(), &spec.start)?;
+            let refined = likelier(&problem, refined, &given, spec.estimates_initial)?;
             (problem, Some(refined))
         }
         false => (problem, None),
