@@ -161,7 +161,8 @@ pub fn compare_model(
     let (records, _) = model.recordings(records)?;
     let subject = ComparisonSubject::of_model(model.0.clone(), records, model_spec).raise(py)?;
     let (factors, (threads, spec)) = (factors(py, &keys, &METHODS_OF_MODEL)?, spec(&keys, false)?);
-    let spec = CompareSpec { settings: factors.settings().raise(py)?, ..spec };
+    let steiglitz_mcbride = factors.methods.contains(&Method::SteiglitzMcBride);
+    let spec = CompareSpec { settings: factors.settings().raise(py)?, steiglitz_mcbride, ..spec };
     let compare = move |watch: &Watch| {
         with_threads(threads, || {
             motorfit::study::compare::compare(subject, &spec, &mut |progress| watch.generation(progress))

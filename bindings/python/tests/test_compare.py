@@ -60,8 +60,8 @@ def test_searches_on_a_model_are_those_of_the_command_line(program):
     found = machine.compare(path, **SMALL, methods="jaya,de", fix={"B": 7e-4}, bounds={"R": (0.5, 1.5)}, device="cpu")
     assert untimed(found.to_dict()) == untimed(printed)
     assert found.blocks[0].parameters["de"].shape == (6, len(found.expected)) and "K" in found.to_columns()
-    with pytest.raises(motorfit.UsageError, match="sm"):
-        machine.compare(path, methods="sm", **SMALL)
+    with pytest.raises(motorfit.UsageError, match="Steiglitz"):
+        machine.compare(path, methods="gwo,sm", **SMALL)
 
 
 def test_methods_are_compared_in_other_coordinates():
