@@ -107,6 +107,8 @@ fn main() {
         );
         beside_kernels();
         println!();
+        chains(peak);
+        println!();
         beside_twins(peak);
         println!();
         derivatives();
@@ -144,6 +146,40 @@ fn beside_kernels() {
         let name =
             if extensions.is_empty() { "DC motor, exact steps" } else { "with friction that sticks, exact steps" };
         println!("| {name} | {} | {ratio:.2} |", steps(time));
+    }
+}
+
+/// Prints the speed of affine models by their number of states, and their multiply–adds beside the peak: N² for the states and two
+/// operations for the error of the one output.
+fn chains(peak: Option<f64>) {
+    println!("| states, exact steps | million candidate-steps per second | of the peak |\n|---|---|---|");
+    for states in 1..=6_usize {
+        let mut text = "format = 1\nname = \"chain\"\n[inputs]\nu = { unit = \"V\" }\n[parameters]\n\
+            a = { unit = \"1/s\", min = 1, max = 30 }\nb = { unit = \"1/s\", min = 5, max = 60 }\n[states]\n"
+            .to_owned();
+        for n in 1..=states {
+            let before = if n == 1 { "u".to_owned() } else { format!("x{}", n - 1) };
+            text += &format!("x{n} = {{ unit = \"V\", d = \"b*{before} - a*x{n}\", initial = 0 }}\n");
+        }
+        let model = Model::parse(&format!("{text}[outputs]\ny = {{ value = \"x{states}\", unit = \"V\" }}\n")).unwrap();
+        let voltage: Vec<f64> = (0..SAMPLES).map(|n| if (n / 250).is_multiple_of(2) { 8.0 } else { -5.0 }).collect();
+        let recording = ModelRecording {
+            step_s: vec![1e-3],
+            inputs: vec![voltage.clone()],
+            measured: vec![Some(voltage)],
+            counting: Vec::new(),
+            effective_sample_ratio: 1.0,
+            time_s: (0..SAMPLES).map(|n| 1e-3 * n as f64).collect(),
+        };
+        let own = problem(&model, recording, None);
+        let values = candidates(&own);
+        let mut costs = vec![0.0; CANDIDATES];
+        let time = median(
+            (0..ROUNDS).map(|_| seconds(|| own.costs(Candidates::new(&values, 2), &mut costs).unwrap())).collect(),
+        );
+        let rate = (CANDIDATES * SAMPLES * (states * states + 2)) as f64 / time;
+        let share = peak.map_or_else(String::new, |peak| format!("{:.2}", rate / peak));
+        println!("| {states} | {} | {share} |", steps(time));
     }
 }
 

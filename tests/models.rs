@@ -38,7 +38,7 @@ fn intervals_cover_the_truth_for_weights_that_are_not_those_of_the_noise() {
         }
     }
     // Five correlated parameters of 100 recordings count as some 250 intervals: 3.5 deviations are 5 %.
-    assert!((0.90..=1.0).contains(&(covered / all)), "{} covered", covered / all);
+    assert!((0.90..0.997).contains(&(covered / all)), "{} covered", covered / all);
     assert!(wider / all > 1.2, "errors are {} times as large", wider / all);
 }
 
@@ -110,7 +110,7 @@ fn the_motors_written_as_models_are_the_built_in_ones() {
         let torque = Some(inputs[1].clone()).filter(|torque| torque.iter().any(|value| *value != 0.0));
         let excitation = Excitation { time_s, voltage: inputs[0].clone(), torque };
         let record = simulated(motor, &excitation, Discretization::Zoh).unwrap();
-        let space = ModelSpace { free: Vec::new(), fixed: values.iter().copied().map(Some).collect() };
+        let space = ModelSpace::all_fixed(&values);
         let measured = record.measured().map(|signal| signal.map(<[f64]>::to_vec)).to_vec();
         let recording = recording(step_s, inputs, measured);
         // In the built-in motor friction acts once a sample; models choose shorter steps for it.
@@ -333,7 +333,7 @@ fn friction_that_sticks_is_not_exact_and_no_wrong_estimate_is_certified() {
     let inputs = vec![voltage, vec![0.0; samples]];
     let motor = Parameters::M2.to_array();
     let values = [&motor[..], &[0.03, 0.0, 0.0, 0.0, 0.6, 0.0, 48.0, 1.0]].concat();
-    let fixed = ModelSpace { free: Vec::new(), fixed: values.iter().copied().map(Some).collect() };
+    let fixed = ModelSpace::all_fixed(&values);
     let silent = recording(STEP_S, inputs.clone(), vec![Some(inputs[0].clone()); 2]);
     let settings = ModelSettings { method: Some((IntegrationMethod::Exponential, 64)), ..ModelSettings::default() };
     let truth = ModelProblem::new(&model, fixed, vec![silent], settings).unwrap().simulate(&[], 0, &[0.0; 2]).outputs;

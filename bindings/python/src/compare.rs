@@ -36,24 +36,8 @@ const COMPARE: [&str; 17] = [
     "precision",
     "threads",
 ];
-/// Keyword arguments of `Model.compare`.
-const OF_MODEL: [&str; 15] = [
-    "methods",
-    "runs",
-    "criteria",
-    "population",
-    "generations",
-    "set",
-    "transform",
-    "seed",
-    "target",
-    "bounds",
-    "fix",
-    "discretization",
-    "device",
-    "precision",
-    "threads",
-];
+/// Keyword arguments of `compare` that `Model.compare` does not have.
+const OF_MOTOR: [&str; 2] = ["preset", "noise_records"];
 /// Methods that are compared by default, for the DC motor and for a model.
 const METHODS: [&str; 4] = ["gwo", "jaya", "ga", "sm"];
 const METHODS_OF_MODEL: [&str; 3] = ["gwo", "jaya", "ga"];
@@ -140,11 +124,8 @@ pub fn compare(
     }
     let (factors, spec) = (factors(py, &keys, &METHODS)?, spec(&keys, paper)?);
     let settings = if paper { CompareSpec::paper().settings } else { factors.settings().raise(py)? };
-    let steiglitz_mcbride = factors.methods.contains(&Method::SteiglitzMcBride);
-    let (threads, spec) = (spec.0, CompareSpec { settings, steiglitz_mcbride, ..spec.1 });
-    let compared = watched(py, progress, move |watch| run(subject, &factors, spec, (threads, watch)))?.raise(py)?;
-    warn(py, &compared.warnings)?;
-    Ok(Comparison::new(compared, paper))
+    compared(py, progress, (subject, factors), (spec.0, CompareSpec { settings, ..spec.1 }))
+        .map(|compared| Comparison::new(compared, paper))
 }
 
 /// Compares searches on recordings of a model.
@@ -155,22 +136,30 @@ pub fn compare_model(
     settings: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Comparison> {
     let py = records.py();
-    let keys = Keywords::new(py, settings, &OF_MODEL)?;
+    let known: Vec<&str> = COMPARE.into_iter().filter(|key| !OF_MOTOR.contains(key)).collect();
+    let keys = Keywords::new(py, settings, &known)?;
     let of_model: [&[Setting]; 2] = [&DEVICE, &[Setting::Bounds, Setting::Fix, Setting::Discretization]];
     let model_spec = settings::model_spec(&keys.given(&of_model)?).map_err(Error::from).raise(py)?;
     let (records, _) = model.recordings(records)?;
     let subject = ComparisonSubject::of_model(model.0.clone(), records, model_spec).raise(py)?;
-    let (factors, (threads, spec)) = (factors(py, &keys, &METHODS_OF_MODEL)?, spec(&keys, false)?);
+    let (factors, spec) = (factors(py, &keys, &METHODS_OF_MODEL)?, spec(&keys, false)?);
+    let settings = factors.settings().raise(py)?;
+    compared(py, progress, (subject, factors), (spec.0, CompareSpec { settings, ..spec.1 }))
+        .map(|compared| Comparison::new(compared, false))
+}
+
+/// Runs a comparison and issues its warnings.
+fn compared(
+    py: Python<'_>,
+    progress: Option<Py<PyAny>>,
+    (subject, factors): (ComparisonSubject, CompareSettings),
+    (threads, spec): (Option<usize>, CompareSpec),
+) -> PyResult<Compared> {
     let steiglitz_mcbride = factors.methods.contains(&Method::SteiglitzMcBride);
-    let spec = CompareSpec { settings: factors.settings().raise(py)?, steiglitz_mcbride, ..spec };
-    let compare = move |watch: &Watch| {
-        with_threads(threads, || {
-            motorfit::study::compare::compare(subject, &spec, &mut |progress| watch.generation(progress))
-        })
-    };
-    let compared = watched(py, progress, compare)?.raise(py)?;
+    let spec = CompareSpec { steiglitz_mcbride, ..spec };
+    let compared = watched(py, progress, move |watch| run(subject, &factors, spec, (threads, watch)))?.raise(py)?;
     warn(py, &compared.warnings)?;
-    Ok(Comparison::new(compared, false))
+    Ok(compared)
 }
 
 fn run(
@@ -181,7 +170,10 @@ fn run(
 ) -> Result<Compared> {
     let (threads, watch) = on;
     with_threads(threads, || {
-        let spec = CompareSpec { space: factors.space(&subject, spec.model)?, ..spec };
+        let spec = match subject.model() {
+            None => CompareSpec { space: factors.space(&subject, spec.model)?, ..spec },
+            Some(_) => spec,
+        };
         motorfit::study::compare::compare(subject, &spec, &mut |progress| watch.generation(progress))
     })
 }

@@ -207,7 +207,7 @@ impl Model {
         let open = self.open(initial)?;
         let model = self.0.clone();
         let outputs = on_all(py, move || {
-            let space = ModelSpace { free: Vec::new(), fixed: values.into_iter().map(Some).collect() };
+            let space = ModelSpace::all_fixed(&values);
             let problem = ModelProblem::new(&model, space, vec![recording], ModelSettings::default())?;
             Ok(problem.simulate(&[], 0, &open).outputs)
         })?

@@ -13,7 +13,7 @@ pub(in crate::cli) fn run(args: &SimulateArgs, path: &Path, style: &Style) -> Re
     let model = Model::open(path)?;
     let values = values(&model, &args.parameters)?;
     let recording = recording(&model, args)?;
-    let space = ModelSpace { free: Vec::new(), fixed: values.into_iter().map(Some).collect() };
+    let space = ModelSpace::all_fixed(&values);
     let problem = ModelProblem::new(&model, space, vec![recording], ModelSettings::default())?;
     let open = vec![0.0; problem.open_initial(0).len()];
     let mut outputs = problem.simulate(&[], 0, &open).outputs;

@@ -36,13 +36,13 @@ pub struct ModelUncertainty {
     pub widened_by: f64,
 }
 
-/// Returns the uncertainty at the end of a descent; `free` are the unknowns that are not at a bound. The weights are the inverse variances
-/// of the residuals, or others.
+/// Returns the uncertainty at the end of a descent; `free` are the unknowns that are not at a bound. With weights other than those of
+/// maximum likelihood, the inverse variances of the residuals, the covariance is a sandwich estimate for white residuals too.
 pub(super) fn uncertainty(
     fit: &Fit<'_>,
     descent: &Descent<'_>,
     free: &[usize],
-    are_of_residuals: bool,
+    is_maximum_likelihood: bool,
 ) -> ModelUncertainty {
     let space = &fit.problem.space().free;
     let axes = space.len();
@@ -57,7 +57,7 @@ pub(super) fn uncertainty(
         .zip(&descent.sigma)
         .map(|(block, sigma)| {
             let ratio = fit.problem.recording(block.recording).effective_sample_ratio;
-            if are_of_residuals { sigma / ratio.sqrt() } else { *sigma }
+            if is_maximum_likelihood { sigma / ratio.sqrt() } else { *sigma }
         })
         .collect();
     let (matrix, _) = fit.weighted(&descent.normal, &sigma);
@@ -66,7 +66,7 @@ pub(super) fn uncertainty(
     let (whiteness, noises) = noises(fit, descent);
     let is_colored = whiteness.iter().flatten().flatten().any(|test| !test.is_white);
     let between = |noises: &[Noise]| sandwich(fit, descent, (&moving, &gain), (&inverse, &sigma, noises));
-    let plain = match are_of_residuals {
+    let plain = match is_maximum_likelihood {
         true => inverse.clone(),
         false => between(&white(fit, descent)),
     };
@@ -114,7 +114,7 @@ struct Noise {
     innovation: f64,
 }
 
-/// Returns white noises of the variance of the residuals.
+/// Returns white noise of the variance of the residuals of each block.
 fn white(fit: &Fit<'_>, descent: &Descent<'_>) -> Vec<Noise> {
     let blocks = descent.normal.blocks.iter().zip(descent.normal.rms());
     let of = |(block, rms): (&super::fit::Block, f64)| {

@@ -24,16 +24,6 @@ pub(super) enum Weights {
     Estimated { least: Vec<f64>, freedom: f64 },
 }
 
-/// Gain over some simulations below which a descent ends: the cost of a model with friction that sticks is not smooth, and no step is
-/// short enough.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Stall {
-    /// As a fraction of the cost.
-    pub relative: f64,
-    /// As a difference of costs.
-    pub absolute: f64,
-}
-
 /// State of a descent.
 pub(super) struct Descent<'a> {
     fit: &'a Fit<'a>,
@@ -43,8 +33,10 @@ pub(super) struct Descent<'a> {
     lower: DVector<f64>,
     upper: DVector<f64>,
     damping: f64,
-    pub weights: Weights,
-    pub stall: Option<Stall>,
+    weights: Weights,
+    /// Gain over [`STALL_SIMULATIONS`] below which the descent ends: a part of the cost with given weights, a difference of the deviance
+    /// with estimated ones. The cost of a model with friction that sticks is not smooth, and no step is short enough.
+    pub stall: Option<f64>,
     /// Number of simulations.
     pub evaluations: usize,
 }
@@ -138,10 +130,11 @@ impl<'a> Descent<'a> {
         let mut growth = 2.0;
         let mut before = (self.evaluations, self.cost());
         while self.evaluations < end {
-            if let Some(Stall { relative, absolute }) = self.stall
+            if let Some(stall) = self.stall
                 && self.evaluations >= before.0 + STALL_SIMULATIONS
             {
-                if before.1 - self.cost() < relative * before.1 + absolute {
+                let unit = if matches!(self.weights, Weights::Given) { before.1 } else { 1.0 };
+                if before.1 - self.cost() < stall * unit {
                     return true;
                 }
                 before = (self.evaluations, self.cost());
@@ -170,7 +163,8 @@ impl<'a> Descent<'a> {
                 return true;
             }
             let cost = self.cost();
-            let rounding = cost.abs().max(self.normal.cost(&self.sigma));
+            // The deviance may be zero; the sum of squares is what is rounded.
+            let size = cost.abs().max(self.normal.cost(&self.sigma));
             let normal = self.fit.normal(&next);
             self.evaluations += 1;
             let after = normal.as_ref().map_or(f64::INFINITY, |normal| self.cost_of(normal));
@@ -187,7 +181,7 @@ impl<'a> Descent<'a> {
                 continue;
             }
             // A short step that changes the cost by rounding ends the descent.
-            if length < tolerance.max(1e-3) && (after - cost).abs() <= 1e-11 * rounding {
+            if length < tolerance.max(1e-3) && (after - cost).abs() <= 1e-11 * size {
                 return true;
             }
             self.damping *= growth;

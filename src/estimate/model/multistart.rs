@@ -1,7 +1,7 @@
 //! Optima of a model over its bounds: descents from the best of a batch of random candidates that lie apart. Where these do not agree,
 //! and for friction that sticks, descents begin at the best of small populations.
 
-use super::descent::{Descent, Stall};
+use super::descent::Descent;
 use super::fit::{Fit, Normal};
 use crate::candidates::Candidates;
 use crate::evaluate::model::{ModelEvaluator, ModelProblem};
@@ -182,7 +182,7 @@ fn descend(fit: &Fit<'_>, start: &[f64]) -> Option<End> {
     let mut descent = Descent::new(fit, fit.at(start, &initial), |normal| deviations(fit.problem, normal))?;
     // In units of the deviations of the signals a step of 1e-7 is far below any noise.
     let has_stick = fit.problem.model().reactions() > 0;
-    descent.stall = has_stick.then_some(Stall { relative: STALLED, absolute: 0.0 });
+    descent.stall = has_stick.then_some(STALLED);
     descent.run(1e-7 * count(fit.problem.counted()).sqrt(), SIMULATIONS);
     Some(End {
         values: fit.values(&descent.at),

@@ -1,7 +1,7 @@
 //! Refinement of a model: the maximum-likelihood estimate with one unknown noise σ for each recording and output.
 
 use super::covariance::{ModelUncertainty, uncertainty};
-use super::descent::{Descent, Stall, Weights};
+use super::descent::{Descent, Weights};
 use super::fit::{Fit, Normal};
 use super::multistart::{NOISY, deviations};
 use crate::evaluate::model::ModelProblem;
@@ -72,7 +72,7 @@ pub fn refine_model(
     let (descent, converged) = by_signals(&fit, descent);
     Ok(match weights {
         ModelWeights::Signals => finished(&fit, &descent, (converged, weights)),
-        ModelWeights::MaximumLikelihood => likeliest(&fit, descent, least, converged),
+        ModelWeights::MaximumLikelihood => maximum_likelihood(&fit, descent, least, converged),
     })
 }
 
@@ -92,7 +92,7 @@ pub fn refine_model_near(
     let (descent, least) = begun(&fit, start, initial)?;
     let (descent, converged) =
         if is_far(problem, &descent.normal) { by_signals(&fit, descent) } else { (descent, true) };
-    Ok(likeliest(&fit, descent, least, converged))
+    Ok(maximum_likelihood(&fit, descent, least, converged))
 }
 
 /// Begins a descent with the weights of the signals; returns the smallest σ of each block beside it.
@@ -109,7 +109,7 @@ fn begun<'a>(fit: &'a Fit<'a>, values: &[f64], initial: &[Vec<f64>]) -> Result<(
 /// Descends with the weights of the signals; returns true if the descent converged.
 fn by_signals<'a>(fit: &Fit<'_>, mut descent: Descent<'a>) -> (Descent<'a>, bool) {
     let has_stick = fit.problem.model().reactions() > 0;
-    descent.stall = has_stick.then_some(Stall { relative: STALLED, absolute: 0.0 });
+    descent.stall = has_stick.then_some(STALLED);
     let converged = descent.run(1e-6 * count(fit.problem.counted()).sqrt(), SIMULATIONS);
     (descent, converged)
 }
@@ -117,17 +117,17 @@ fn by_signals<'a>(fit: &Fit<'_>, mut descent: Descent<'a>) -> (Descent<'a>, bool
 /// Descends to the maximum of the likelihood from an optimum of the signals' weights, if its residuals are noise. Residuals far above the
 /// noise are a model error, which maximum likelihood would move to one output or recording: one that is fitted badly gets a smaller
 /// weight, and is fitted worse.
-fn likeliest(fit: &Fit<'_>, mut descent: Descent<'_>, least: Vec<f64>, converged: bool) -> ModelRefined {
+fn maximum_likelihood(fit: &Fit<'_>, mut descent: Descent<'_>, least: Vec<f64>, converged: bool) -> ModelRefined {
     let before = (descent.at.clone(), descent.normal.clone(), descent.sigma.clone());
     // The noise of one output may move the parameters so that others leave more than theirs: a few steps show it.
     let tried = if is_far(fit.problem, &descent.normal) { SIMULATIONS_FAR } else { SIMULATIONS };
     descent.weigh(Weights::Estimated { least, freedom: freedom(fit) });
     let has_stick = fit.problem.model().reactions() > 0;
-    descent.stall = has_stick.then_some(Stall { relative: 0.0, absolute: STALLED_DEVIANCE });
-    let mut is_likeliest = descent.run(STEP, tried);
+    descent.stall = has_stick.then_some(STALLED_DEVIANCE);
+    let mut is_at_maximum = descent.run(STEP, tried);
     let mut is_error = is_far(fit.problem, &descent.normal);
-    if !is_likeliest && !is_error && tried < SIMULATIONS {
-        is_likeliest = descent.run(STEP, SIMULATIONS);
+    if !is_at_maximum && !is_error && tried < SIMULATIONS {
+        is_at_maximum = descent.run(STEP, SIMULATIONS);
         is_error = is_far(fit.problem, &descent.normal);
     }
     if is_error {
@@ -135,7 +135,7 @@ fn likeliest(fit: &Fit<'_>, mut descent: Descent<'_>, least: Vec<f64>, converged
         descent.weigh(Weights::Given);
         return finished(fit, &descent, (converged, ModelWeights::Signals));
     }
-    finished(fit, &descent, (is_likeliest, ModelWeights::MaximumLikelihood))
+    finished(fit, &descent, (is_at_maximum, ModelWeights::MaximumLikelihood))
 }
 
 /// Returns true if the residuals of a recording and output are far above its noise.

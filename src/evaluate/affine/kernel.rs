@@ -6,7 +6,7 @@ use super::coefficients::{Coefficients, Values};
 use super::rows::{AffineRows, CHUNK, Piece};
 use crate::evaluate::lanes::add_loss;
 use crate::evaluate::step::least;
-use crate::motor::{margin_to_passage, multiply_add, passed};
+use crate::motor::{Number as _, margin_to_passage, multiply_add, passed};
 
 /// States and sums of squared errors.
 struct Lanes<const N: usize, const M: usize, const L: usize> {
@@ -116,8 +116,7 @@ fn react<const N: usize, const L: usize, const FMA: bool>(
             let (limit, state) = (of.limits[own][lane], x[own][lane]);
             let margin = margin_to_passage(before[own][lane], state, limit);
             margins[lane] = if margin < margins[lane] { margin } else { margins[lane] };
-            let above = if state > -limit { state } else { -limit };
-            let taken = if above < limit { above } else { limit };
+            let taken = state.clip(limit);
             x[own][lane] = state - taken;
             for other in 0..N {
                 if other != own {

@@ -55,12 +55,12 @@ impl AffineRows {
                         input(tap.input, n)
                     });
                 }
-                let of = |values: &[f64], output: &usize, other: f64| {
-                    if substep == 0 { values.get(n * outputs + output).copied().unwrap_or(1.0) } else { other }
+                let of = |values: &[f64], output: &usize| {
+                    if substep == 0 { values.get(n * outputs + output).copied().unwrap_or(1.0) } else { 0.0 }
                 };
-                rows.measured.extend(layout.outputs.iter().map(|output| of(measured, output, 0.0)));
+                rows.measured.extend(layout.outputs.iter().map(|output| of(measured, output)));
                 if is_weighted {
-                    rows.weights.extend(layout.outputs.iter().map(|output| of(weights, output, 0.0)));
+                    rows.weights.extend(layout.outputs.iter().map(|output| of(weights, output)));
                 }
             }
         }

@@ -72,6 +72,12 @@ impl ModelSpace {
         Self { free: shared.chain(own).collect(), fixed: vec![None; model.parameters().len()] }
     }
 
+    /// Makes a space without free parameters, with a value for each parameter of the model.
+    #[must_use]
+    pub fn all_fixed(values: &[f64]) -> Self {
+        Self { free: Vec::new(), fixed: values.iter().copied().map(Some).collect() }
+    }
+
     /// Returns the space with a parameter of its own for each recording.
     ///
     /// # Errors

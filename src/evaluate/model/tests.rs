@@ -69,10 +69,6 @@ fn problem(
     ModelProblem::new(model, space, vec![recording], settings).unwrap()
 }
 
-fn fixed(values: &[f64]) -> ModelSpace {
-    ModelSpace { free: Vec::new(), fixed: values.iter().copied().map(Some).collect() }
-}
-
 #[test]
 fn steps_follow_the_equations() {
     // Errors relative to the rms of the output. Affine equations are exact; others have the error of order 4, that of the bounces of
@@ -91,7 +87,7 @@ fn steps_follow_the_equations() {
         let expected = reference::simulate(&model, &values, &open, &inputs, step_s, 64);
         for (method, limit) in IntegrationMethod::ALL.into_iter().zip(limits) {
             for substeps in [1, 3] {
-                let problem = problem(&model, (&inputs, step_s), fixed(&values), method, substeps);
+                let problem = problem(&model, (&inputs, step_s), ModelSpace::all_fixed(&values), method, substeps);
                 let found = problem.simulate(&[], 0, &open).outputs;
                 for ((found, expected), output) in found.iter().zip(&expected).zip(model.outputs()) {
                     let error: Vec<f64> = found.iter().zip(expected).map(|(a, b)| a - b).collect();
@@ -109,7 +105,8 @@ fn every_level_computes_the_same() {
     for of in BuiltIn::ALL {
         let model = of.model().unwrap();
         let (inputs, step_s, values) = case(of);
-        let problem = problem(&model, (&inputs, step_s), fixed(&values), IntegrationMethod::RungeKutta, 1);
+        let problem =
+            problem(&model, (&inputs, step_s), ModelSpace::all_fixed(&values), IntegrationMethod::RungeKutta, 1);
         let programs = &problem.programs[0];
         let run = |level: Level| {
             let mut work = Work::<8>::default();

@@ -11,9 +11,9 @@ const CHANGE_MAX: f64 = 0.2;
 /// Part of the residuals below which a difference by half the step is far from what the model leaves unexplained.
 const OF_RESIDUALS: f64 = 0.1;
 
-/// Returns a likelier estimate near given values of the parameters, if there is one, so that a model that contains another one and starts
-/// at its estimates explains no less. The initial states are fitted first.
-pub(super) fn likelier(
+/// Returns the estimate, or a better one that a descent from given values of the parameters finds, so that a model that contains another
+/// one and starts at its estimates explains no less. The initial states are fitted to the given values first.
+pub(super) fn no_worse_than_starts(
     problem: &ModelProblem,
     mut best: ModelRefined,
     given: &[Vec<f64>],
@@ -32,7 +32,7 @@ pub(super) fn likelier(
                 _ => continue,
             }
         }
-        if let Ok(other) = refine_model_near(problem, start, &initial, estimates_initial)
+        if let Ok(other) = refined_as(problem, (start, &initial), estimates_initial, best.weights)
             && is_better(problem, &other, &best)
         {
             best = other;
@@ -41,13 +41,26 @@ pub(super) fn likelier(
     Ok(best)
 }
 
-/// Returns the problem with all parameters held at values of the free ones.
+/// Refines values that are near an optimum of the given weights.
+fn refined_as(
+    problem: &ModelProblem,
+    (values, initial): (&[f64], &[Vec<f64>]),
+    estimates_initial: bool,
+    weights: ModelWeights,
+) -> Result<ModelRefined> {
+    match weights {
+        ModelWeights::Signals => refine_model(problem, values, initial, (estimates_initial, weights)),
+        ModelWeights::MaximumLikelihood => refine_model_near(problem, values, initial, estimates_initial),
+    }
+}
+
+/// Returns the problem with all parameters fixed at values of the free ones.
 fn with_fixed(problem: &ModelProblem, free: &[f64]) -> Result<ModelProblem> {
-    let fixed = problem.space().values(free, 0).into_iter().map(Some).collect();
+    let space = ModelSpace::all_fixed(&problem.space().values(free, 0));
     let recordings = (0..problem.recordings()).map(|n| problem.recording(n).clone()).collect();
     let method = Some((problem.method().method, problem.method().substeps));
     let settings = ModelSettings { method, ..problem.settings() };
-    ModelProblem::new(problem.model(), ModelSpace { free: Vec::new(), fixed }, recordings, settings)
+    ModelProblem::new(problem.model(), space, recordings, settings)
 }
 
 /// Returns true if an estimate with the same weights fits better.
@@ -97,10 +110,7 @@ pub(super) fn with_fine_steps(
         let takes_long = problem.model().reactions() > 0 && !problem.method().stiffness.is_affine;
         let is_last = takes_long && !steps_matter(&problem, &finer, &refined);
         let ModelRefined { values, initial, weights, .. } = &refined;
-        let next = match weights {
-            ModelWeights::Signals => refine_model(&finer, values, initial, (estimates_initial, *weights))?,
-            ModelWeights::MaximumLikelihood => refine_model_near(&finer, values, initial, estimates_initial)?,
-        };
+        let next = refined_as(&finer, (values, initial), estimates_initial, *weights)?;
         let errors = next.uncertainty.std_error.iter();
         let changes = errors.zip(next.values.iter().zip(&refined.values));
         let largest = changes.filter_map(|(error, (new, old))| Some((new - old).abs() / (*error)?)).fold(0.0, f64::max);

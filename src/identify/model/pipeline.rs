@@ -2,7 +2,7 @@
 
 use super::combinations::described;
 use super::estimates::estimates;
-use super::fine_steps::{likelier, squares, with_fine_steps};
+use super::fine_steps::{no_worse_than_starts, squares, with_fine_steps};
 use super::islands::islands;
 use super::result::{ModelDeviceUsed, ModelIdentification, ModelSearch, ModelVerification};
 use super::tests_of_residuals::{fitted, over_all};
@@ -144,7 +144,7 @@ pub fn identify_model(
             };
             let (problem, refined) = with_fine_steps(problem, refined, spec.estimates_initial)?;
             let given = problem.space().starts(problem.model(), &spec.start)?;
-            let refined = likelier(&problem, refined, &given, spec.estimates_initial)?;
+            let refined = no_worse_than_starts(&problem, refined, &given, spec.estimates_initial)?;
             (problem, Some(refined))
         }
         false => (problem, None),
@@ -358,7 +358,7 @@ pub fn hold_out_model(
     if recordings.is_empty() {
         return Ok(());
     }
-    let space = space_of(&found.space.values(&found.values, 0));
+    let space = ModelSpace::all_fixed(&found.space.values(&found.values, 0));
     let problem = ModelProblem::new(model, space, recordings.to_vec(), spec.settings())?;
     let initial: Vec<Vec<f64>> = (0..recordings.len()).map(|n| problem.open_initial(n).to_vec()).collect();
     let initial = match spec.estimates_initial && !initial.iter().all(Vec::is_empty) {
@@ -369,9 +369,4 @@ pub fn hold_out_model(
     found.held_out = (0..recordings.len()).map(|n| fitted(&problem, &[], n, &initial[n])).collect();
     found.held_out_percent = over_all(&problem, &found.held_out).0;
     Ok(())
-}
-
-/// Returns a space without free parameters.
-fn space_of(values: &[f64]) -> ModelSpace {
-    ModelSpace { free: Vec::new(), fixed: values.iter().copied().map(Some).collect() }
 }

@@ -86,7 +86,7 @@ mod tests {
         };
         let values = crate::motor::Parameters::M2.to_array();
         let settings = ModelSpec::default().settings();
-        let space = crate::evaluate::model::ModelSpace { free: Vec::new(), fixed: values.map(Some).to_vec() };
+        let space = crate::evaluate::model::ModelSpace::all_fixed(&values);
         let problem =
             crate::evaluate::model::ModelProblem::new(&model, space, vec![recording.clone()], settings).unwrap();
         let simulated = problem.simulate(&[], 0, &[]).outputs;

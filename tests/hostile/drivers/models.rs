@@ -280,6 +280,7 @@ pub fn problems(calls: &mut Calls) {
 
 fn drive_space(calls: &mut Calls, model: &Model) -> ModelSpace {
     drive!(calls, "spaces"; "evaluate::model::ModelSpace::new" => [0, 1, 3].map(|n| ModelSpace::new(model, n).free.len()));
+    drive!(calls, "spaces"; "evaluate::model::ModelSpace::all_fixed" => ModelSpace::all_fixed(&[f64::NAN]).fixed.len());
     ModelSpace::new(model, 1)
 }
 
