@@ -116,6 +116,10 @@ fn a_document_has_the_names_and_units_of_the_model() {
     assert_eq!(names(&document["bounds"]), ["R", "Ld", "Lq", "B"]);
     assert_eq!(document["fixed"], serde_json::json!({"psi": 0.05, "J": 2e-4}));
     assert_eq!(document["model"]["name"], "PMSM in rotor coordinates");
+    let trust = &json(&["identify", &path, "--json", "-q", "--model", "pmsm", "--fix", "psi=0.05,J=2e-4"])["trust"];
+    assert_eq!(document["refined_trust"]["level"], trust["level"]);
+    let codes = trust["reasons"].as_array().unwrap().iter().map(|reason| reason["code"].clone()).collect();
+    assert_eq!(document["refined_trust"]["reasons"], Value::Array(codes));
     for (name, value) in [("R", 0.5), ("Ld", 0.001), ("Lq", 0.0015), ("psi", 0.05)] {
         let refined = document["refined"][name].as_f64().unwrap();
         assert!((refined / value - 1.0).abs() < 0.05, "{name}: {refined}");

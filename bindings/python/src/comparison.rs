@@ -88,6 +88,8 @@ result! {
         invariance = "invariance";
         /// Refined estimate, in SI units; `None` if there is none.
         refined = "refined";
+        /// Level of trust in the refined estimate and the codes of the reasons; `None` if there is none.
+        refined_trust = "refined_trust";
         /// Reason for which there is no refined estimate; else `None`.
         refined_failure = "refined_failure";
         /// Reason for which the comparison ended.

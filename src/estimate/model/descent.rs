@@ -1,18 +1,19 @@
 //! Levenberg–Marquardt within bounds, damped after H. B. Nielsen (1999) and scaled by the diagonal (D. W. Marquardt 1963).
 
+use super::damped_step::damped_step;
 use super::fit::{Fit, Normal};
 use crate::numeric::count;
 use nalgebra::{DMatrix, DVector};
 
-/// Longest step of a coordinate of a parameter: a factor of e, or the range of the parameter.
-const TRUST: f64 = 1.0;
 /// Damping below which the length of a step is taken as the distance to the optimum.
 const UNDAMPED: f64 = 1e-2;
 /// Damping at the start, and that at which a descent is stuck.
 const DAMPING: f64 = 1e-3;
 const DAMPING_MAX: f64 = 1e14;
 
-/// Simulations over which a stalled descent gains too little.
+/// First growth of the damping after a step that gains nothing; each further one doubles it.
+const GROWTH: f64 = 2.0;
+/// Number of last simulations over which a stalled descent gains too little.
 const STALL_SIMULATIONS: usize = 8;
 
 /// Weights of the residuals in a descent.
@@ -37,24 +38,74 @@ pub(super) struct Descent<'a> {
     /// Gain over [`STALL_SIMULATIONS`] below which the descent ends: a part of the cost with given weights, a difference of the deviance
     /// with estimated ones. The cost of a model with friction that sticks is not smooth, and no step is short enough.
     pub stall: Option<f64>,
+    /// Lowest cost that is known from other descents: a descent that could not reach it at the pace of a window ends, if it may stall.
+    pub lowest: f64,
     /// Number of simulations.
     pub evaluations: usize,
+    ends: Ends,
+    growth: f64,
+    /// Costs at the beginning and after each simulation.
+    costs: Vec<f64>,
+    proposed: Option<Proposed>,
+    /// True if the descent ended in an optimum, false if it did not; `None` before its end.
+    pub converged: Option<bool>,
+}
+
+/// Limits of a descent: the length of the last step \[standard errors\], and the simulations at most.
+#[derive(Debug, Clone, Copy)]
+struct Ends {
+    tolerance: f64,
+    evaluations: usize,
+}
+
+/// A point whose normal equations a descent waits for.
+#[derive(Debug, Clone)]
+struct Proposed {
+    at: DVector<f64>,
+    /// Length of the step \[standard errors\].
+    length: f64,
+    /// Gain of the linearized model.
+    gain: f64,
 }
 
 impl<'a> Descent<'a> {
-    /// Begins a descent; `None` if the model diverges at the start. `sigma` is made from the first normal equations.
-    pub fn new(fit: &'a Fit<'a>, start: DVector<f64>, sigma: impl Fn(&Normal) -> Vec<f64>) -> Option<Self> {
+    /// Begins descents side by side; `None` for one whose model diverges at the start. `sigma` is made from its normal equations.
+    pub fn all(fit: &'a Fit<'a>, starts: &[DVector<f64>], sigma: impl Fn(&Normal) -> Vec<f64>) -> Vec<Option<Self>> {
         let axes = &fit.problem.space().free;
         let bound = |open: f64, of: &dyn Fn(usize) -> f64| {
             DVector::from_fn(fit.unknowns(), |n, _| axes.get(n).map_or(open, |axis| axis.coordinate(of(n))))
         };
         let lower = bound(f64::NEG_INFINITY, &|n| axes[n].min);
         let upper = bound(f64::INFINITY, &|n| axes[n].max);
-        let at = clamp(&start, &lower, &upper);
-        let normal = fit.normal(&at)?;
-        let sigma = sigma(&normal);
-        let (damping, weights) = (DAMPING, Weights::Given);
-        Some(Self { fit, at, normal, sigma, lower, upper, damping, weights, stall: None, evaluations: 1 })
+        let starts: Vec<DVector<f64>> = starts.iter().map(|start| clamp(start, &lower, &upper)).collect();
+        let begun = |(at, normal): (DVector<f64>, Option<Normal>)| {
+            let normal = normal?;
+            Some(Self {
+                fit,
+                at,
+                sigma: sigma(&normal),
+                normal,
+                lower: lower.clone(),
+                upper: upper.clone(),
+                damping: DAMPING,
+                weights: Weights::Given,
+                stall: None,
+                lowest: f64::INFINITY,
+                evaluations: 1,
+                ends: Ends { tolerance: 0.0, evaluations: 0 },
+                growth: GROWTH,
+                costs: Vec::new(),
+                proposed: None,
+                converged: None,
+            })
+        };
+        let normals = fit.normals(&starts);
+        starts.into_iter().zip(normals).map(begun).collect()
+    }
+
+    /// Begins a descent; `None` if the model diverges at the start.
+    pub fn new(fit: &'a Fit<'a>, start: DVector<f64>, sigma: impl Fn(&Normal) -> Vec<f64>) -> Option<Self> {
+        Self::all(fit, &[start], sigma).pop().flatten()
     }
 
     /// Returns the weighted sum of squares, or the deviance.
@@ -126,110 +177,109 @@ impl<'a> Descent<'a> {
     /// Descends until a step is shorter than `tolerance` standard errors, or gains too little; returns false if `most` simulations did
     /// not suffice.
     pub fn run(&mut self, tolerance: f64, most: usize) -> bool {
-        let end = self.evaluations + most;
-        let mut growth = 2.0;
-        let mut before = (self.evaluations, self.cost());
-        while self.evaluations < end {
-            if let Some(stall) = self.stall
-                && self.evaluations >= before.0 + STALL_SIMULATIONS
-            {
-                let unit = if matches!(self.weights, Weights::Given) { before.1 } else { 1.0 };
-                if before.1 - self.cost() < stall * unit {
-                    return true;
-                }
-                before = (self.evaluations, self.cost());
+        self.begin(tolerance, most);
+        while let Some(at) = self.propose() {
+            let normal = self.fit.normals(&[at]).pop().flatten();
+            self.receive(normal);
+        }
+        self.converged == Some(true)
+    }
+
+    /// Sets the limits of [`run`](Self::run), for [`propose`](Self::propose) and [`receive`](Self::receive) in turn.
+    pub fn begin(&mut self, tolerance: f64, most: usize) {
+        self.ends = Ends { tolerance, evaluations: self.evaluations + most };
+        self.growth = GROWTH;
+        self.costs = vec![self.cost()];
+        self.converged = None;
+    }
+
+    /// Returns the next point whose normal equations are needed; `None` at the end.
+    pub fn propose(&mut self) -> Option<DVector<f64>> {
+        while self.converged.is_none() {
+            if self.evaluations >= self.ends.evaluations || self.is_stalled() {
+                self.converged = Some(self.evaluations < self.ends.evaluations);
+                break;
             }
             let (matrix, gradient) = self.fit.weighted(&self.normal, &self.sigma);
             let free = self.free_with(&gradient);
             if free.is_empty() {
-                return true;
+                self.converged = Some(true);
+                break;
             }
             // The curvature of the deviance may be negative far from the optimum.
-            let step = self.step(&self.curvature(&matrix), &gradient, free.clone());
-            let step = step.or_else(|| self.step(&matrix, &gradient, free));
+            let limits = (self.damping, self.fit.axes());
+            let step = damped_step(&self.curvature(&matrix), &gradient, free.clone(), limits);
+            let step = step.or_else(|| damped_step(&matrix, &gradient, free, limits));
             let next = step.map(|step| clamp(&(&self.at + step), &self.lower, &self.upper));
-            let Some(next) = next else {
-                self.damping *= growth;
-                growth *= 2.0;
-                if self.damping > DAMPING_MAX {
-                    return false;
-                }
+            let Some(at) = next else {
+                self.grow(false);
                 continue;
             };
-            let step = &next - &self.at;
-            let length = step.dot(&(&matrix * &step)).max(0.0).sqrt();
-            let is_rounding = step.iter().zip(&self.at).all(|(s, x)| s.abs() <= 1e-15 * x.abs().max(1e-300));
-            if is_rounding {
-                return true;
+            let step = &at - &self.at;
+            let square = step.dot(&(&matrix * &step));
+            if step.iter().zip(&self.at).all(|(s, x)| s.abs() <= 1e-15 * x.abs().max(1e-300)) {
+                self.converged = Some(true);
+                break;
             }
-            let cost = self.cost();
-            // The deviance may be zero; the sum of squares is what is rounded.
-            let size = cost.abs().max(self.normal.cost(&self.sigma));
-            let normal = self.fit.normal(&next);
-            self.evaluations += 1;
-            let after = normal.as_ref().map_or(f64::INFINITY, |normal| self.cost_of(normal));
-            if let Some(normal) = normal.filter(|_| after < cost) {
-                let predicted = 2.0 * step.dot(&gradient) - step.dot(&(&matrix * &step));
-                let ratio = ((cost - after) / predicted).clamp(0.0, 1.0);
-                let is_converged = length < tolerance && self.damping < UNDAMPED;
-                self.damping = (self.damping * (1.0 / 3.0_f64).max(1.0 - (2.0 * ratio - 1.0).powi(3))).max(1e-12);
-                growth = 2.0;
-                (self.at, self.sigma, self.normal) = (next, self.sigma_of(&normal), normal);
-                if is_converged {
-                    return true;
-                }
-                continue;
-            }
-            // A short step that changes the cost by rounding ends the descent.
-            if length < tolerance.max(1e-3) && (after - cost).abs() <= 1e-11 * size {
-                return true;
-            }
-            self.damping *= growth;
-            growth *= 2.0;
-            if self.damping > DAMPING_MAX {
-                return length < tolerance.max(1e-3) || self.stall.is_some();
-            }
+            let gain = 2.0 * step.dot(&gradient) - square;
+            self.proposed = Some(Proposed { at: at.clone(), length: square.max(0.0).sqrt(), gain });
+            return Some(at);
         }
-        false
+        None
     }
 
-    /// Returns a damped step in which no coordinate of a parameter exceeds [`TRUST`]: a larger one is clipped, and the others are
-    /// solved for again.
-    fn step(&self, matrix: &DMatrix<f64>, gradient: &DVector<f64>, mut free: Vec<usize>) -> Option<DVector<f64>> {
-        let axes = self.fit.axes();
-        let mut clipped = DVector::zeros(gradient.len());
-        loop {
-            let left = gradient - matrix * &clipped;
-            let step = solve(matrix, &left, &free, self.damping)?;
-            let longest =
-                free.iter().copied().filter(|n| *n < axes).max_by(|a, b| step[*a].abs().total_cmp(&step[*b].abs()));
-            let Some(n) = longest.filter(|n| step[*n].abs() > TRUST) else { return Some(clipped + step) };
-            clipped[n] = TRUST.copysign(step[n]);
-            free.retain(|other| *other != n);
-            if free.is_empty() {
-                return Some(clipped);
+    /// Takes the normal equations of the point that was proposed; `None` if the model diverges there.
+    pub fn receive(&mut self, normal: Option<Normal>) {
+        let Some(proposed) = self.proposed.take() else { return };
+        self.evaluations += 1;
+        self.judge(proposed, normal);
+        self.costs.push(self.cost());
+    }
+
+    /// Moves to the point if its cost is lower.
+    fn judge(&mut self, Proposed { at, length, gain }: Proposed, normal: Option<Normal>) {
+        let tolerance = self.ends.tolerance;
+        let cost = self.cost();
+        let after = normal.as_ref().map_or(f64::INFINITY, |normal| self.cost_of(normal));
+        if let Some(normal) = normal.filter(|_| after < cost) {
+            let ratio = ((cost - after) / gain).clamp(0.0, 1.0);
+            if length < tolerance && self.damping < UNDAMPED {
+                self.converged = Some(true);
             }
+            self.damping = (self.damping * (1.0 / 3.0_f64).max(1.0 - (2.0 * ratio - 1.0).powi(3))).max(1e-12);
+            self.growth = GROWTH;
+            (self.at, self.sigma, self.normal) = (at, self.sigma_of(&normal), normal);
+            return;
+        }
+        // A short step that changes the cost by rounding ends the descent. The deviance may be zero; the sum of squares is what is rounded.
+        let size = cost.abs().max(self.normal.cost(&self.sigma));
+        let is_short = length < tolerance.max(1e-3);
+        if is_short && (after - cost).abs() <= 1e-11 * size {
+            self.converged = Some(true);
+            return;
+        }
+        self.grow(is_short || self.stall.is_some());
+    }
+
+    /// Increases the damping; beyond its limit the descent is stuck, in an optimum or not.
+    fn grow(&mut self, is_optimum: bool) {
+        self.damping *= self.growth;
+        self.growth *= GROWTH;
+        if self.damping > DAMPING_MAX {
+            self.converged = Some(is_optimum);
         }
     }
-}
 
-/// Solves `(M + damping diag M) step = gradient` for the free unknowns; `None` if the matrix is not positive definite.
-fn solve(matrix: &DMatrix<f64>, gradient: &DVector<f64>, free: &[usize], damping: f64) -> Option<DVector<f64>> {
-    let largest = free.iter().map(|n| matrix[(*n, *n)]).fold(0.0, f64::max);
-    let floor = (1e-14 * largest).max(f64::MIN_POSITIVE);
-    let mut part = DMatrix::from_fn(free.len(), free.len(), |a, b| matrix[(free[a], free[b])]);
-    for n in 0..free.len() {
-        let diagonal = part[(n, n)].max(floor);
-        part[(n, n)] = diagonal * (1.0 + damping);
+    /// Returns true if the last simulations gained too little.
+    fn is_stalled(&self) -> bool {
+        let Some(stall) = self.stall else { return false };
+        let Some(first) = self.costs.len().checked_sub(STALL_SIMULATIONS + 1) else { return false };
+        let (before, now) = (self.costs[first], self.cost());
+        let unit = if matches!(self.weights, Weights::Given) { before } else { 1.0 };
+        let gain = before - now;
+        let windows = count(self.ends.evaluations - self.evaluations) / count(STALL_SIMULATIONS);
+        gain < stall * unit || now - windows * gain > self.lowest
     }
-    let right = DVector::from_fn(free.len(), |n, _| gradient[free[n]]);
-    let solution = part.cholesky()?.solve(&right);
-    if !solution.iter().all(|value| value.is_finite()) {
-        return None;
-    }
-    let mut step = DVector::zeros(gradient.len());
-    free.iter().zip(solution.iter()).for_each(|(n, value)| step[*n] = *value);
-    Some(step)
 }
 
 fn clamp(at: &DVector<f64>, lower: &DVector<f64>, upper: &DVector<f64>) -> DVector<f64> {

@@ -2,7 +2,7 @@
 //!
 //! Unknowns are the coordinates of the free parameters, then the initial values of the open states of each recording.
 
-use crate::evaluate::model::{ModelProblem, Trajectory, Unknown};
+use crate::evaluate::model::{ModelProblem, OutputSums, Point, Trajectory, Unknown};
 use crate::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -128,54 +128,72 @@ impl Fit<'_> {
         self.problem.trajectory(&self.values(at), recording, &self.initial(at, recording), &directions)
     }
 
-    /// Returns the normal equations; `None` if the model diverges.
-    pub fn normal(&self, at: &DVector<f64>) -> Option<Normal> {
-        let of = |recording: usize| self.blocks(at, recording);
-        let blocks: Option<Vec<Vec<Block>>> = (0..self.problem.recordings()).into_par_iter().map(of).collect();
-        blocks.map(|blocks| Normal { blocks: blocks.concat() })
+    /// Returns the normal equations of candidates side by side; `None` for one that diverges.
+    pub fn normals(&self, ats: &[DVector<f64>]) -> Vec<Option<Normal>> {
+        let mut normals = vec![Some(Normal { blocks: Vec::new() }); ats.len()];
+        let Some(first) = ats.first() else { return normals };
+        let side = ModelProblem::side_by_side(self.directions(first, 0).0.len());
+        let parts = ats.len().div_ceil(side);
+        let tasks = (0..self.problem.recordings()).flat_map(|recording| (0..parts).map(move |part| (recording, part)));
+        let tasks: Vec<(usize, usize)> = tasks.collect();
+        let blocks: Vec<Vec<Option<Vec<Block>>>> = tasks
+            .par_iter()
+            .map(|(recording, part)| {
+                let end = ((part + 1) * side).min(ats.len());
+                self.blocks(&ats[part * side..end], *recording)
+            })
+            .collect();
+        for ((_, part), blocks) in tasks.into_iter().zip(blocks) {
+            for (normal, blocks) in normals[part * side..].iter_mut().zip(blocks) {
+                match (normal.as_mut(), blocks) {
+                    (Some(normal), Some(blocks)) => normal.blocks.extend(blocks),
+                    _ => *normal = None,
+                }
+            }
+        }
+        normals
     }
 
-    fn blocks(&self, at: &DVector<f64>, recording: usize) -> Option<Vec<Block>> {
-        let (numbers, directions) = self.directions(at, recording);
-        let trajectory =
-            self.problem.trajectory(&self.values(at), recording, &self.initial(at, recording), &directions);
-        let own = self.problem.recording(recording);
-        let size = numbers.len();
-        let mut blocks = Vec::new();
-        for (output, measured) in own.measured.iter().enumerate() {
-            let Some(measured) = measured else { continue };
-            let mut products = vec![0.0; size * size];
-            let mut gradient = vec![0.0; size];
-            let (mut squares, mut count) = (0.0, 0);
-            for n in (0..own.len()).filter(|n| own.counts(*n)) {
-                let error = measured[n] - trajectory.outputs[output][n];
-                let row = &trajectory.sensitivities.get(output).map_or(&[][..], |all| &all[n * size..(n + 1) * size]);
-                squares += error * error;
-                count += 1;
-                for (a, first) in row.iter().enumerate() {
-                    gradient[a] += first * error;
-                    for (b, second) in row[..=a].iter().enumerate() {
-                        products[a * size + b] += first * second;
-                    }
-                }
-            }
-            let is_finite = squares.is_finite() && products.iter().chain(&gradient).all(|value| value.is_finite());
-            if !is_finite || squares > crate::criterion::COST_MAX {
-                return None;
-            }
-            let unknowns = self.unknowns();
-            let mut matrix = DMatrix::zeros(unknowns, unknowns);
-            let mut all = DVector::zeros(unknowns);
-            for a in 0..size {
-                all[numbers[a]] = gradient[a];
-                for b in 0..=a {
-                    matrix[(numbers[a], numbers[b])] = products[a * size + b];
-                    matrix[(numbers[b], numbers[a])] = products[a * size + b];
-                }
-            }
-            blocks.push(Block { recording, output, count, squares, matrix, gradient: all });
+    /// Returns the normal equations of the outputs of a recording for each candidate.
+    fn blocks(&self, ats: &[DVector<f64>], recording: usize) -> Vec<Option<Vec<Block>>> {
+        struct Own {
+            values: Vec<f64>,
+            open: Vec<f64>,
+            unknowns: Vec<Unknown>,
         }
-        Some(blocks)
+        let mut numbers = Vec::new();
+        let mut all = Vec::new();
+        for at in ats {
+            let (own, unknowns) = self.directions(at, recording);
+            let values = self.problem.space().values(&self.values(at), recording);
+            all.push(Own { values, open: self.initial(at, recording), unknowns });
+            numbers = own;
+        }
+        let points: Vec<Point<'_>> =
+            all.iter().map(|Own { values, open, unknowns }| Point { values, open, unknowns }).collect();
+        let sums = self.problem.normal_sums(recording, &points);
+        sums.into_iter()
+            .map(|outputs| outputs.into_iter().map(|sums| self.block(sums, recording, &numbers)).collect())
+            .collect()
+    }
+
+    /// Returns a block from its sums; `None` if the model diverges.
+    fn block(&self, sums: OutputSums, recording: usize, numbers: &[usize]) -> Option<Block> {
+        let OutputSums { output, squares, products, gradient } = sums;
+        let is_finite = squares.is_finite() && products.iter().chain(&gradient).all(|value| value.is_finite());
+        if !is_finite || squares > crate::criterion::COST_MAX {
+            return None;
+        }
+        let (unknowns, size) = (self.unknowns(), numbers.len());
+        let (mut matrix, mut all) = (DMatrix::zeros(unknowns, unknowns), DVector::zeros(unknowns));
+        for a in 0..size {
+            all[numbers[a]] = gradient[a];
+            for b in 0..size {
+                matrix[(numbers[a], numbers[b])] = products[a * size + b];
+            }
+        }
+        let count = self.problem.recording(recording).count();
+        Some(Block { recording, output, count, squares, matrix, gradient: all })
     }
 
     /// Returns the matrix and the gradient of the weighted sum of squares.

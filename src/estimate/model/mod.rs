@@ -1,6 +1,7 @@
 //! Estimation of users' models: output-error Levenberg–Marquardt from many starts, standard errors, unidentifiable combinations.
 
 mod covariance;
+mod damped_step;
 mod descent;
 mod fit;
 mod multistart;

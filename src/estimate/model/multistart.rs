@@ -4,11 +4,10 @@
 use super::descent::Descent;
 use super::fit::{Fit, Normal};
 use crate::candidates::Candidates;
-use crate::evaluate::model::{ModelEvaluator, ModelProblem};
+use crate::evaluate::model::{ModelAxis, ModelEvaluator, ModelProblem};
 use crate::numeric::{count, noise_sigma, rms, standard_deviation};
 use crate::{Error, Result};
 use rand::{RngExt as _, SeedableRng as _};
-use rayon::prelude::*;
 use std::ops::ControlFlow;
 
 /// Number of candidates for each free parameter, and the limits of their number.
@@ -30,6 +29,11 @@ const APART: f64 = 0.1;
 pub(super) const NOISY: f64 = 2.0;
 /// Relative difference of costs within which descents ended in the same optimum.
 const SAME: f64 = 1e-4;
+/// Rounds at most around the lowest optimum of descents that do not agree, descents of each, and their distances from it, as fractions of
+/// the range of each coordinate: from some standard errors to where random starts are.
+const ROUNDS_AROUND: usize = 4;
+const AROUND: usize = 8;
+const DISTANCES: [f64; 2] = [3e-3, 0.1];
 /// Simulations of a descent at most.
 const SIMULATIONS: usize = 80;
 /// Part of the cost below which the gain of a descent with friction that sticks ends it.
@@ -108,7 +112,7 @@ pub fn model_optima(
             starts.extend(best);
             evaluations += evaluated;
         }
-        let found: Vec<End> = starts.par_iter().filter_map(|start| descend(&fit, start)).collect();
+        let found = descend(&fit, &starts);
         evaluations += found.iter().map(|end| end.simulations as u64).sum::<u64>();
         ends.extend(found);
         is_interrupted = observe(round + 1, rounds).is_break();
@@ -118,6 +122,9 @@ pub fn model_optima(
         if is_interrupted || lowest(&ends).is_some_and(is_found) {
             break;
         }
+    }
+    if !is_interrupted {
+        evaluations += confirmed(&fit, &mut ends, seed);
     }
     let Some(best) = lowest(&ends) else {
         let hint = "Check units and bounds of the parameters: within them the simulated machine grows without limit.";
@@ -132,6 +139,38 @@ pub fn model_optima(
         evaluations,
         is_interrupted,
     })
+}
+
+/// Descends from around the lowest optimum of descents that do not agree, until enough of these end in it, and adds their ends; returns
+/// the number of simulations. A backlash has many optima close to each other, of which few random starts reach the same.
+fn confirmed(fit: &Fit<'_>, ends: &mut Vec<End>, seed: u64) -> u64 {
+    let axes = &fit.problem.space().free;
+    let mut numbers = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(seed ^ 0x5eed);
+    let mut simulations = 0;
+    for _ in 0..ROUNDS_AROUND {
+        let Some(best) = lowest(ends) else { break };
+        // Descents with friction that sticks end where the cost has kinks, and do not agree on what leaves more than noise.
+        let is_rough = fit.problem.model().reactions() > 0 && !explains(fit.problem, best);
+        if axes.is_empty() || arrivals(ends) >= ARRIVALS || is_rough {
+            break;
+        }
+        let values = &best.values;
+        let starts: Vec<Vec<f64>> = (0..AROUND)
+            .map(|_| {
+                let distance = DISTANCES[0] * (DISTANCES[1] / DISTANCES[0]).powf(numbers.random::<f64>());
+                let moved = |(axis, value): (&ModelAxis, &f64)| {
+                    let range = axis.coordinate(axis.max) - axis.coordinate(axis.min);
+                    let change = distance * range * (2.0 * numbers.random::<f64>() - 1.0);
+                    axis.value(axis.coordinate(*value) + change)
+                };
+                axes.iter().zip(values).map(moved).collect()
+            })
+            .collect();
+        let found = descend(fit, &starts);
+        simulations += found.iter().map(|end| end.simulations as u64).sum::<u64>();
+        ends.extend(found);
+    }
+    simulations
 }
 
 /// The end of a descent.
@@ -177,19 +216,38 @@ pub(super) fn deviations(problem: &ModelProblem, normal: &Normal) -> Vec<f64> {
     normal.blocks.iter().map(one).collect()
 }
 
-fn descend(fit: &Fit<'_>, start: &[f64]) -> Option<End> {
-    let initial: Vec<Vec<f64>> = (0..fit.problem.recordings()).map(|n| fit.problem.open_initial(n).to_vec()).collect();
-    let mut descent = Descent::new(fit, fit.at(start, &initial), |normal| deviations(fit.problem, normal))?;
-    // In units of the deviations of the signals a step of 1e-7 is far below any noise.
-    let has_stick = fit.problem.model().reactions() > 0;
-    descent.stall = has_stick.then_some(STALLED);
-    descent.run(1e-7 * count(fit.problem.counted()).sqrt(), SIMULATIONS);
-    Some(End {
+/// Descends from each start, all side by side; a start from which the model diverges has no end.
+fn descend(fit: &Fit<'_>, starts: &[Vec<f64>]) -> Vec<End> {
+    let problem = fit.problem;
+    let initial: Vec<Vec<f64>> = (0..problem.recordings()).map(|n| problem.open_initial(n).to_vec()).collect();
+    let starts: Vec<_> = starts.iter().map(|start| fit.at(start, &initial)).collect();
+    let mut descents: Vec<Descent<'_>> =
+        Descent::all(fit, &starts, |normal| deviations(problem, normal)).into_iter().flatten().collect();
+    for descent in &mut descents {
+        descent.stall = (problem.model().reactions() > 0).then_some(STALLED);
+        // In units of the deviations of the signals a step of 1e-7 is far below any noise.
+        descent.begin(1e-7 * count(problem.counted()).sqrt(), SIMULATIONS);
+    }
+    loop {
+        let proposed: Vec<(usize, _)> =
+            descents.iter_mut().enumerate().filter_map(|(n, descent)| Some((n, descent.propose()?))).collect();
+        if proposed.is_empty() {
+            break;
+        }
+        let (numbers, points): (Vec<usize>, Vec<_>) = proposed.into_iter().unzip();
+        for (n, normal) in numbers.into_iter().zip(fit.normals(&points)) {
+            descents[n].receive(normal);
+        }
+        let lowest = descents.iter().map(Descent::cost).fold(f64::INFINITY, f64::min);
+        descents.iter_mut().for_each(|descent| descent.lowest = lowest * (1.0 + SAME));
+    }
+    let end = |descent: Descent<'_>| End {
         values: fit.values(&descent.at),
-        initial: (0..fit.problem.recordings()).map(|n| fit.initial(&descent.at, n)).collect(),
+        initial: (0..problem.recordings()).map(|n| fit.initial(&descent.at, n)).collect(),
         cost: descent.cost(),
         simulations: descent.evaluations,
-    })
+    };
+    descents.into_iter().map(end).collect()
 }
 
 /// Returns the best of random candidates that lie apart from each other.

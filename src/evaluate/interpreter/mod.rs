@@ -2,16 +2,18 @@
 //!
 //! A register holds one value for each lane. With 64 lanes the dispatch of an instruction (3 ns) is small against its work, and the
 //! registers of a typical step stay in the first-level cache. The limit is the loads: three to four for each fused operation. Derivatives
-//! run with 8 or 16 lanes, one for each direction.
+//! take eight lanes for each candidate, one for each direction.
 
 mod execute;
 mod functions;
 mod memory;
+mod normal;
 mod register;
 mod run;
 
 pub(crate) use memory::Clock;
 #[cfg(feature = "gpu")]
 pub(crate) use memory::Memory;
-pub(crate) use register::Register;
-pub(crate) use run::{Job, Loss, Rows, Work};
+pub(crate) use normal::Directions;
+pub(crate) use register::{Register, Vector, WIDTH};
+pub(crate) use run::{Job, Loss, Rows, Run, Work};

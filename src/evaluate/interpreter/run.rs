@@ -2,6 +2,7 @@
 
 use super::execute::execute;
 use super::memory::{Clock, Memory};
+use super::normal::{Directions, accumulate};
 use super::register::{Register, WIDTH};
 use crate::evaluate::Level;
 use crate::model::graph::{Leaf, evaluate};
@@ -18,6 +19,8 @@ pub(crate) enum Loss {
     WeightedMagnitudes,
     /// The outputs are kept.
     Keep,
+    /// Normal equations are summed from the outputs and their derivatives.
+    Normal(Directions),
 }
 
 /// Scalars of a recording, sample by sample.
@@ -55,8 +58,11 @@ pub(crate) struct Work<const C: usize> {
     scalars: Vec<f64>,
     /// Values of the parameters.
     pub parameters: Vec<Register<C>>,
-    /// Sums of the losses of each output; with [`Loss::Keep`] the outputs, shape `[samples, outputs]`.
+    /// Sums of the losses of each output; with [`Loss::Keep`] the outputs, shape `[samples, outputs]`; with [`Loss::Normal`] those of the
+    /// last sample.
     pub outputs: Vec<Register<C>>,
+    /// Sums of the normal equations, shape `[outputs, sums]`.
+    pub sums: Vec<Register<C>>,
     /// Results of the setup.
     pub results: Vec<Register<C>>,
 }
@@ -71,7 +77,7 @@ pub(crate) struct Job<'a> {
 #[inline(always)]
 fn run<const C: usize, const FMA: bool>(job: &Job<'_>, work: &mut Work<C>) {
     let Job { program, rows, loss } = *job;
-    let Work { registers, memories, scalars, parameters, outputs, results } = work;
+    let Work { registers, memories, scalars, parameters, outputs, sums, results } = work;
     memories.clear();
     memories.resize_with(program.memories, Memory::new);
     registers.clear();
@@ -84,20 +90,20 @@ fn run<const C: usize, const FMA: bool>(job: &Job<'_>, work: &mut Work<C>) {
     scalars.extend_from_slice(&program.constants);
     scalars.resize(constants + uniforms, 0.0);
     let registers = &mut registers[..];
-    for instruction in &program.setup {
-        execute::<C, FMA>(instruction, registers, scalars);
-    }
-    results.clear();
-    results.extend(program.results.iter().map(|register| registers[usize::from(*register)]));
-    for (state, initial) in &program.states {
-        registers[usize::from(*state)] = registers[usize::from(*initial)];
-    }
     let width = program.outputs;
     outputs.clear();
     outputs.resize(if loss == Loss::Keep { width * rows.samples } else { width }, Register::ZERO);
-    for n in 0..rows.samples {
-        scalars[constants..].copy_from_slice(&rows.uniforms[n * uniforms..(n + 1) * uniforms]);
-        for instruction in &program.body {
+    if let Loss::Normal(directions) = loss {
+        sums.clear();
+        sums.resize(width / 2 * directions.sums(), Register::ZERO);
+    }
+    // The setup takes the same loop, so that the instructions are compiled once.
+    for n in std::iter::once(None).chain((0..rows.samples).map(Some)) {
+        let sample = n.unwrap_or(0);
+        if n.is_some() {
+            scalars[constants..].copy_from_slice(&rows.uniforms[sample * uniforms..(sample + 1) * uniforms]);
+        }
+        for instruction in if n.is_some() { &program.body } else { &program.setup } {
             if instruction.operation.has_memory() {
                 remember(instruction, registers, memories, &rows.clock);
                 continue;
@@ -108,24 +114,46 @@ fn run<const C: usize, const FMA: bool>(job: &Job<'_>, work: &mut Work<C>) {
             }
             let (output, from) = (usize::from(instruction.target), usize::from(instruction.registers[0]));
             let value = &registers[from];
-            if loss == Loss::Keep {
-                outputs[n * width + output] = *value;
-                continue;
-            }
-            let at = n * width + output;
-            let sum = &mut outputs[output];
-            let measured = rows.measured[at];
-            let weight = if loss == Loss::Squares { 1.0 } else { rows.weights[at] };
-            for part in 0..C {
-                for lane in 0..WIDTH {
-                    let error = measured - value[part][lane];
-                    let sum = &mut sum[part][lane];
-                    match loss {
-                        Loss::Squares => *sum = if FMA { error.mul_add(error, *sum) } else { error * error + *sum },
-                        Loss::WeightedMagnitudes => *sum += weight * error.abs(),
-                        _ => *sum += weight * error * error,
-                    }
+            match loss {
+                Loss::Keep => outputs[sample * width + output] = *value,
+                Loss::Normal(_) => outputs[output] = *value,
+                _ => {
+                    let at = sample * width + output;
+                    let weight = if loss == Loss::Squares { 1.0 } else { rows.weights[at] };
+                    add::<C, FMA>(&mut outputs[output], value, (rows.measured[at], weight), loss);
                 }
+            }
+        }
+        if n.is_none() {
+            results.clear();
+            results.extend(program.results.iter().map(|register| registers[usize::from(*register)]));
+            for (state, initial) in &program.states {
+                registers[usize::from(*state)] = registers[usize::from(*initial)];
+            }
+        } else if let Loss::Normal(directions) = loss {
+            let row = sample * width / 2..(sample + 1) * width / 2;
+            let weights = rows.weights.get(row.clone()).unwrap_or_default();
+            accumulate::<C, FMA>(sums, outputs, (&rows.measured[row], weights), directions);
+        }
+    }
+}
+
+/// Adds the loss of an output at a sample.
+#[inline(always)]
+fn add<const C: usize, const FMA: bool>(
+    sums: &mut Register<C>,
+    value: &Register<C>,
+    (measured, weight): (f64, f64),
+    loss: Loss,
+) {
+    for part in 0..C {
+        for lane in 0..WIDTH {
+            let error = measured - value[part][lane];
+            let sum = &mut sums[part][lane];
+            match loss {
+                Loss::Squares => *sum = if FMA { error.mul_add(error, *sum) } else { error * error + *sum },
+                Loss::WeightedMagnitudes => *sum += weight * error.abs(),
+                _ => *sum += weight * error * error,
             }
         }
     }
@@ -151,6 +179,17 @@ fn remember<const C: usize>(
     registers[usize::from(instruction.target)] = result;
 }
 
+/// Working memory of one of the widths that programs run with.
+pub(crate) trait Run {
+    /// Runs a program with the instructions of a level.
+    fn run_at(&mut self, job: &Job<'_>, level: Level);
+
+    /// Runs a program with the fastest instructions of this machine.
+    fn run(&mut self, job: &Job<'_>) {
+        self.run_at(job, Level::best());
+    }
+}
+
 /// Defines the runs of registers with `C` parts, one for each level.
 macro_rules! runs {
     ($($module:ident $c:literal)*) => { $(
@@ -171,22 +210,16 @@ macro_rules! runs {
             }
         }
 
-        impl Work<$c> {
-            /// Runs a program with the instructions of a level.
-            pub fn run_at(&mut self, job: &Job<'_>, level: Level) {
+        impl Run for Work<$c> {
+            fn run_at(&mut self, job: &Job<'_>, level: Level) {
                 match level {
                     Level::Avx512 => $module::avx512(job, self),
                     Level::Avx2 => $module::avx2(job, self),
                     Level::Portable => $module::portable(job, self),
                 }
             }
-
-            /// Runs a program with the fastest instructions of this machine.
-            pub fn run(&mut self, job: &Job<'_>) {
-                self.run_at(job, Level::best());
-            }
         }
     )* };
 }
 
-runs! { narrow 1 double 2 wide 8 }
+runs! { narrow 1 double 2 half 4 wide 8 }

@@ -4,11 +4,13 @@
 mod affine_tests;
 mod evaluator;
 mod method;
+mod normal;
 mod prepared;
 mod problem;
 mod programs;
 mod recording;
 mod space;
+mod stiffness;
 #[cfg(test)]
 mod tests;
 mod trajectory;
@@ -18,10 +20,11 @@ mod walk;
 
 pub use evaluator::{ModelEvaluator, ModelSimd};
 pub use method::{ModelMethod, Stiffness};
+pub(crate) use normal::OutputSums;
 #[cfg(feature = "gpu")]
 pub(in crate::evaluate) use problem::LANES;
 pub use problem::{ModelProblem, ModelSettings};
 pub use recording::{ModelRecording, signal_requests};
 pub use space::{ModelAxis, ModelSpace};
 pub use trajectory::Trajectory;
-pub(crate) use trajectory::Unknown;
+pub(crate) use trajectory::{Point, Unknown};

@@ -15,7 +15,7 @@ use crate::numeric::{count, peak, standard_deviation};
 pub(in crate::evaluate) struct Prepared {
     pub recording: ModelRecording,
     pub rows: Rows,
-    /// Rows of the program with derivatives.
+    /// Rows of the program with derivatives, in which each sample that counts has the weight 1.
     pub tangent_rows: Rows,
     pub loss: Loss,
     /// Rows of the kernel of affine models, if it suits.
@@ -47,16 +47,17 @@ pub(super) fn prepare(
             weights[n * outputs + output] = criterion.weight(recording.elapsed(n), recording.step(n));
         }
     }
-    let is_plain = recording.counting.is_empty()
-        && recording.measured.iter().all(Option::is_some)
-        && !criterion.is_absolute()
-        && !criterion.is_integral();
+    let is_whole = recording.counting.is_empty() && recording.measured.iter().all(Option::is_some);
+    let is_plain = is_whole && !criterion.is_absolute() && !criterion.is_integral();
     let loss = match (criterion.is_absolute(), is_plain) {
         (true, _) => Loss::WeightedMagnitudes,
         (_, true) => Loss::Squares,
         _ => Loss::WeightedSquares,
     };
     let [own, of_tangent] = [&programs.program, &programs.tangent].map(|program| uniforms(program, model, &recording));
+    let of_count = |n: usize| recording.measured.iter().map(move |signal| (n, signal.is_some()));
+    let counted = |(n, is_measured): (usize, bool)| f64::from(u8::from(is_measured && recording.counts(n)));
+    let counts = if is_whole { Vec::new() } else { (0..samples).flat_map(of_count).map(counted).collect() };
     let weights = if is_plain { Vec::new() } else { weights };
     let open = open_initial(model, &recording);
     let clock = clock(&recording);
@@ -67,7 +68,13 @@ pub(super) fn prepare(
         .filter(|_| loss != Loss::WeightedMagnitudes)
         .map(|program| AffineRows::new(program, samples, value, [&measured, &weights]));
     Prepared {
-        tangent_rows: Rows { samples, uniforms: of_tangent, clock: clock.clone(), ..Rows::default() },
+        tangent_rows: Rows {
+            samples,
+            uniforms: of_tangent,
+            measured: measured.clone(),
+            weights: counts,
+            clock: clock.clone(),
+        },
         rows: Rows { samples, uniforms: own, measured, weights, clock },
         affine_rows,
         recording,

@@ -5,7 +5,7 @@
 
 use super::problem::ModelProblem;
 use super::programs::Programs;
-use crate::evaluate::interpreter::{Job, Loss, Register, Rows, Work};
+use crate::evaluate::interpreter::{Job, Loss, Register, Rows, Run, Vector, WIDTH, Work};
 use crate::model::step::WithRate;
 
 /// Outputs of a candidate on a recording.
@@ -24,6 +24,14 @@ pub(crate) enum Unknown {
     Parameter(usize, f64),
     /// An open initial state, by its place among them.
     Initial(usize),
+}
+
+/// A candidate on a recording: its parameters, the initial values of its open states, and the directions of its derivatives.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Point<'a> {
+    pub values: &'a [f64],
+    pub open: &'a [f64],
+    pub unknowns: &'a [Unknown],
 }
 
 impl ModelProblem {
@@ -48,23 +56,27 @@ impl ModelProblem {
 
     /// Simulates a candidate with its derivatives in the given directions.
     pub(crate) fn trajectory(&self, free: &[f64], recording: usize, open: &[f64], unknowns: &[Unknown]) -> Trajectory {
+        self.trajectory_at(Point { values: &self.space.values(free, recording), open, unknowns }, recording)
+    }
+
+    pub(super) fn trajectory_at(&self, point: Point<'_>, recording: usize) -> Trajectory {
+        let Point { unknowns, .. } = point;
         let samples = self.recordings[recording].recording.len();
         let outputs = self.model.outputs.len();
         let mut result = Trajectory {
             outputs: Vec::new(),
             sensitivities: vec![vec![0.0; samples * unknowns.len()]; if unknowns.is_empty() { 0 } else { outputs }],
         };
-        let values = self.space.values(free, recording);
         let mut from = 0;
         loop {
             let left = &unknowns[from..];
-            if left.len() <= Register::<1>::LANES {
-                self.part::<1>((&values, open), recording, (left, from), &mut result);
-            } else {
-                let part = &left[..left.len().min(Register::<2>::LANES)];
-                self.part::<2>((&values, open), recording, (part, from), &mut result);
+            let part = &left[..left.len().min(Register::<2>::LANES)];
+            let point = Point { unknowns: part, ..point };
+            match part.len() {
+                0..=WIDTH => self.part::<1>(point, recording, from, &mut result),
+                _ => self.part::<2>(point, recording, from, &mut result),
             }
-            from += left.len().min(Register::<2>::LANES);
+            from += part.len();
             if from >= unknowns.len() {
                 return result;
             }
@@ -72,25 +84,19 @@ impl ModelProblem {
     }
 
     /// Simulates with the derivatives of some directions, of which the first has the number `first`.
-    fn part<const C: usize>(
-        &self,
-        (values, open): (&[f64], &[f64]),
-        recording: usize,
-        (unknowns, first): (&[Unknown], usize),
-        result: &mut Trajectory,
-    ) where
-        Work<C>: Runs,
+    fn part<const C: usize>(&self, point: Point<'_>, recording: usize, first: usize, result: &mut Trajectory)
+    where
+        Work<C>: Run,
     {
         let prepared = &self.recordings[recording];
         let programs = &self.programs[prepared.programs];
         let mut work = Work::<C>::default();
-        self.load_tangents(&mut work, programs, (values, open), unknowns);
-        let is_plain = unknowns.is_empty();
-        let (program, rows) = match is_plain {
+        self.load_tangents(&mut work, programs, &[point], Register::<C>::LANES);
+        let (program, rows) = match point.unknowns.is_empty() {
             true => (&programs.program, &prepared.rows),
             false => (&programs.tangent, &prepared.tangent_rows),
         };
-        work.go(&Job { program, rows, loss: Loss::Keep });
+        work.run(&Job { program, rows, loss: Loss::Keep });
         let (outputs, width) = (self.model.outputs.len(), program.outputs);
         if result.outputs.is_empty() {
             let value = |output: usize| (0..rows.samples).map(|n| work.outputs[n * width + output].lane(0)).collect();
@@ -100,71 +106,55 @@ impl ModelProblem {
         for (output, all) in result.sensitivities.iter_mut().enumerate() {
             for n in 0..rows.samples {
                 let register = &work.outputs[n * width + outputs + output];
-                for lane in 0..unknowns.len() {
+                for lane in 0..point.unknowns.len() {
                     all[n * count + first + lane] = register.lane(lane);
                 }
             }
         }
     }
 
-    /// Loads parameters and their rates, a direction a lane.
-    fn load_tangents<const C: usize>(
+    /// Loads the parameters of candidates and their rates, a direction a lane; each takes `width` lanes, and those beyond them repeat the
+    /// last one.
+    pub(super) fn load_tangents<const C: usize>(
         &self,
         work: &mut Work<C>,
         programs: &Programs,
-        (values, open): (&[f64], &[f64]),
-        unknowns: &[Unknown],
+        points: &[Point<'_>],
+        width: usize,
     ) where
-        Work<C>: Runs,
+        Work<C>: Run,
     {
         let own = self.model.parameters.len();
         let all = programs.step.all_parameters();
         work.parameters.clear();
         work.parameters.resize(2 * all, Register::ZERO);
-        for (number, value) in values.iter().chain(open).enumerate() {
-            work.parameters[number] = Register::of(*value);
+        for lane in 0..Register::<C>::LANES {
+            let point = &points[(lane / width).min(points.len() - 1)];
+            for (number, value) in point.values.iter().chain(point.open).enumerate() {
+                work.parameters[number].set(lane, *value);
+            }
         }
-        for (lane, unknown) in unknowns.iter().enumerate() {
-            match *unknown {
-                Unknown::Parameter(number, rate) => work.parameters[all + number].set(lane, rate),
-                Unknown::Initial(place) => work.parameters[all + own + place].set(lane, 1.0),
+        for (place, point) in points.iter().enumerate() {
+            for (lane, unknown) in point.unknowns.iter().enumerate() {
+                let lane = width * place + lane;
+                match *unknown {
+                    Unknown::Parameter(number, rate) => work.parameters[all + number].set(lane, rate),
+                    Unknown::Initial(place) => work.parameters[all + own + place].set(lane, 1.0),
+                }
             }
         }
         let (Some(extras), Some(matrices)) = (&programs.step.extras, &programs.tangent_matrices) else { return };
-        work.go(&Job { program: matrices, rows: &Rows::default(), loss: Loss::Squares });
-        // At most 16 lanes; those beyond are zero.
-        let lanes = |register: &Register<C>| -> [f64; 16] {
-            std::array::from_fn(|lane| if lane < Register::<C>::LANES { register.lane(lane) } else { 0.0 })
-        };
+        work.run(&Job { program: matrices, rows: &Rows::default(), loss: Loss::Squares });
         let (entries, rates) = work.results.split_at(work.results.len() / 2);
-        let roots: Vec<WithRate<[f64; 16]>> = entries
-            .iter()
-            .zip(rates)
-            .map(|(value, rate)| WithRate { value: lanes(value), rate: lanes(rate) })
-            .collect();
         let first = programs.step.parameters;
-        extras.compute(&roots, |number, of| {
-            for lane in 0..Register::<C>::LANES {
-                work.parameters[first + number].set(lane, of.value[lane]);
-                work.parameters[all + first + number].set(lane, of.rate[lane]);
-            }
-        });
-    }
-}
-
-/// Working memory of one of the widths that programs run with.
-trait Runs {
-    fn go(&mut self, job: &Job<'_>);
-}
-
-impl Runs for Work<1> {
-    fn go(&mut self, job: &Job<'_>) {
-        self.run(job);
-    }
-}
-
-impl Runs for Work<2> {
-    fn go(&mut self, job: &Job<'_>) {
-        self.run(job);
+        for part in 0..C {
+            let both = entries.iter().zip(rates);
+            let roots: Vec<WithRate<Vector>> =
+                both.map(|(value, rate)| WithRate { value: value[part], rate: rate[part] }).collect();
+            extras.compute(&roots, |number, of| {
+                work.parameters[first + number][part] = of.value;
+                work.parameters[all + first + number][part] = of.rate;
+            });
+        }
     }
 }

@@ -1,9 +1,10 @@
 //! Problems whose integration method is chosen and tried.
 
-use super::method::{ModelMethod, STIFFNESS_MAX, SUBSTEPS_MAX};
+use super::method::{ModelMethod, SUBSTEPS_MAX};
 use super::problem::{ModelProblem, ModelSettings};
 use super::recording::ModelRecording;
 use super::space::{ModelAxis, ModelSpace};
+use super::stiffness::STIFFNESS_MAX;
 use crate::candidates::Candidates;
 use crate::model::{IntegrationMethod, Model};
 use crate::numeric::{order_statistic, rms, standard_deviation, whole};

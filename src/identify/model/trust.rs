@@ -29,7 +29,7 @@ pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_poli
     }
     match found.verification.status {
         "search_stuck" => add(Poor, "search_stuck", "a better optimum is known".into()),
-        "reference_failed" if !is_noise => {
+        "reference_failed" => {
             let (starts, arrivals) = (found.verification.starts, found.verification.arrivals);
             let message = format!("only {arrivals} of {starts} starts ended in the lowest optimum");
             add(Check, "search_inconclusive", message.into());

@@ -73,6 +73,10 @@ pub fn compare_document(comparison: &Comparison, paper: bool) -> Value {
             "seconds": sm.seconds,
         })),
         "refined": comparison.reference.as_ref().ok().map(|found| named(comparison, found.values(&comparison.parameters))),
+        "refined_trust": comparison.reference.as_ref().ok().map(|found| value!({
+            "level": found.trust().level.name(),
+            "reasons": found.trust().reasons.iter().map(|reason| reason.code).collect::<Vec<_>>(),
+        })),
         "refined_failure": comparison.reference.as_ref().err().map(|e| e.spelled(command_line)),
         "warnings": warnings(&comparison.warnings, Severity::Report),
         "remarks": warnings(&comparison.warnings, Severity::Mention),

@@ -27,8 +27,14 @@ pub(super) fn parameters(comparison: &Comparison, block: &Block) -> Table {
         table.note(format!("Steiglitz\u{2013}McBride gives no estimate: {reason}."));
     }
     match &comparison.reference {
-        Ok(_) => table
-            .note("refined: Levenberg\u{2013}Marquardt with noise weights, an optimum to compare the searches with."),
+        Ok(found) => {
+            let codes: Vec<String> = found.trust().reasons.iter().map(|of| of.code.replace('_', " ")).collect();
+            let reasons = if codes.is_empty() { String::new() } else { format!(" ({})", codes.join(", ")) };
+            table.note(format!(
+                "refined: Levenberg\u{2013}Marquardt with noise weights, an optimum to compare the searches with; trust: {}{reasons}.",
+                found.trust().level.name()
+            ));
+        }
         Err(reason) => table.note(format!("There is no refined estimate: {}", reason.spelled(command_line))),
     }
     table

@@ -1,8 +1,8 @@
 //! The refined estimate of the recordings, to which the results of searches are compared.
 
 use super::ComparedParameter;
-use crate::identify::Identification;
 use crate::identify::model::ModelIdentification;
+use crate::identify::{Identification, Trust};
 
 /// Refined estimate of the recordings.
 #[derive(Debug, Clone)]
@@ -20,6 +20,15 @@ impl Reference {
         match self {
             Self::Motor(found) => found.parameters.to_array().to_vec(),
             Self::Model(found) => ComparedParameter::values(parameters, &found.values),
+        }
+    }
+
+    /// Returns the level of trust in the estimate.
+    #[must_use]
+    pub fn trust(&self) -> &Trust {
+        match self {
+            Self::Motor(found) => &found.trust,
+            Self::Model(found) => &found.trust,
         }
     }
 

@@ -192,6 +192,7 @@ fn of_parameters(calls: &mut Calls, comparison: &Comparison) {
         drive!(calls, parameters;
             "study::compare::Reference::values" => reference.values(parameters),
             "study::compare::Reference::is_unidentified" => texts().iter().any(|word| reference.is_unidentified(word)),
+            "study::compare::Reference::trust" => reference.trust().reasons.len(),
             "study::compare::Reference::motor" => reference.motor().is_some(),
             "study::compare::Reference::model" => reference.model().is_some(),
         );
