@@ -3,7 +3,7 @@
 use crate::draw::{CHANGE, Clean, Machine, Numbers};
 use motorfit::evaluate::model::ModelRecording;
 use motorfit::identify::TrustLevel;
-use motorfit::identify::model::{ModelIdentification, ModelSpec, identify_model};
+use motorfit::identify::model::{ModelIdentification, ModelSpec, ModelVerification, identify_model};
 use motorfit::model::{BuiltIn, Model};
 use motorfit::numeric::count;
 use std::ops::ControlFlow;
@@ -32,6 +32,8 @@ pub struct Judged {
     pub parameters: Vec<Compared>,
     pub level: TrustLevel,
     pub reasons: Vec<&'static str>,
+    /// Comparison with descents from other starts.
+    pub verification: ModelVerification,
     pub seconds: f64,
 }
 
@@ -124,6 +126,7 @@ pub fn judged(of: BuiltIn, draw: fn(&mut Numbers) -> Machine, number: u64) -> Ju
         parameters,
         level: found.trust.level,
         reasons: found.trust.reasons.iter().map(|reason| reason.code).collect(),
+        verification: found.verification,
         seconds,
     }
 }
@@ -140,7 +143,8 @@ impl std::fmt::Display for Judged {
         if !self.reasons.is_empty() {
             write!(f, " ({})", self.reasons.join(", "))?;
         }
-        write!(f, ", {:.1} s", self.seconds)?;
+        let ModelVerification { status, starts, arrivals, .. } = &self.verification;
+        write!(f, ", {status} with {arrivals} of {starts} starts, {:.1} s", self.seconds)?;
         for of in &self.parameters {
             match of.deviations {
                 Some(z) if z.abs() > 2.5 => write!(f, ", {} off by {z:.1} σ", of.name)?,

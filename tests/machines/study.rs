@@ -40,12 +40,18 @@ fn covered<'a>(of: impl Iterator<Item = &'a Judged>) -> (f64, f64) {
     counted(of.flat_map(|judged| &judged.parameters).filter_map(|of| of.is_covered))
 }
 
+/// Returns the numbers of the machines: `MOTORFIT_MACHINES` is their count, or a range such as `15..18`.
+fn machines(limits: &Limits) -> std::ops::Range<u64> {
+    let Ok(text) = std::env::var("MOTORFIT_MACHINES") else { return 0..limits.machines };
+    let (first, end) = text.split_once("..").unwrap_or(("0", &text));
+    first.parse().unwrap()..end.parse().unwrap()
+}
+
 /// Simulates and identifies machines of a model, prints a line for each and a summary, and checks the limits.
 pub fn judge(of: BuiltIn, draw: fn(&mut Numbers) -> Machine, limits: &Limits) {
     let name = of.name();
-    let number = std::env::var("MOTORFIT_MACHINES").map_or(limits.machines, |text| text.parse().unwrap());
     let mut all = Vec::new();
-    for machine in 0..number {
+    for machine in machines(limits) {
         let judged = judged(of, draw, machine);
         println!("{name} {judged}");
         all.push(judged);
