@@ -1,4 +1,4 @@
-//! Kernel for models whose equations are affine: exact steps of up to six states, with reactions that clip them, for candidates side by
+//! Kernel for models whose equations are affine: exact steps of one or two states, with reactions that clip them, for candidates side by
 //! side. What does not fit runs as a program.
 //!
 //! Cost per candidate and step with N states and M outputs: N² multiply–adds for the states, 2 M operations for the errors; with a

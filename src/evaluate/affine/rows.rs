@@ -8,9 +8,6 @@ pub(super) const CHUNK: usize = 32;
 /// Steps of constant inputs from which on their gain is computed once.
 const CONSTANT_MIN: usize = 4;
 
-/// Number of states up to which there are kernels without weights and without reactions.
-pub(super) const FEW_STATES: usize = 2;
-
 /// Consecutive steps, at most [`CHUNK`] of them if their inputs change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Piece {
@@ -27,7 +24,7 @@ pub(in crate::evaluate) struct AffineRows {
     pub(super) inputs: Vec<f64>,
     /// Measured outputs in the order of the kernel, shape `[steps, outputs]`.
     pub(super) measured: Vec<f64>,
-    /// Weights of the squared errors, shape `[steps, outputs]`; with few states empty if all are 1.
+    /// Weights of the squared errors, shape `[steps, outputs]`; empty if all are 1.
     pub(super) weights: Vec<f64>,
 }
 
@@ -42,7 +39,7 @@ impl AffineRows {
     ) -> Self {
         let (layout, outputs) = (&program.layout, program.layout.outputs.len());
         let substeps = layout.substeps;
-        let is_weighted = substeps > 1 || !weights.is_empty() || layout.states.len() > FEW_STATES;
+        let is_weighted = substeps > 1 || !weights.is_empty();
         let mut rows = Self { pieces: Vec::new(), inputs: Vec::new(), measured: Vec::new(), weights: Vec::new() };
         for n in 0..samples {
             for substep in 0..substeps {

@@ -2,17 +2,15 @@
 
 use super::coefficients::{AffineProgram, Coefficients, PARTS};
 use super::kernel::sums;
-use super::rows::{AffineRows, FEW_STATES};
+use super::rows::AffineRows;
 use crate::evaluate::Level;
 use crate::evaluate::interpreter::{Register, Work};
 
 /// Lanes of a block.
 const LANES: usize = Register::<PARTS>::LANES;
-/// Candidates side by side with at most [`FEW_STATES`] states: without and with reactions, whose latency is longer.
+/// Candidates side by side: without and with reactions, whose latency is longer.
 const AVX512: [usize; 2] = [16, 16];
 const OTHERS: [usize; 2] = [8, 16];
-/// Candidates side by side with more states, which hide the latency by themselves.
-const MANY: usize = 8;
 
 /// A program and the rows that it runs on.
 pub(in crate::evaluate) struct AffineJob<'a> {
@@ -66,10 +64,6 @@ fn with_outputs<const N: usize, const M: usize, const A: usize, const B: usize, 
     job: &AffineJob<'_>,
     work: &mut Work<PARTS>,
 ) {
-    if const { N > FEW_STATES } {
-        // One kernel for all: weights and reactions are a small part of the work.
-        return candidates::<N, M, MANY, FMA, true, true>(job, work);
-    }
     match (job.program.layout.reactions.is_empty(), job.rows.weights.is_empty()) {
         (true, true) => candidates::<N, M, A, FMA, false, false>(job, work),
         (true, false) => candidates::<N, M, A, FMA, true, false>(job, work),
@@ -120,11 +114,11 @@ macro_rules! kernels {
                     ($states, Level::Avx2) => $module::avx2(job, work),
                     ($states, Level::Portable) => $module::portable(job, work),
                 )*
-                // The layout has at most six states.
+                // The layout has at most two states.
                 _ => {}
             }
         }
     };
 }
 
-kernels! { one 1 [] 1 two 2 [1] 2 three 3 [1 2] 3 four 4 [1 2] 3 five 5 [1 2] 3 six 6 [1 2] 3 }
+kernels! { one 1 [] 1 two 2 [1] 2 }

@@ -12,8 +12,6 @@ use crate::model::step::Affine;
 use crate::model::{IntegrationMethod, Model};
 use crate::numeric::whole;
 
-/// The same for friction that sticks, whose moments of rest have larger errors: the refinement takes shorter steps.
-const STIFFNESS_STICKING: f64 = 1.4;
 /// Largest number of substeps.
 pub(super) const SUBSTEPS_MAX: usize = 64;
 
@@ -59,8 +57,7 @@ impl ModelMethod {
         if is_even && (is_affine || stiffness.per_step > STIFFNESS_MAX) {
             return exponential;
         }
-        let most = if model.reactions() > 0 { STIFFNESS_STICKING } else { STIFFNESS_MAX };
-        let needed = whole((stiffness.per_step / most).ceil().min(1e6)).max(1);
+        let needed = whole((stiffness.per_step / STIFFNESS_MAX).ceil().min(1e6)).max(1);
         let substeps = needed.min(SUBSTEPS_MAX);
         Self { method: IntegrationMethod::RungeKutta, substeps, stiffness, is_rough: needed > substeps, has_events }
     }

@@ -12,33 +12,59 @@ const CHANGE_MAX: f64 = 0.2;
 const OF_RESIDUALS: f64 = 0.1;
 
 /// Returns the estimate, or a better one that a descent from given values of the parameters finds, so that a model that contains another
-/// one and starts at its estimates explains no less. The initial states are fitted to the given values first.
+/// one and starts at its estimates explains no less: with steps that are short enough for the given values too, and the initial states
+/// fitted to them first.
 pub(super) fn no_worse_than_starts(
-    problem: &ModelProblem,
+    mut problem: ModelProblem,
     mut best: ModelRefined,
     given: &[Vec<f64>],
     estimates_initial: bool,
-) -> Result<ModelRefined> {
+) -> Result<(ModelProblem, ModelRefined)> {
     let open: Vec<Vec<f64>> = (0..problem.recordings()).map(|n| problem.open_initial(n).to_vec()).collect();
     let has_open = estimates_initial && open.iter().any(|own| !own.is_empty());
+    let is_shared = problem.space().free.iter().all(|axis| axis.recording.is_none());
     for start in given {
         let mut initial = open.clone();
-        if has_open && problem.space().free.iter().all(|axis| axis.recording.is_none()) {
-            let there = with_fixed(problem, start)?;
-            let how = (true, best.weights);
-            match refine_model(&there, &[], &open, how) {
-                Ok(fitted) if is_better(problem, &fitted, &best) => initial = fitted.initial,
-                // A start from which the model diverges is no better.
-                _ => continue,
+        if has_open && is_shared {
+            // A start from which the model diverges is no better.
+            let Ok((substeps, fitted)) = fitted_at(&problem, start, &open, best.weights) else { continue };
+            if substeps != problem.method().substeps {
+                problem = problem.with_substeps(substeps)?;
+                best = refined_as(&problem, (&best.values, &best.initial), estimates_initial, best.weights)?;
             }
+            if !is_better(&problem, &fitted, &best) {
+                continue;
+            }
+            initial = fitted.initial;
         }
-        if let Ok(other) = refined_as(problem, (start, &initial), estimates_initial, best.weights)
-            && is_better(problem, &other, &best)
+        if let Ok(other) = refined_as(&problem, (start, &initial), estimates_initial, best.weights)
+            && is_better(&problem, &other, &best)
         {
             best = other;
         }
     }
-    Ok(best)
+    Ok((problem, best))
+}
+
+/// Fits the initial states to given values of the parameters, with steps that are short enough for them; returns the number of substeps
+/// beside the fit.
+fn fitted_at(
+    problem: &ModelProblem,
+    start: &[f64],
+    open: &[Vec<f64>],
+    weights: ModelWeights,
+) -> Result<(usize, ModelRefined)> {
+    let mut there = with_fixed(problem, start)?;
+    let mut fitted = refine_model(&there, &[], open, (true, weights))?;
+    while !there.method().is_exact() && 2 * there.method().substeps <= SUBSTEPS_MAX {
+        let finer = there.with_substeps(2 * there.method().substeps)?;
+        if !steps_matter(&there, &finer, &fitted) {
+            break;
+        }
+        fitted = refine_model(&finer, &[], &fitted.initial, (true, weights))?;
+        there = finer;
+    }
+    Ok((there.method().substeps, fitted))
 }
 
 /// Refines values that are near an optimum of the given weights.

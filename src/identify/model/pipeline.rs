@@ -144,7 +144,7 @@ pub fn identify_model(
             };
             let (problem, refined) = with_fine_steps(problem, refined, spec.estimates_initial)?;
             let given = problem.space().starts(problem.model(), &spec.start)?;
-            let refined = no_worse_than_starts(&problem, refined, &given, spec.estimates_initial)?;
+            let (problem, refined) = no_worse_than_starts(problem, refined, &given, spec.estimates_initial)?;
             (problem, Some(refined))
         }
         false => (problem, None),

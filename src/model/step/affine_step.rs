@@ -5,9 +5,9 @@ use super::exponential::{Block, Source};
 use crate::model::Model;
 use crate::model::graph::{Id, Leaf, Node};
 
-/// Largest numbers of states and of outputs of an affine step with a kernel.
-pub(crate) const STATES_MAX: usize = 6;
-pub(crate) const OUTPUTS_MAX: usize = 3;
+/// Largest number of states of an affine step with a kernel: with more, whose coefficients do not stay in registers, a kernel was no
+/// faster than the program.
+const STATES_MAX: usize = 2;
 
 /// A step `x⁺ = x + D x + g₀ + Σ g u`, then reactions, repeated for each substep. Coefficients are parameters that
 /// [`Extras::compute`](super::Extras::compute) gives: their numbers are the places here. Rows and columns are in the order of the model.
@@ -56,7 +56,7 @@ impl Step {
         let extras = self.extras.as_ref().filter(|extras| extras.is_affine())?;
         let outputs = self.output_states()?;
         let number = model.states.len();
-        if !self.memories.is_empty() || number > STATES_MAX || outputs.len() > OUTPUTS_MAX {
+        if !self.memories.is_empty() || number > STATES_MAX {
             return None;
         }
         let is_output = |state: &usize| outputs.contains(state);
