@@ -8,8 +8,8 @@ use motorfit::numeric::{mean, median, peak, rms, sorted};
 
 /// Limits of the shares of a study. Three standard deviations of a binomial distribution are added to each.
 pub struct Limits {
-    /// Number of machines without `MOTORFIT_MACHINES`.
-    pub machines: u64,
+    /// Numbers of the machines without `MOTORFIT_MACHINES`.
+    pub machines: std::ops::Range<u64>,
     /// Smallest share of machines whose optimum is reached.
     pub reached: f64,
     /// Smallest share of machines with the level good.
@@ -42,7 +42,7 @@ fn covered<'a>(of: impl Iterator<Item = &'a Judged>) -> (f64, f64) {
 
 /// Returns the numbers of the machines: `MOTORFIT_MACHINES` is their count, or a range such as `15..18`.
 fn machines(limits: &Limits) -> std::ops::Range<u64> {
-    let Ok(text) = std::env::var("MOTORFIT_MACHINES") else { return 0..limits.machines };
+    let Ok(text) = std::env::var("MOTORFIT_MACHINES") else { return limits.machines.clone() };
     let (first, end) = text.split_once("..").unwrap_or(("0", &text));
     first.parse().unwrap()..end.parse().unwrap()
 }
