@@ -1,12 +1,21 @@
 //! Proves: the step response of the paper's motor equals that of an independent prototype in every printed digit; step maps
-//! agree with 60-digit matrix exponentials (1e-13), the logarithm with the exponential, sensitivities with central differences;
+//! agree with 60-digit matrix exponentials (1e-13), those of motors side by side bit by bit with those of each alone, the logarithm with
+//! the exponential, sensitivities with central differences;
 //! figures of a response are those of its formula.
 //! Does not prove: populations, criteria or files.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
-#![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_possible_wrap,
+    clippy::cast_precision_loss,
+    clippy::float_cmp,
+    reason = "small numbers; exact equality is meant"
+)]
 
 use motorfit::experiment::{Excitation, simulated};
-use motorfit::motor::{Discretization, Parameters, SimulationInput, StepMap, matrix_logarithm, response, simulate};
+use motorfit::motor::{
+    Discretization, Parameters, SimulationInput, StepMap, matrix_logarithm, response, simulate, step_maps,
+};
 
 const M2: Parameters = Parameters::M2;
 
@@ -94,6 +103,40 @@ fn step_maps_agree_with_sixty_digit_exponentials() {
     }
     assert_eq!(rows, 740);
     println!("worst relative error of {rows} step maps: {worst:.1e}");
+}
+
+/// Asserts that the maps of `N` motors side by side are those of each alone.
+fn assert_side_by_side<const N: usize>(h: f64, method: Discretization) {
+    // From slow motors to stiff ones: some need no halving of the step, others many.
+    let motor = |lane: usize| M2.to_array().map(|value| value * 4.0_f64.powi((lane * 7 % 11) as i32 - 5));
+    let mut side_by_side = [[0.0; N]; 5];
+    for lane in 0..N {
+        let [r, l, k, b, j] = motor(lane);
+        let own = [r, l / (1.0 + lane as f64), k, b, j / (1.0 + (lane % 3) as f64)];
+        side_by_side.iter_mut().zip(own).for_each(|(all, value)| all[lane] = value);
+    }
+    let maps = step_maps(&side_by_side, h, method);
+    for lane in 0..N {
+        let alone = StepMap::new(&Parameters::from_array(side_by_side.map(|all| all[lane])), h, method);
+        let own = StepMap {
+            d: maps.d.map(|of| of[lane]),
+            taps: maps.taps.map(|tap| tap.map(|of| of[lane])),
+            torque: maps.torque.map(|of| of[lane]),
+        };
+        assert_eq!(own, alone, "motor {lane} of {N}, {method:?}, {h} s");
+    }
+}
+
+#[test]
+fn maps_side_by_side_are_those_of_each_motor_alone() {
+    for method in [Discretization::Zoh, Discretization::Foh, Discretization::Rk4] {
+        for h in [1e-5, 1e-3, 1e-2, 1.0] {
+            assert_side_by_side::<3>(h, method);
+            assert_side_by_side::<8>(h, method);
+            assert_side_by_side::<16>(h, method);
+            assert_side_by_side::<24>(h, method);
+        }
+    }
 }
 
 #[test]

@@ -50,15 +50,8 @@ impl Block<'_> {
     /// repeat the last one.
     #[inline(always)]
     pub(super) fn parameters<const L: usize>(&self, ids: &[usize], recording: usize) -> [[f64; L]; 5] {
-        let mut parameters = [[0.0; L]; 5];
-        for lane in 0..L {
-            let candidate = self.candidates.row(ids[lane.min(ids.len() - 1)]);
-            let values = self.problem.parameters(candidate, recording).to_array();
-            for (p, value) in values.into_iter().enumerate() {
-                parameters[p][lane] = value;
-            }
-        }
-        parameters
+        let row = |lane: usize| self.candidates.row(ids[lane.min(ids.len() - 1)]);
+        self.problem.side_by_side::<L>(std::array::from_fn(row), recording)
     }
 }
 

@@ -228,6 +228,12 @@ impl Problem {
         self.space.parameters(candidate, u32::try_from(recording).unwrap_or(u32::MAX))
     }
 
+    /// Returns the parameters of several candidates for one recording, shape `[parameters][candidates]`.
+    #[inline]
+    pub(super) fn side_by_side<const N: usize>(&self, candidates: [&[f64]; N], recording: usize) -> [[f64; N]; 5] {
+        self.space.side_by_side(candidates, u32::try_from(recording).unwrap_or(u32::MAX))
+    }
+
     /// Returns the motor of a candidate, with its extensions, for one recording.
     #[must_use]
     pub fn motor(&self, candidate: &[f64], recording: usize) -> Extended {

@@ -175,7 +175,7 @@ pub fn step_maps<T: Number, const N: usize>(
     let mut part = [h; N];
     if deepest > 0 {
         for n in 0..N {
-            let scale = 0.5_f64.powi(halvings[n].cast_signed());
+            let scale = power_of_half(halvings[n]);
             part[n] *= scale;
             for row in &mut m {
                 row[n] = row[n] * scale;
@@ -192,13 +192,22 @@ pub fn step_maps<T: Number, const N: usize>(
             maps.torque[axis][n] = maps.torque[axis][n] * (-step / j[n]);
         }
     }
-    for done in 0..deepest {
-        double(&mut maps, &halvings, done, discretization.uses_next_input());
+    let foh = discretization.uses_next_input();
+    if deepest > 0 && N.is_multiple_of(TOGETHER) {
+        compose::<T, N, TOGETHER>(&mut maps, &halvings, foh);
+    } else {
+        (0..deepest).for_each(|done| double(&mut maps, &halvings, done, foh));
     }
     if input == Input::Current {
         maps.d[0] = [T::constant(-1.0); N];
     }
     maps
+}
+
+/// Returns 2⁻ⁿ, for n up to 1022.
+#[inline(always)]
+fn power_of_half(n: u32) -> f64 {
+    f64::from_bits(u64::from(1023 - n.min(1022)) << 52)
 }
 
 /// Returns the number of halvings of a step after which the spectral radius of `M` is at most 1; zero if the radius is not
@@ -209,11 +218,9 @@ pub(super) fn halvings_needed(m: [f64; 4]) -> u32 {
     let determinant = m[0] * m[3] - m[1] * m[2];
     let discriminant = half_trace * half_trace - determinant;
     let radius = if discriminant < 0.0 { determinant.sqrt() } else { half_trace.abs() + discriminant.sqrt() };
-    if !radius.is_finite() || radius <= 1.0 {
-        return 0;
-    }
     // The exponent of a float above 1 is the number of halvings that bring it into 1 to 2; one more brings it to 1 at most.
-    ((radius.to_bits() >> 52) & 0x7ff) as u32 - 1022
+    let needed = ((radius.to_bits() >> 52) & 0x7ff) as u32;
+    if radius > 1.0 && radius < f64::INFINITY { needed - 1022 } else { 0 }
 }
 
 /// Returns the coefficients of I and M in `φ₁(M)` and `φ₂(M)`, from the trace and the determinant of M. Those of `φ₂` are zero if
@@ -280,6 +287,63 @@ fn series<T: Number, const N: usize>(m: &[[T; N]; 4], method: Discretization, in
         }
     }
     maps
+}
+
+/// Number of motors whose halves are composed together: their maps stay in registers.
+const TOGETHER: usize = 8;
+
+/// Composes the halves of the steps of `W` motors after those of others.
+#[inline(always)]
+fn compose<T: Number, const N: usize, const W: usize>(maps: &mut StepMaps<N, T>, halvings: &[u32; N], foh: bool) {
+    for first in (0..N).step_by(W) {
+        let own: [u32; W] = std::array::from_fn(|n| halvings[first + n]);
+        let part = |of: [T; N]| -> [T; W] { std::array::from_fn(|n| of[first + n]) };
+        let taps = maps.taps.map(|tap| tap.map(part));
+        let mut some = StepMaps { d: maps.d.map(part), taps, torque: maps.torque.map(part) };
+        for done in 0..own.into_iter().max().unwrap_or(0) {
+            double_together(&mut some, &own, done, foh);
+        }
+        let put = |to: &mut [T; N], from: &[T; W]| to[first..first + W].copy_from_slice(from);
+        maps.d.iter_mut().zip(&some.d).for_each(|(to, from)| put(to, from));
+        maps.taps.iter_mut().flatten().zip(some.taps.iter().flatten()).for_each(|(to, from)| put(to, from));
+        maps.torque.iter_mut().zip(&some.torque).for_each(|(to, from)| put(to, from));
+    }
+}
+
+/// Composes two equal steps as [`double`] does, one array after the other and without branches, so that they become vectors.
+#[inline(always)]
+fn double_together<T: Number, const N: usize>(maps: &mut StepMaps<N, T>, halvings: &[u32; N], done: u32, foh: bool) {
+    let old = *maps;
+    let is_composed: [bool; N] = std::array::from_fn(|n| done < halvings[n]);
+    // The new values of the motors that still need it, the old ones of the others.
+    macro_rules! chosen {
+        ($n:ident, $old:expr, $new:expr) => {{
+            let old = $old;
+            std::array::from_fn(|$n| {
+                let new = $new;
+                if is_composed[$n] { new } else { old[$n] }
+            })
+        }};
+    }
+    let [a, b, c, d] = old.d;
+    maps.d[0] = chosen!(n, a, a[n] * 2.0 + (a[n] * a[n] + b[n] * c[n]));
+    maps.d[1] = chosen!(n, b, b[n] * 2.0 + (a[n] * b[n] + b[n] * d[n]));
+    maps.d[2] = chosen!(n, c, c[n] * 2.0 + (c[n] * a[n] + d[n] * c[n]));
+    maps.d[3] = chosen!(n, d, d[n] * 2.0 + (c[n] * b[n] + d[n] * d[n]));
+    let [s, e] = old.taps;
+    let t = old.torque;
+    for axis in 0..2 {
+        let (p, q) = if axis == 0 { (a, b) } else { (c, d) };
+        maps.torque[axis] = chosen!(n, t[axis], t[axis][n] * 2.0 + (p[n] * t[0][n] + q[n] * t[1][n]));
+        if foh {
+            let middle: [T; N] =
+                std::array::from_fn(|n| (s[axis][n] + e[axis][n] + (p[n] * e[0][n] + q[n] * e[1][n])) * 0.5);
+            maps.taps[0][axis] = chosen!(n, s[axis], s[axis][n] + (p[n] * s[0][n] + q[n] * s[1][n]) + middle[n]);
+            maps.taps[1][axis] = chosen!(n, e[axis], e[axis][n] + middle[n]);
+        } else {
+            maps.taps[0][axis] = chosen!(n, s[axis], s[axis][n] + (p[n] * s[0][n] + q[n] * s[1][n]) + s[axis][n]);
+        }
+    }
 }
 
 /// Composes two equal steps into one of twice the length in the lanes that still need it: `D ← 2D + D²`, and gains of

@@ -252,6 +252,23 @@ impl Space {
         Parameters::from_array(values)
     }
 
+    /// Returns the parameters of one recording for several candidates side by side, shape `[parameters][candidates]`.
+    #[inline]
+    pub(crate) fn side_by_side<const N: usize>(&self, candidates: [&[f64]; N], recording: u32) -> [[f64; N]; 5] {
+        let mut values = [[f64::NAN; N]; 5];
+        for &(parameter, scope, value) in &self.fixed {
+            if let Some(own) = values.get_mut(parameter as usize).filter(|_| scope.covers(recording)) {
+                *own = [value; N];
+            }
+        }
+        for (place, axis) in self.free.iter().enumerate() {
+            if let Some(own) = values.get_mut(axis.parameter as usize).filter(|_| axis.scope.covers(recording)) {
+                *own = candidates.map(|candidate| candidate.get(place).copied().unwrap_or(f64::NAN));
+            }
+        }
+        values
+    }
+
     /// Returns the motor with its extensions of one recording for a candidate.
     #[must_use]
     pub fn motor(&self, candidate: &[f64], recording: u32) -> Extended {

@@ -61,12 +61,25 @@ pub(super) fn again() -> Text {
     text!("Run again; if the error persists, update the driver or use " [Device = "cpu"] ".")
 }
 
-fn adapters() -> Vec<wgpu::Adapter> {
+/// Returns the instance of this process: after some dozens of them a driver finds no adapter any more.
+fn instance() -> wgpu::Instance {
+    static OWN: Mutex<Option<(u32, wgpu::Instance)>> = Mutex::new(None);
+    let mut own = OWN.lock().unwrap_or_else(PoisonError::into_inner);
+    let process = std::process::id();
+    if let Some((_, instance)) = own.as_ref().filter(|(of, _)| *of == process) {
+        return instance.clone();
+    }
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = wgpu::Backends::PRIMARY;
     descriptor.flags = wgpu::InstanceFlags::empty();
     let instance = wgpu::Instance::new(descriptor);
-    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+    // After a fork the driver's state belongs to the parent process: its instance is neither used nor dropped.
+    std::mem::forget(own.replace((process, instance.clone())));
+    instance
+}
+
+fn adapters() -> Vec<wgpu::Adapter> {
+    let mut adapters = pollster::block_on(instance().enumerate_adapters(wgpu::Backends::PRIMARY));
     adapters.sort_by_key(|adapter| rank(adapter.get_info().device_type));
     adapters
 }

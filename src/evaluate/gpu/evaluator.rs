@@ -13,10 +13,11 @@ use super::variant::{LANES, Precision, Variant};
 use crate::candidates::Candidates;
 use crate::evaluate::{Batch, Evaluator, Group, Pending, Problem, Simd};
 use crate::{Error, ErrorKind, Result};
+use rayon::prelude::*;
 use std::collections::{HashSet, VecDeque};
 
 /// Largest size of the step maps, and of the samples, in one submission \[bytes\]. Larger batches are divided.
-const BUDGET: u64 = 64 << 20;
+const BUDGET: u64 = 32 << 20;
 /// Number of submissions of one batch in flight.
 const FLIGHTS: usize = 2;
 /// Number of sets of buffers.
@@ -190,7 +191,7 @@ impl Gpu {
             };
             let stamps = set.collect(&self.device, &mut |unit, sums| {
                 let Part { group, count, at, .. } = parts[unit.group];
-                add(unit, batch.groups[group].problem, sums, &mut totals[at..at + count]);
+                add(unit, batch.groups[group].problem, sums, &mut totals[at..at + count])
             })?;
             if let Some(stamps) = stamps {
                 self.kernel.add(stamps);
@@ -199,29 +200,46 @@ impl Gpu {
     }
 }
 
-/// Adds the sums of a (group, recording) to the totals of the group's candidates.
-fn add(unit: &Unit, problem: &Problem, sums: &Sums<'_>, totals: &mut [f64]) {
-    let signals = &problem.signals()[unit.recording];
-    for (n, total) in totals.iter_mut().enumerate() {
-        let at = 2 * LANES * (unit.first + n / LANES) + n % LANES;
-        *total += problem.scaled(signals, [sums.get(at), sums.get(at + LANES)]);
+/// Number of candidates from which on the threads divide them, and those of a task.
+const PARALLEL_MIN: usize = 16_384;
+const TASK: usize = 4096;
+
+/// Calls `work` for tasks of candidates with their values and the number of the first, on all threads if there are many.
+fn divided(values: &mut [f64], work: impl Fn(usize, &mut [f64]) -> Result<()> + Sync) -> Result<()> {
+    if values.len() < PARALLEL_MIN {
+        return work(0, values);
     }
+    values.par_chunks_mut(TASK).enumerate().try_for_each(|(task, values)| work(task * TASK, values))
+}
+
+/// Adds the sums of a (group, recording) to the totals of the group's candidates.
+fn add(unit: &Unit, problem: &Problem, sums: &Sums<'_>, totals: &mut [f64]) -> Result<()> {
+    let scaling = problem.scaling(&problem.signals()[unit.recording]);
+    divided(totals, |first, totals| {
+        for (n, total) in (first..).zip(totals) {
+            let at = 2 * LANES * (unit.first + n / LANES) + n % LANES;
+            *total += scaling.total([sums.get(at), sums.get(at + LANES)]);
+        }
+        Ok(())
+    })
 }
 
 /// Replaces the totals of a group by costs. Candidates that the device cannot evaluate are evaluated on the CPU.
 fn finish_costs(group: &Group<'_>, costs: &mut [f64]) -> Result<()> {
-    for (row, cost) in costs.iter_mut().enumerate() {
-        let values = group.candidates.row(row);
-        if values.iter().any(|v| v.is_nan()) {
-            *cost = f64::INFINITY;
-        } else if is_beyond(group.problem, values) {
-            let one = Group { candidates: Candidates::new(values, values.len()), ..*group };
-            Simd::default().evaluate(&Batch { groups: &[one] }, std::slice::from_mut(cost))?;
-        } else {
-            *cost = group.problem.cost(*cost);
+    divided(costs, |first, costs| {
+        for (row, cost) in (first..).zip(costs) {
+            let values = group.candidates.row(row);
+            if values.iter().any(|v| v.is_nan()) {
+                *cost = f64::INFINITY;
+            } else if is_beyond(group.problem, values) {
+                let one = Group { candidates: Candidates::new(values, values.len()), ..*group };
+                Simd::default().evaluate(&Batch { groups: &[one] }, std::slice::from_mut(cost))?;
+            } else {
+                *cost = group.problem.cost(*cost);
+            }
         }
-    }
-    Ok(())
+        Ok(())
+    })
 }
 
 impl Evaluator for Gpu {

@@ -3,18 +3,18 @@
 use super::constants::{Constants, constants};
 use super::features::ShaderFeatures;
 use super::layout::Unit;
-use super::reference::ReferenceStep;
 use super::variant::{LANES, Precision, Variant};
+use super::wide::{CANDIDATES, FIELDS_MAX, WIDE, WideStep, fields, wide_maps};
 use crate::evaluate::{Group, Signals};
-use crate::motor::{Extended, Reactions, StepMaps, inverse, product, step_maps, times};
+use crate::motor::{Extended, Reactions, step_maps};
 use crate::numeric::single;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Largest limit, in every precision.
 const LIMIT_MAX: f64 = 1e37;
-/// Number of maps that one task computes.
+/// Number of maps, or of blocks of limits, that one task computes.
 const TASK: usize = 64;
-
 /// Mapped memory that the device reads, and that is write-only here.
 type Bytes<'a> = wgpu::WriteOnly<'a, [u8]>;
 
@@ -24,33 +24,32 @@ pub(super) fn write_maps(groups: &[Group<'_>], units: &[Unit], variant: Variant,
     const fn task_bytes(fields: usize, number: usize) -> usize {
         TASK * LANES * fields * number
     }
+    let write = |first: usize, bytes: Bytes<'_>| write_from(groups, units, variant, (first, bytes));
     match (variant.fields(), variant.precision.bytes()) {
-        (14, _) => write::<{ task_bytes(14, 4) }>(groups, units, variant, bytes),
-        (12, 4) => write::<{ task_bytes(12, 4) }>(groups, units, variant, bytes),
-        (12, _) => write::<{ task_bytes(12, 8) }>(groups, units, variant, bytes),
-        (_, 4) => write::<{ task_bytes(10, 4) }>(groups, units, variant, bytes),
-        (_, _) => write::<{ task_bytes(10, 8) }>(groups, units, variant, bytes),
+        (14, _) => in_tasks::<{ task_bytes(14, 4) }>(bytes, write),
+        (12, 4) => in_tasks::<{ task_bytes(12, 4) }>(bytes, write),
+        (12, _) => in_tasks::<{ task_bytes(12, 8) }>(bytes, write),
+        (_, 4) => in_tasks::<{ task_bytes(10, 4) }>(bytes, write),
+        (_, _) => in_tasks::<{ task_bytes(10, 8) }>(bytes, write),
     }
 }
 
-/// Writes the maps in parallel tasks of `BYTES` bytes each.
-fn write<const BYTES: usize>(groups: &[Group<'_>], units: &[Unit], variant: Variant, bytes: Bytes<'_>) {
+/// Writes in parallel tasks of `BYTES` bytes each, that are [`TASK`] maps or limits; `write` takes the number of the first.
+fn in_tasks<const BYTES: usize>(bytes: Bytes<'_>, write: impl Fn(usize, Bytes<'_>) + Sync) {
     let (tasks, rest) = bytes.into_chunks::<BYTES>();
     let tasks: Vec<wgpu::WriteOnly<'_, [u8; BYTES]>> = tasks.into_iter().collect();
     let last = tasks.len() * TASK;
-    let task = |(n, bytes): (usize, wgpu::WriteOnly<'_, [u8; BYTES]>)| {
-        write_from(groups, units, variant, n * TASK, bytes.into());
-    };
+    let task = |(n, bytes): (usize, wgpu::WriteOnly<'_, [u8; BYTES]>)| write(n * TASK, bytes.into());
     if tasks.len() < 2 {
         tasks.into_iter().enumerate().for_each(task);
     } else {
         tasks.into_par_iter().enumerate().for_each(task);
     }
-    write_from(groups, units, variant, last, rest);
+    write(last, rest);
 }
 
 /// Writes maps until `bytes` is full, beginning with number `map`, counted over all units.
-fn write_from(groups: &[Group<'_>], units: &[Unit], variant: Variant, mut map: usize, mut bytes: Bytes<'_>) {
+fn write_from(groups: &[Group<'_>], units: &[Unit], variant: Variant, (mut map, mut bytes): (usize, Bytes<'_>)) {
     let Some(mut unit) = units.partition_point(|unit| unit.map_first <= map).checked_sub(1) else { return };
     let mut made: Option<([usize; 2], [Constants; LANES])> = None;
     while !bytes.is_empty() {
@@ -62,16 +61,23 @@ fn write_from(groups: &[Group<'_>], units: &[Unit], variant: Variant, mut map: u
         }
         let (number, at) = ((map - map_first) / each, (map - map_first) % each);
         let block = Block { group: &groups[*group], unit: &units[unit], number };
-        let mut put = |values: &[f64; LANES]| put(&mut bytes, variant.precision, values);
         match (variant.features, at.checked_sub(reference.len())) {
-            (None, _) => block.put_linear(at, variant.precision, &mut put),
-            (Some(_), None) => block.put_extended(at, &mut put),
+            (None, _) if each == 1 => {
+                let size = LANES * variant.fields() * variant.precision.bytes();
+                let together = WIDE.min(bytes.len() / size).min(blocks - number);
+                block.put_wide(together, variant.precision, &mut bytes);
+                map += together - 1;
+            }
+            (None, _) => block.put_linear(at, variant.precision, &mut bytes),
+            (Some(_), None) => block.put_extended(at, variant.precision, &mut bytes),
             (Some(features), Some(slot)) => {
                 // The slots of a block are adjacent, so that its constants are computed once.
                 let known = made.filter(|(of, _)| *of == [unit, number]);
                 let (_, lanes) = known.unwrap_or_else(|| ([unit, number], block.constants(features)));
                 made = Some(([unit, number], lanes));
-                (0..variant.fields()).for_each(|n| put(&lanes.map(|constants| constants[slot][n])));
+                let mut entry = Entry::default();
+                (0..variant.fields()).for_each(|n| entry.push(&lanes.map(|constants| constants[slot][n])));
+                entry.write(variant.precision, &mut bytes);
             }
         }
         map += 1;
@@ -83,25 +89,83 @@ fn write_from(groups: &[Group<'_>], units: &[Unit], variant: Variant, mut map: u
 ///
 /// In f32 the limits are higher by a fiftieth, because leaders are evaluated again in f64: candidates whose costs in f32 are near
 /// their cutoffs remain comparable.
-pub(super) fn write_limits(groups: &[Group<'_>], units: &[Unit], precision: Precision, mut bytes: Bytes<'_>) {
-    let slack = if precision.bytes() == 8 { 1e-12 } else { 0.02 };
-    for unit in units {
-        let group = &groups[unit.group];
-        let problem = group.problem;
-        let scaling = problem.scaling(&problem.signals()[unit.recording]);
-        // Near the largest and smallest numbers of the precision comparisons are not reliable.
-        let is_reliable = scaling.factor.iter().all(|factor| *factor == 0.0 || (1e-30..1e30).contains(factor));
-        let idle = scaling.total([0.0; 2]);
-        let limit = |cutoff: Option<&f64>| {
-            let Some(cutoff) = cutoff else { return -1.0 };
-            let limit = problem.total_above(*cutoff) * (1.0 + slack) - idle;
-            if is_reliable && limit < LIMIT_MAX { limit.max(0.0) } else { -1.0 }
-        };
-        let cutoffs = group.candidates.cutoffs();
-        for number in 0..unit.blocks {
-            let block = std::array::from_fn(|lane| limit(cutoffs.get(number * LANES + lane).or(cutoffs.last())));
-            put(&mut bytes, precision, &block);
+pub(super) fn write_limits(groups: &[Group<'_>], units: &[Unit], precision: Precision, bytes: Bytes<'_>) {
+    let write = |first: usize, mut bytes: Bytes<'_>| {
+        let Some(mut unit) = units.partition_point(|unit| unit.first <= first).checked_sub(1) else { return };
+        let mut number = first - units[unit].first;
+        while !bytes.is_empty() {
+            if number == units[unit].blocks {
+                (unit, number) = (unit + 1, 0);
+                continue;
+            }
+            let end = units[unit].blocks.min(number + bytes.len() / (LANES * precision.bytes()));
+            put_limits((groups, &units[unit]), number..end, precision, &mut bytes);
+            number = end;
         }
+    };
+    match precision.bytes() {
+        4 => in_tasks::<{ TASK * LANES * 4 }>(bytes, write),
+        _ => in_tasks::<{ TASK * LANES * 8 }>(bytes, write),
+    }
+}
+
+/// Writes the limits of some blocks of a unit.
+fn put_limits(
+    (groups, unit): (&[Group<'_>], &Unit),
+    blocks: Range<usize>,
+    precision: Precision,
+    bytes: &mut Bytes<'_>,
+) {
+    let slack = if precision.bytes() == 8 { 1e-12 } else { 0.02 };
+    let group = &groups[unit.group];
+    let problem = group.problem;
+    let scaling = problem.scaling(&problem.signals()[unit.recording]);
+    // Near the largest and smallest numbers of the precision comparisons are not reliable.
+    let is_reliable = scaling.factor.iter().all(|factor| *factor == 0.0 || (1e-30..1e30).contains(factor));
+    let idle = scaling.total([0.0; 2]);
+    let limit = |cutoff: Option<&f64>| {
+        let Some(cutoff) = cutoff else { return -1.0 };
+        let limit = problem.total_above(*cutoff) * (1.0 + slack) - idle;
+        if is_reliable && limit < LIMIT_MAX { limit.max(0.0) } else { -1.0 }
+    };
+    let cutoffs = group.candidates.cutoffs();
+    for number in blocks {
+        let mut entry = Entry::default();
+        entry.push(&std::array::from_fn(|lane| limit(cutoffs.get(number * LANES + lane).or(cutoffs.last()))));
+        entry.write(precision, bytes);
+    }
+}
+
+/// One entry of the maps before it is written: FIELDS times LANES numbers at most.
+#[derive(Default)]
+struct Entry {
+    values: [f64; Self::MAX],
+    len: usize,
+}
+
+impl Entry {
+    const MAX: usize = FIELDS_MAX * LANES;
+
+    fn push(&mut self, values: &[f64; LANES]) {
+        self.values[self.len..self.len + LANES].copy_from_slice(values);
+        self.len += LANES;
+    }
+
+    /// Writes the entry at the beginning of the bytes, and takes its place from them.
+    fn write(&self, precision: Precision, bytes: &mut Bytes<'_>) {
+        let values = &self.values[..self.len];
+        if precision.bytes() == 8 {
+            put(bytes, bytemuck::cast_slice(values));
+        } else {
+            let singles: [f32; Self::MAX] = self.values.map(single);
+            put(bytes, bytemuck::cast_slice(&singles[..self.len]));
+        }
+    }
+}
+
+fn put(bytes: &mut Bytes<'_>, values: &[u8]) {
+    if let Some(mut own) = bytes.split_off(..values.len()) {
+        own.copy_from_slice(values);
     }
 }
 
@@ -115,10 +179,12 @@ struct Block<'a> {
 impl Block<'_> {
     /// Returns the value of `of` for each candidate and the index of the recording.
     fn each<T>(&self, of: impl Fn(&[f64], usize) -> T) -> [T; LANES] {
-        std::array::from_fn(|lane| {
-            let row = (self.number * LANES + lane).min(self.group.candidates.count() - 1);
-            of(self.group.candidates.row(row), self.unit.recording)
-        })
+        std::array::from_fn(|lane| of(self.group.candidates.row(self.row(lane)), self.unit.recording))
+    }
+
+    /// Returns the row of the candidate of a lane, counted from the first of the block; missing ones repeat the last.
+    fn row(&self, lane: usize) -> usize {
+        (self.number * LANES + lane).min(self.group.candidates.count() - 1)
     }
 
     /// Returns the motors of the candidates.
@@ -136,74 +202,43 @@ impl Block<'_> {
     }
 
     /// Writes the map of linear motors.
-    fn put_linear(&self, step: usize, precision: Precision, put: &mut dyn FnMut(&[f64; LANES])) {
+    fn put_linear(&self, step: usize, precision: Precision, bytes: &mut Bytes<'_>) {
         let problem = self.group.problem;
-        let motors = self.each(|values, n| problem.parameters(values, n).to_array());
-        let motors = std::array::from_fn(|p| motors.map(|motor| motor[p]));
+        let row = |lane| self.group.candidates.row(self.row(lane));
+        let motors = problem.side_by_side::<LANES>(std::array::from_fn(row), self.unit.recording);
         let maps = step_maps(&motors, self.signals().step_s[step], problem.method());
-        put_map(put, precision, &maps, &self.unit.reference[step]);
+        let mut entry = Entry::default();
+        let fields = fields(&maps, precision.is_deviation().then_some(&self.unit.reference[step]));
+        fields[..precision.fields()].iter().for_each(|values| entry.push(values));
+        entry.write(precision, bytes);
+    }
+
+    /// Writes the maps of this block and of the next ones, `together` in all, of linear motors on an even clock.
+    fn put_wide(&self, together: usize, precision: Precision, bytes: &mut Bytes<'_>) {
+        let problem = self.group.problem;
+        let row = |lane| self.group.candidates.row(self.row(lane));
+        let motors = problem.side_by_side::<CANDIDATES>(std::array::from_fn(row), self.unit.recording);
+        let (step_s, method) = (self.signals().step_s[0], problem.method());
+        let reference = precision.is_deviation().then_some(&self.unit.reference[0]);
+        let entries = wide_maps(&motors, &WideStep { step_s, method, reference, fields: precision.fields() });
+        let values = &entries[..together * precision.fields() * LANES];
+        if precision.bytes() == 8 {
+            put(bytes, bytemuck::cast_slice(values));
+        } else {
+            let mut singles = [0.0_f32; WIDE * Entry::MAX];
+            singles.iter_mut().zip(values).for_each(|(to, from)| *to = single(*from));
+            put(bytes, bytemuck::cast_slice(&singles[..values.len()]));
+        }
     }
 
     /// Writes the map of motors with extensions: D, gains, and the contributions of the reactions to the other state.
-    fn put_extended(&self, step: usize, put: &mut dyn FnMut(&[f64; LANES])) {
+    fn put_extended(&self, step: usize, precision: Precision, bytes: &mut Bytes<'_>) {
         let (problem, motors) = (self.group.problem, Extended::side_by_side(&self.motors()));
         let maps = step_maps(&motors.motor, self.signals().step_s[step], problem.method());
-        maps.d.iter().for_each(&mut *put);
-        [&maps.taps[0], &maps.taps[1], &maps.torque].into_iter().flatten().for_each(&mut *put);
-        Reactions::new(&motors, &maps, problem.features()).adds.iter().for_each(put);
+        let mut entry = Entry::default();
+        maps.d.iter().for_each(|values| entry.push(values));
+        [&maps.taps[0], &maps.taps[1], &maps.torque].into_iter().flatten().for_each(|values| entry.push(values));
+        Reactions::new(&motors, &maps, problem.features()).adds.iter().for_each(|values| entry.push(values));
+        entry.write(precision, bytes);
     }
-}
-
-/// Writes one entry in a precision.
-fn put(bytes: &mut Bytes<'_>, precision: Precision, values: &[f64; LANES]) {
-    match precision {
-        Precision::F32 | Precision::F32Plain => push(bytes, bytemuck::cast_slice(&values.map(single))),
-        Precision::F64 => push(bytes, bytemuck::cast_slice(values)),
-    }
-}
-
-fn push(bytes: &mut Bytes<'_>, values: &[u8]) {
-    if let Some(mut own) = bytes.split_off(..values.len()) {
-        own.copy_from_slice(values);
-    }
-}
-
-/// Writes a step map: D and gains or, for deviations, D, the matrix of the force, and the equilibrium of the deviation per unit
-/// of each input, `−D⁻¹ (Γ − M Γ_r)`.
-fn put_map(
-    put: &mut dyn FnMut(&[f64; LANES]),
-    precision: Precision,
-    maps: &StepMaps<LANES>,
-    reference: &ReferenceStep,
-) {
-    let gains = [&maps.taps[0], &maps.taps[1], &maps.torque];
-    maps.d.iter().for_each(&mut *put);
-    if !precision.is_deviation() {
-        gains.iter().flat_map(|gain| gain.iter()).for_each(put);
-        return;
-    }
-    let mut p = maps.d;
-    let mut rests = gains.map(|gain| *gain);
-    for n in 0..LANES {
-        let d = maps.d.map(|entry| entry[n]);
-        if let Some((undone, map)) = reference {
-            let m = product(d, *undone);
-            for entry in 0..4 {
-                p[entry][n] = m[entry] - if entry % 3 == 0 { 1.0 } else { 0.0 };
-            }
-            for (rest, of) in rests.iter_mut().zip([map.taps[0], map.taps[1], map.torque]) {
-                let turned = times(m, of);
-                rest[0][n] -= turned[0];
-                rest[1][n] -= turned[1];
-            }
-        }
-        let back = inverse(d);
-        for rest in &mut rests {
-            let turned = times(back, rest.map(|axis| axis[n]));
-            rest[0][n] = -turned[0];
-            rest[1][n] = -turned[1];
-        }
-    }
-    p.iter().for_each(&mut *put);
-    rests.iter().flatten().for_each(put);
 }

@@ -27,6 +27,7 @@ mod reference;
 mod set;
 mod shader;
 mod variant;
+mod wide;
 
 pub use device::{AdapterFacts, Selector, list};
 pub use evaluator::Gpu;

@@ -183,7 +183,7 @@ impl Set {
     pub(super) fn collect(
         &mut self,
         device: &Device,
-        read: &mut dyn FnMut(&Unit, &Sums<'_>),
+        read: &mut dyn FnMut(&Unit, &Sums<'_>) -> Result<()>,
     ) -> Result<Option<[u64; 2]>> {
         let (Some(submission), Some(batch), Some(buffer)) = (self.flight.take(), &self.batch, &self.read_back) else {
             return Err(lost());
@@ -192,12 +192,12 @@ impl Set {
         let bytes = batch.sums_bytes();
         let view = buffer.slice(..(bytes + STAMPS) as u64).get_mapped_range().map_err(|e| unmapped(device, &e))?;
         let sums = Sums { precision: batch.variant.precision, bytes: &view };
-        batch.units.iter().for_each(|unit| read(unit, &sums));
+        let read = batch.units.iter().try_for_each(|unit| read(unit, &sums));
         let stamps = self.clock.as_ref().filter(|_| device.timed);
         let stamps = stamps.map(|_| bytemuck::pod_read_unaligned(&view[bytes..]));
         drop(view);
         buffer.unmap();
-        Ok(stamps)
+        read.map(|()| stamps)
     }
 
     /// Ensures that a buffer has at least `size` bytes. A new buffer invalidates the bind group.

@@ -51,6 +51,11 @@ impl Precision {
         self.row().bytes
     }
 
+    /// Returns the number of fields of the step map of a linear motor.
+    pub(super) const fn fields(self) -> usize {
+        self.row().fields
+    }
+
     /// Returns the number of values of a sample.
     pub(super) fn sample(self) -> usize {
         self.row().sample
@@ -92,7 +97,7 @@ pub struct Variant {
 impl Variant {
     /// Returns the number of entries of a step map.
     pub(super) const fn fields(self) -> usize {
-        if self.features.is_some() { features::FIELDS } else { self.precision.row().fields }
+        if self.features.is_some() { features::FIELDS } else { self.precision.fields() }
     }
 
     /// Returns the number of words of a job.
