@@ -176,12 +176,12 @@ fn lines(model: &Model, spec: &ModelSpec, found: &ModelIdentification) -> Vec<(&
     let of = &found.verification;
     let search = match of.status {
         "agrees" => format!(
-            "agrees: {} of {} starts spread over the bounds end in this optimum, the lowest",
+            "agrees: {} of {} starts spread over the bounds lead to this optimum, the lowest",
             of.arrivals, of.starts
         ),
         "search_stuck" => "search stuck: a better optimum is known".to_owned(),
         "reference_failed" => {
-            format!("inconclusive: {} of {} starts end in the lowest optimum", of.arrivals, of.starts)
+            format!("inconclusive: {} of {} starts lead to the lowest optimum", of.arrivals, of.starts)
         }
         _ => "not verified".to_owned(),
     };

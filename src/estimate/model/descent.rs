@@ -38,11 +38,11 @@ pub(super) struct Descent<'a> {
     /// Gain over [`STALL_SIMULATIONS`] below which the descent ends: a part of the cost with given weights, a difference of the deviance
     /// with estimated ones. The cost of a model with friction that sticks is not smooth, and no step is short enough.
     pub stall: Option<f64>,
-    /// Lowest cost that is known from other descents: a descent that could not reach it at the pace of a window ends, if it may stall.
+    /// Lowest cost that is known from other descents: one that may stall ends when it cannot come down to it.
     pub lowest: f64,
     /// Number of simulations.
     pub evaluations: usize,
-    ends: Ends,
+    limits: Limits,
     growth: f64,
     /// Costs at the beginning and after each simulation.
     costs: Vec<f64>,
@@ -53,7 +53,7 @@ pub(super) struct Descent<'a> {
 
 /// Limits of a descent: the length of the last step \[standard errors\], and the simulations at most.
 #[derive(Debug, Clone, Copy)]
-struct Ends {
+struct Limits {
     tolerance: f64,
     evaluations: usize,
 }
@@ -92,7 +92,7 @@ impl<'a> Descent<'a> {
                 stall: None,
                 lowest: f64::INFINITY,
                 evaluations: 1,
-                ends: Ends { tolerance: 0.0, evaluations: 0 },
+                limits: Limits { tolerance: 0.0, evaluations: 0 },
                 growth: GROWTH,
                 costs: Vec::new(),
                 proposed: None,
@@ -187,7 +187,7 @@ impl<'a> Descent<'a> {
 
     /// Sets the limits of [`run`](Self::run), for [`propose`](Self::propose) and [`receive`](Self::receive) in turn.
     pub fn begin(&mut self, tolerance: f64, most: usize) {
-        self.ends = Ends { tolerance, evaluations: self.evaluations + most };
+        self.limits = Limits { tolerance, evaluations: self.evaluations + most };
         self.growth = GROWTH;
         self.costs = vec![self.cost()];
         self.converged = None;
@@ -196,8 +196,12 @@ impl<'a> Descent<'a> {
     /// Returns the next point whose normal equations are needed; `None` at the end.
     pub fn propose(&mut self) -> Option<DVector<f64>> {
         while self.converged.is_none() {
-            if self.evaluations >= self.ends.evaluations || self.is_stalled() {
-                self.converged = Some(self.evaluations < self.ends.evaluations);
+            if self.evaluations >= self.limits.evaluations || self.is_left_behind() {
+                self.converged = Some(false);
+                break;
+            }
+            if self.is_stalled() {
+                self.converged = Some(true);
                 break;
             }
             let (matrix, gradient) = self.fit.weighted(&self.normal, &self.sigma);
@@ -238,7 +242,7 @@ impl<'a> Descent<'a> {
 
     /// Moves to the point if its cost is lower.
     fn judge(&mut self, Proposed { at, length, gain }: Proposed, normal: Option<Normal>) {
-        let tolerance = self.ends.tolerance;
+        let tolerance = self.limits.tolerance;
         let cost = self.cost();
         let after = normal.as_ref().map_or(f64::INFINITY, |normal| self.cost_of(normal));
         if let Some(normal) = normal.filter(|_| after < cost) {
@@ -272,13 +276,24 @@ impl<'a> Descent<'a> {
 
     /// Returns true if the last simulations gained too little.
     fn is_stalled(&self) -> bool {
-        let Some(stall) = self.stall else { return false };
-        let Some(first) = self.costs.len().checked_sub(STALL_SIMULATIONS + 1) else { return false };
-        let (before, now) = (self.costs[first], self.cost());
+        let (Some(stall), Some(before)) = (self.stall, self.cost_before(1)) else { return false };
         let unit = if matches!(self.weights, Weights::Given) { before } else { 1.0 };
-        let gain = before - now;
-        let windows = count(self.ends.evaluations - self.evaluations) / count(STALL_SIMULATIONS);
-        gain < stall * unit || now - windows * gain > self.lowest
+        before - self.cost() < stall * unit
+    }
+
+    /// Returns true if the lowest known cost is out of reach at the larger gain of the last two windows.
+    fn is_left_behind(&self) -> bool {
+        let windows = (self.stall, self.cost_before(2), self.cost_before(1));
+        let (Some(_), Some(earlier), Some(before)) = windows else { return false };
+        let now = self.cost();
+        let left = count(self.limits.evaluations - self.evaluations) / count(STALL_SIMULATIONS);
+        now - left * (before - now).max(earlier - before) > self.lowest
+    }
+
+    /// Returns the cost so many windows of [`STALL_SIMULATIONS`] ago.
+    fn cost_before(&self, windows: usize) -> Option<f64> {
+        let place = self.costs.len().checked_sub(windows * STALL_SIMULATIONS + 1)?;
+        self.costs.get(place).copied()
     }
 }
 

@@ -3,6 +3,7 @@
 //! Unknowns are the coordinates of the free parameters, then the initial values of the open states of each recording.
 
 use crate::evaluate::model::{ModelProblem, OutputSums, Point, Trajectory, Unknown};
+use crate::numeric::{peak, standard_deviation};
 use crate::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -128,13 +129,28 @@ impl Fit<'_> {
         self.problem.trajectory(&self.values(at), recording, &self.initial(at, recording), &directions)
     }
 
+    /// Returns the divisor of each block: the standard deviation of the measured output, so that all outputs count alike.
+    pub fn deviations(&self, normal: &Normal) -> Vec<f64> {
+        let one = |block: &Block| {
+            let signal = self.problem.recording(block.recording).counted(block.output).unwrap_or_default();
+            let deviation = standard_deviation(&signal);
+            if deviation > 0.0 { deviation } else { peak(&signal).max(1e-9) }
+        };
+        normal.blocks.iter().map(one).collect()
+    }
+
     /// Returns the normal equations of candidates side by side; `None` for one that diverges.
     pub fn normals(&self, ats: &[DVector<f64>]) -> Vec<Option<Normal>> {
         let mut normals = vec![Some(Normal { blocks: Vec::new() }); ats.len()];
         let Some(first) = ats.first() else { return normals };
+        let recordings = self.problem.recordings();
+        // As many side by side as the lanes hold, but no fewer parts than there are threads.
         let side = ModelProblem::side_by_side(self.directions(first, 0).0.len());
+        let threads = rayon::current_num_threads().div_ceil(recordings.max(1));
+        let parts = ats.len().div_ceil(side).max(threads.min(ats.len()));
+        let side = ats.len().div_ceil(parts);
         let parts = ats.len().div_ceil(side);
-        let tasks = (0..self.problem.recordings()).flat_map(|recording| (0..parts).map(move |part| (recording, part)));
+        let tasks = (0..recordings).flat_map(|recording| (0..parts).map(move |part| (recording, part)));
         let tasks: Vec<(usize, usize)> = tasks.collect();
         let blocks: Vec<Vec<Option<Vec<Block>>>> = tasks
             .par_iter()

@@ -3,7 +3,7 @@
 use super::covariance::{ModelUncertainty, uncertainty};
 use super::descent::{Descent, Weights};
 use super::fit::{Fit, Normal};
-use super::multistart::{NOISY, deviations};
+use super::search::NOISY;
 use crate::evaluate::model::ModelProblem;
 use crate::numeric::{count, noise_sigma};
 use crate::{Error, Result};
@@ -97,7 +97,7 @@ pub fn refine_model_near(
 
 /// Begins a descent with the weights of the signals; returns the smallest σ of each block beside it.
 fn begun<'a>(fit: &'a Fit<'a>, values: &[f64], initial: &[Vec<f64>]) -> Result<(Descent<'a>, Vec<f64>)> {
-    let descent = Descent::new(fit, fit.at(values, initial), |normal| deviations(fit.problem, normal));
+    let descent = Descent::new(fit, fit.at(values, initial), |normal| fit.deviations(normal));
     let descent = descent.ok_or_else(|| {
         let hint = "Start elsewhere, or narrow the bounds.";
         Error::not_identified("the model diverges at the start of the refinement", hint)

@@ -2,7 +2,7 @@
 
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
-use crate::evaluate::interpreter::{Job, Loss, Register, Rows, Run as _, Work};
+use crate::evaluate::interpreter::{Job, Loss, Register, Rows, RunProgram as _, Work};
 use crate::model::Model;
 use crate::model::program::{Program, Roots, compile};
 use crate::model::step::{AffineStep, Step, StepSettings};

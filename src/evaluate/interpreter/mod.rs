@@ -2,7 +2,7 @@
 //!
 //! A register holds one value for each lane. With 64 lanes the dispatch of an instruction (3 ns) is small against its work, and the
 //! registers of a typical step stay in the first-level cache. The limit is the loads: three to four for each fused operation. Derivatives
-//! take eight lanes for each candidate, one for each direction.
+//! take a lane for each direction of a candidate.
 
 mod execute;
 mod functions;
@@ -16,4 +16,4 @@ pub(crate) use memory::Clock;
 pub(crate) use memory::Memory;
 pub(crate) use normal::Directions;
 pub(crate) use register::{Register, Vector, WIDTH};
-pub(crate) use run::{Job, Loss, Rows, Run, Work};
+pub(crate) use run::{Job, Loss, Rows, RunProgram, Work};

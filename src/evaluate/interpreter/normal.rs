@@ -4,6 +4,7 @@
 //! more operations.
 
 use super::register::{Register, Vector, WIDTH};
+use crate::motor::multiply_add;
 
 /// Derivatives of each candidate, a direction a lane: those of the first candidate in the first lanes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,8 +29,7 @@ impl Directions {
 #[inline(always)]
 fn add<const FMA: bool>(sum: &mut Vector, factor: &Vector, other: &Vector) {
     for lane in 0..WIDTH {
-        let (factor, other) = (factor[lane], other[lane]);
-        sum[lane] = if FMA { factor.mul_add(other, sum[lane]) } else { factor * other + sum[lane] };
+        sum[lane] = multiply_add::<FMA>(factor[lane], other[lane], sum[lane]);
     }
 }
 

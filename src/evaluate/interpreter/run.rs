@@ -7,6 +7,7 @@ use super::register::{Register, WIDTH};
 use crate::evaluate::Level;
 use crate::model::graph::{Leaf, evaluate};
 use crate::model::program::{Instruction, Operation, Program, Uniforms};
+use crate::motor::multiply_add;
 
 /// Treatment of the outputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -151,7 +152,7 @@ fn add<const C: usize, const FMA: bool>(
             let error = measured - value[part][lane];
             let sum = &mut sums[part][lane];
             match loss {
-                Loss::Squares => *sum = if FMA { error.mul_add(error, *sum) } else { error * error + *sum },
+                Loss::Squares => *sum = multiply_add::<FMA>(error, error, *sum),
                 Loss::WeightedMagnitudes => *sum += weight * error.abs(),
                 _ => *sum += weight * error * error,
             }
@@ -180,7 +181,7 @@ fn remember<const C: usize>(
 }
 
 /// Working memory of one of the widths that programs run with.
-pub(crate) trait Run {
+pub(crate) trait RunProgram {
     /// Runs a program with the instructions of a level.
     fn run_at(&mut self, job: &Job<'_>, level: Level);
 
@@ -210,7 +211,7 @@ macro_rules! runs {
             }
         }
 
-        impl Run for Work<$c> {
+        impl RunProgram for Work<$c> {
             fn run_at(&mut self, job: &Job<'_>, level: Level) {
                 match level {
                     Level::Avx512 => $module::avx512(job, self),

@@ -5,7 +5,7 @@
 use super::*;
 use crate::evaluate::Level;
 use crate::evaluate::affine::AffineJob;
-use crate::evaluate::interpreter::{Job, Run as _, Work};
+use crate::evaluate::interpreter::{Job, RunProgram as _, Work};
 use crate::model::{IntegrationMethod, Model};
 use crate::numeric::count;
 use rand::{RngExt as _, SeedableRng as _};

@@ -2,7 +2,7 @@
 
 use super::problem::ModelProblem;
 use super::trajectory::{Point, Trajectory};
-use crate::evaluate::interpreter::{Directions, Job, Loss, Register, Run, WIDTH, Work};
+use crate::evaluate::interpreter::{Directions, Job, Loss, Register, RunProgram, WIDTH, Work};
 
 /// Sums of one measured output over the samples that count, without weights.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,7 +50,7 @@ impl ModelProblem {
         directions: Directions,
     ) -> Vec<Vec<OutputSums>>
     where
-        Work<C>: Run,
+        Work<C>: RunProgram,
     {
         let prepared = &self.recordings[recording];
         let programs = &self.programs[prepared.programs];

@@ -10,7 +10,7 @@ use super::space::ModelSpace;
 use crate::candidates::Candidates;
 use crate::criterion::Criterion;
 use crate::evaluate::affine::AffineJob;
-use crate::evaluate::interpreter::{Job, Loss, Register, Rows, Run as _, Work};
+use crate::evaluate::interpreter::{Job, Loss, Register, Rows, RunProgram as _, Work};
 #[cfg(feature = "gpu")]
 use crate::model::graph::Leaf;
 use crate::model::step::StepSettings;

@@ -5,8 +5,8 @@ use super::space::ModelSpace;
 use crate::model::Model;
 use crate::model::graph::{Direction, Graph, Id, Leaf, evaluate};
 use crate::model::step::open_states;
-use crate::numeric::{count, whole};
-use nalgebra::{DMatrix, Schur};
+use crate::numeric::count;
+use nalgebra::{DMatrix, DVector, Schur};
 use rand::{RngExt as _, SeedableRng as _};
 
 /// Largest `h|λ|` of the Runge–Kutta method.
@@ -19,10 +19,12 @@ const SAMPLES: usize = 60;
 /// Squarings of a matrix whose norm then bounds its eigenvalues.
 const SQUARINGS: u32 = 8;
 
-/// Returns the largest magnitude of an eigenvalue of the Jacobian over candidates in the bounds and along their trajectories.
+/// Returns about the largest magnitude of an eigenvalue of the Jacobian over candidates in the bounds and along their trajectories.
 pub(super) fn largest_rate(model: &Model, space: &ModelSpace, recordings: &[ModelRecording], step: f64) -> f64 {
     let mut graph = model.graph.clone();
-    let jacobian = jacobian(model, &mut graph);
+    let mut roots = jacobian(model, &mut graph);
+    let entries = roots.len();
+    roots.extend(model.states.iter().map(|state| state.derivative));
     let mut numbers = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(1);
     let mut memory = Vec::new();
     let mut largest: f64 = 0.0;
@@ -38,25 +40,33 @@ pub(super) fn largest_rate(model: &Model, space: &ModelSpace, recordings: &[Mode
         let (mut rate, mut stiffest): (f64, Vec<f64>) = (0.0, Vec::new());
         for n in (0..recording.len()).step_by(stride) {
             let inputs: Vec<f64> = recording.inputs.iter().map(|input| input[n]).collect();
-            let entries = walk.at(&jacobian, &x, &inputs);
-            let own = if entries.iter().all(|entry| entry.is_finite()) { bound(&entries, x.len()) } else { 0.0 };
-            if own > rate {
-                (rate, stiffest) = (own, entries);
-            }
-            // Explicit steps that are short enough for the rate found up to here; enough of them to move on.
-            let substeps = whole((step * rate / STIFFNESS_MAX).ceil().min(20.0)).max(1);
-            for _ in 0..substeps {
-                x = walk.stepped(&x, &inputs, step / count(substeps));
-            }
-            if !x.iter().all(|value| value.abs() < 1e9) {
+            let found = walk.at(&roots, &x, &inputs);
+            let (jacobian, right) = found.split_at(entries);
+            if !found.iter().all(|entry| entry.is_finite()) {
                 break;
             }
+            let own = bound(jacobian, x.len());
+            if own > rate {
+                (rate, stiffest) = (own, jacobian.to_vec());
+            }
+            let Some(next) = semi_implicit(&x, jacobian, right, step * count(stride)) else { break };
+            x = next;
         }
         if rate > largest {
             largest = largest.max(spectral_radius(&stiffest, x.len()));
         }
     }
     largest
+}
+
+/// Returns the state after a step of the linearly implicit Euler method, `x + h (I − h J)⁻¹ f`, which is stable for any step (H. H.
+/// Rosenbrock 1963); `None` if the state grows without limit.
+fn semi_implicit(x: &[f64], jacobian: &[f64], right: &[f64], h: f64) -> Option<Vec<f64>> {
+    let size = x.len();
+    let matrix = DMatrix::identity(size, size) - DMatrix::from_row_slice(size, size, jacobian) * h;
+    let change = matrix.lu().solve(&DVector::from_column_slice(right))? * h;
+    let next: Vec<f64> = x.iter().zip(&change).map(|(x, change)| x + change).collect();
+    next.iter().all(|value| value.abs() < 1e9).then_some(next)
 }
 
 /// Returns the Jacobian of the right-hand sides, row by row.
@@ -78,8 +88,8 @@ fn bound(entries: &[f64], size: usize) -> f64 {
     let mut logarithm = 0.0;
     for _ in 0..SQUARINGS {
         let norm = norm(&power, size);
-        if norm == 0.0 {
-            return 0.0;
+        if norm == 0.0 || !norm.is_finite() {
+            return norm;
         }
         power.iter_mut().for_each(|entry| *entry /= norm);
         logarithm = 2.0 * (logarithm + norm.ln());
@@ -150,16 +160,5 @@ impl Walk<'_> {
             };
         }
         x
-    }
-
-    fn stepped(&mut self, x: &[f64], inputs: &[f64], h: f64) -> Vec<f64> {
-        let right: Vec<Id> = self.model.states.iter().map(|state| state.derivative).collect();
-        let moved = |k: &[f64], by: f64| x.iter().zip(k).map(|(x, k)| x + by * k).collect::<Vec<f64>>();
-        let k1 = self.at(&right, x, inputs);
-        let k2 = self.at(&right, &moved(&k1, 0.5 * h), inputs);
-        let k3 = self.at(&right, &moved(&k2, 0.5 * h), inputs);
-        let k4 = self.at(&right, &moved(&k3, h), inputs);
-        let change = |n: usize| h / 6.0 * (k1[n] + 2.0 * (k2[n] + k3[n]) + k4[n]);
-        (0..x.len()).map(|n| x[n] + change(n)).collect()
     }
 }

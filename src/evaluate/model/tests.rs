@@ -101,7 +101,7 @@ fn steps_follow_the_equations() {
 
 #[test]
 fn every_level_computes_the_same() {
-    use crate::evaluate::interpreter::{Job, Run as _, Work};
+    use crate::evaluate::interpreter::{Job, RunProgram as _, Work};
     for of in BuiltIn::ALL {
         let model = of.model().unwrap();
         let (inputs, step_s, values) = case(of);
@@ -221,6 +221,34 @@ fn sums_of_candidates_side_by_side_are_those_of_their_trajectories() {
                         assert_same(own, &problem.sums_of_trajectory(0, *point), of.name());
                     }
                 }
+            }
+        }
+    }
+}
+
+#[test]
+fn sums_do_not_depend_on_the_candidates_beside_them() {
+    // Descents are distributed over the threads, and results must not depend on their number.
+    let methods = [IntegrationMethod::RungeKutta, IntegrationMethod::Exponential];
+    for (of, method) in BuiltIn::ALL.into_iter().flat_map(|of| methods.map(|method| (of, method))) {
+        let model = of.model().unwrap();
+        let (inputs, step_s, values) = case(of);
+        let problem = problem(&model, (&inputs, step_s), ModelSpace::new(&model, 1), method, 1);
+        let open = vec![0.02; crate::model::step::open_states(&model).len()];
+        // Candidates so far apart that a number of squarings taken from all of them would differ.
+        let candidates: Vec<Vec<f64>> =
+            (0..9).map(|n| values.iter().map(|value| value * 3.0_f64.powi(n % 5 - 2)).collect()).collect();
+        let unknowns: Vec<Unknown> = (0..values.len()).map(|n| Unknown::Parameter(n, values[n].abs())).collect();
+        let points: Vec<Point<'_>> =
+            candidates.iter().map(|values| Point { values, open: &open, unknowns: &unknowns }).collect();
+        let bits = |sums: &[OutputSums]| -> Vec<u64> {
+            let all = |of: &OutputSums| [vec![of.squares], of.products.clone(), of.gradient.clone()].concat();
+            sums.iter().flat_map(all).map(|sum| if sum.is_nan() { 0 } else { sum.to_bits() }).collect()
+        };
+        let alone: Vec<Vec<u64>> = points.iter().map(|point| bits(&problem.normal_sums(0, &[*point])[0])).collect();
+        for count in [2, 3, 5, 9] {
+            for (n, sums) in problem.normal_sums(0, &points[..count]).iter().enumerate() {
+                assert_eq!(bits(sums), alone[n], "{} {method:?}: {n} of {count}", of.name());
             }
         }
     }

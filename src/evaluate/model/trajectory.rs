@@ -1,11 +1,11 @@
 //! Trajectories of one candidate on a recording, and their derivatives with respect to the unknowns.
 //!
-//! Each lane of a tangent program carries one direction: a free parameter in its coordinate, or the initial value of an open state.
-//! All lanes compute the same values.
+//! Each lane of a tangent program carries one direction of a candidate: a free parameter in its coordinate, or the initial value of an
+//! open state. All lanes of a candidate compute the same values.
 
 use super::problem::ModelProblem;
 use super::programs::Programs;
-use crate::evaluate::interpreter::{Job, Loss, Register, Rows, Run, Vector, WIDTH, Work};
+use crate::evaluate::interpreter::{Job, Loss, Register, Rows, RunProgram, Vector, WIDTH, Work};
 use crate::model::step::WithRate;
 
 /// Outputs of a candidate on a recording.
@@ -54,6 +54,12 @@ impl ModelProblem {
         &self.recordings[recording].open
     }
 
+    /// Returns the initial values of the open states of each recording, as measured or 0.
+    #[must_use]
+    pub(crate) fn open_initials(&self) -> Vec<Vec<f64>> {
+        self.recordings.iter().map(|recording| recording.open.clone()).collect()
+    }
+
     /// Simulates a candidate with its derivatives in the given directions.
     pub(crate) fn trajectory(&self, free: &[f64], recording: usize, open: &[f64], unknowns: &[Unknown]) -> Trajectory {
         self.trajectory_at(Point { values: &self.space.values(free, recording), open, unknowns }, recording)
@@ -86,7 +92,7 @@ impl ModelProblem {
     /// Simulates with the derivatives of some directions, of which the first has the number `first`.
     fn part<const C: usize>(&self, point: Point<'_>, recording: usize, first: usize, result: &mut Trajectory)
     where
-        Work<C>: Run,
+        Work<C>: RunProgram,
     {
         let prepared = &self.recordings[recording];
         let programs = &self.programs[prepared.programs];
@@ -122,7 +128,7 @@ impl ModelProblem {
         points: &[Point<'_>],
         width: usize,
     ) where
-        Work<C>: Run,
+        Work<C>: RunProgram,
     {
         let own = self.model.parameters.len();
         let all = programs.step.all_parameters();

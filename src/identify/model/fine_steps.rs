@@ -12,56 +12,74 @@ const CHANGE_MAX: f64 = 0.2;
 const OF_RESIDUALS: f64 = 0.1;
 
 /// Returns the estimate, or a better one that a descent from given values of the parameters finds, so that a model that contains another
-/// one and starts at its estimates explains no less: with steps that are short enough for the given values too, and the initial states
-/// fitted to them first.
+/// one and starts at its estimates explains no less.
 pub(super) fn no_worse_than_starts(
     mut problem: ModelProblem,
     mut best: ModelRefined,
     given: &[Vec<f64>],
     estimates_initial: bool,
-) -> Result<(ModelProblem, ModelRefined)> {
-    let open: Vec<Vec<f64>> = (0..problem.recordings()).map(|n| problem.open_initial(n).to_vec()).collect();
-    let has_open = estimates_initial && open.iter().any(|own| !own.is_empty());
-    let is_shared = problem.space().free.iter().all(|axis| axis.recording.is_none());
+) -> (ModelProblem, ModelRefined) {
     for start in given {
-        let mut initial = open.clone();
-        if has_open && is_shared {
-            // A start from which the model diverges is no better.
-            let Ok((substeps, fitted)) = fitted_at(&problem, start, &open, best.weights) else { continue };
-            if substeps != problem.method().substeps {
-                problem = problem.with_substeps(substeps)?;
-                best = refined_as(&problem, (&best.values, &best.initial), estimates_initial, best.weights)?;
-            }
-            if !is_better(&problem, &fitted, &best) {
-                continue;
-            }
-            initial = fitted.initial;
-        }
-        if let Ok(other) = refined_as(&problem, (start, &initial), estimates_initial, best.weights)
-            && is_better(&problem, &other, &best)
-        {
-            best = other;
+        if let Some((finer, better)) = better_from(&problem, &best, start, estimates_initial) {
+            problem = finer.unwrap_or(problem);
+            best = better;
         }
     }
-    Ok((problem, best))
+    (problem, best)
 }
 
-/// Fits the initial states to given values of the parameters, with steps that are short enough for them; returns the number of substeps
-/// beside the fit.
+/// Returns the estimate from a start if it is better, beside the problem with steps that are short enough for the start, if others are.
+/// The initial states are fitted to the start first. With parameters of single recordings, which a start does not have, the steps remain.
+fn better_from(
+    problem: &ModelProblem,
+    best: &ModelRefined,
+    start: &[f64],
+    estimates_initial: bool,
+) -> Option<(Option<ModelProblem>, ModelRefined)> {
+    let mut initial = problem.open_initials();
+    if problem.space().free.iter().any(|axis| axis.recording.is_some()) {
+        let other = refined_as(problem, (start, &initial), estimates_initial, best.weights).ok()?;
+        return is_better(problem, &other, best).then_some((None, other));
+    }
+    // A start from which the model diverges is no better.
+    let (substeps, mut fitted) = fitted_at(problem, start, (&initial, estimates_initial), best.weights).ok()?;
+    let finer = match substeps == problem.method().substeps {
+        true => None,
+        false => Some(problem.with_substeps(substeps).ok()?),
+    };
+    let same = finer.as_ref().unwrap_or(problem);
+    let best = match finer {
+        Some(_) => &refined_as(same, (&best.values, &best.initial), estimates_initial, best.weights).ok()?,
+        None => best,
+    };
+    if fitted.weights != best.weights {
+        (_, fitted) = fitted_at(same, start, (&initial, estimates_initial), best.weights).ok()?;
+    }
+    if !is_better(same, &fitted, best) {
+        return None;
+    }
+    initial.clone_from(&fitted.initial);
+    let other = refined_as(same, (start, &initial), estimates_initial, best.weights).ok()?;
+    let is_better = is_better(same, &other, best);
+    is_better.then_some((finer, other))
+}
+
+/// Fits the initial states, if they are estimated, to given values of the parameters, with steps that are short enough for them; returns
+/// the number of substeps beside the fit.
 fn fitted_at(
     problem: &ModelProblem,
     start: &[f64],
-    open: &[Vec<f64>],
+    (open, estimates_initial): (&[Vec<f64>], bool),
     weights: ModelWeights,
 ) -> Result<(usize, ModelRefined)> {
     let mut there = with_fixed(problem, start)?;
-    let mut fitted = refine_model(&there, &[], open, (true, weights))?;
+    let mut fitted = refine_model(&there, &[], open, (estimates_initial, weights))?;
     while !there.method().is_exact() && 2 * there.method().substeps <= SUBSTEPS_MAX {
         let finer = there.with_substeps(2 * there.method().substeps)?;
         if !steps_matter(&there, &finer, &fitted) {
             break;
         }
-        fitted = refine_model(&finer, &[], &fitted.initial, (true, weights))?;
+        fitted = refine_model(&finer, &[], &fitted.initial, (estimates_initial, weights))?;
         there = finer;
     }
     Ok((there.method().substeps, fitted))

@@ -144,7 +144,7 @@ pub fn identify_model(
             };
             let (problem, refined) = with_fine_steps(problem, refined, spec.estimates_initial)?;
             let given = problem.space().starts(problem.model(), &spec.start)?;
-            let (problem, refined) = no_worse_than_starts(problem, refined, &given, spec.estimates_initial)?;
+            let (problem, refined) = no_worse_than_starts(problem, refined, &given, spec.estimates_initial);
             (problem, Some(refined))
         }
         false => (problem, None),
@@ -226,20 +226,21 @@ fn search(
             Some((search.search.name, run, stop))
         }
     };
+    let mut look = |done, of| observe(ModelProgress { done, of });
     if let Some((method, run, stop)) = population {
         let Some(best) = run.optimizer.best().map(|best| best.values.to_vec()) else {
             return Err(Error::not_identified("no candidate of the search was evaluated", "Give more generations."));
         };
-        let optima = match spec.is_polished {
+        let optima = match spec.is_polished && stop != Stop::Interrupted {
             true => {
                 given.push(best.clone());
                 let starts = ModelStarts { given: &given, populations: &mut islands };
-                let evaluator = device.evaluator.as_mut();
-                Some(model_optima(problem, evaluator, settings, starts, &mut |_, _| ControlFlow::Continue(()))?)
+                Some(model_optima(problem, device.evaluator.as_mut(), settings, starts, &mut look)?)
             }
             false => None,
         };
-        let initial = (0..problem.recordings()).map(|n| problem.open_initial(n).to_vec()).collect();
+        let is_interrupted = optima.as_ref().is_some_and(|optima| optima.is_interrupted);
+        let initial = problem.open_initials();
         return Ok(Found {
             method,
             cost: cost(&best)?,
@@ -247,12 +248,11 @@ fn search(
             values: best,
             optima,
             is_of_multistart: false,
-            stop,
+            stop: if is_interrupted { Stop::Interrupted } else { stop },
             evaluations: run.evaluations,
             history: run.history,
         });
     }
-    let mut look = |done, of| observe(ModelProgress { done, of });
     let starts = ModelStarts { given: &given, populations: &mut islands };
     let optima = model_optima(problem, device.evaluator.as_mut(), settings, starts, &mut look)?;
     Ok(Found {
@@ -360,7 +360,7 @@ pub fn hold_out_model(
     }
     let space = ModelSpace::all_fixed(&found.space.values(&found.values, 0));
     let problem = ModelProblem::new(model, space, recordings.to_vec(), spec.settings())?;
-    let initial: Vec<Vec<f64>> = (0..recordings.len()).map(|n| problem.open_initial(n).to_vec()).collect();
+    let initial = problem.open_initials();
     let initial = match spec.estimates_initial && !initial.iter().all(Vec::is_empty) {
         true => refine_model(&problem, &[], &initial, (true, ModelWeights::default()))
             .map_or(initial, |refined| refined.initial),

@@ -81,9 +81,9 @@ pub struct ModelSearch {
 pub struct ModelVerification {
     /// `agrees`, `search_stuck`, `reference_failed` or `not_applicable`.
     pub status: &'static str,
-    /// Number of descents.
+    /// Number of starts over the bounds.
     pub starts: usize,
-    /// Number of descents that ended in the lowest optimum.
+    /// Number of these starts from which the lowest optimum was reached.
     pub arrivals: usize,
     /// Sum of squares of the result above that of the lowest optimum, relative to it.
     pub cost_gap: Option<f64>,

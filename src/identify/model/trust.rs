@@ -31,7 +31,7 @@ pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_poli
         "search_stuck" => add(Poor, "search_stuck", "a better optimum is known".into()),
         "reference_failed" => {
             let (starts, arrivals) = (found.verification.starts, found.verification.arrivals);
-            let message = format!("only {arrivals} of {starts} starts ended in the lowest optimum");
+            let message = format!("only {arrivals} of {starts} starts lead to the lowest optimum");
             add(Check, "search_inconclusive", message.into());
         }
         _ => {}

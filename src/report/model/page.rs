@@ -174,12 +174,11 @@ fn fits(model: &Model, found: &ModelIdentification) -> Table {
 fn verdict(found: &ModelIdentification) -> String {
     let of = &found.verification;
     match of.status {
-        "agrees" => format!(
-            "{} of {} descents from starts spread over the bounds ended in this optimum, the lowest.",
-            of.arrivals, of.starts
-        ),
+        "agrees" => {
+            format!("{} of {} starts spread over the bounds lead to this optimum, the lowest.", of.arrivals, of.starts)
+        }
         "search_stuck" => "The search is stuck: a better optimum exists.".to_owned(),
-        "reference_failed" => format!("Only {} of {} descents ended in the lowest optimum.", of.arrivals, of.starts),
+        "reference_failed" => format!("Only {} of {} starts lead to the lowest optimum.", of.arrivals, of.starts),
         _ => "No other search verifies the result.".to_owned(),
     }
 }
