@@ -15,7 +15,7 @@ pub(super) const STIFFNESS_MAX: f64 = 0.7;
 const ITERATIONS_MAX: usize = 500;
 /// Number of candidates in the bounds at which the Jacobian is evaluated, and of samples along the trajectory of each.
 const CANDIDATES: usize = 24;
-const SAMPLES: usize = 60;
+const SAMPLES: usize = 30;
 /// Squarings of a matrix whose norm then bounds its eigenvalues.
 const SQUARINGS: u32 = 8;
 
@@ -63,9 +63,12 @@ pub(super) fn largest_rate(model: &Model, space: &ModelSpace, recordings: &[Mode
 /// Rosenbrock 1963); `None` if the state grows without limit.
 fn semi_implicit(x: &[f64], jacobian: &[f64], right: &[f64], h: f64) -> Option<Vec<f64>> {
     let size = x.len();
-    let matrix = DMatrix::identity(size, size) - DMatrix::from_row_slice(size, size, jacobian) * h;
-    let change = matrix.lu().solve(&DVector::from_column_slice(right))? * h;
-    let next: Vec<f64> = x.iter().zip(&change).map(|(x, change)| x + change).collect();
+    let entry = |row: usize, column: usize| f64::from(u8::from(row == column)) - h * jacobian[row * size + column];
+    let mut rate = DVector::from_column_slice(right);
+    if !DMatrix::from_fn(size, size, entry).lu().solve_mut(&mut rate) {
+        return None;
+    }
+    let next: Vec<f64> = x.iter().zip(&rate).map(|(x, rate)| x + h * rate).collect();
     next.iter().all(|value| value.abs() < 1e9).then_some(next)
 }
 

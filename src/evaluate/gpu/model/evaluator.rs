@@ -2,11 +2,12 @@
 
 use super::super::device::{AdapterFacts, Device, Selector, caught};
 use super::check::check;
-use super::loaded::Loaded;
+use super::loaded::{Loaded, TASK};
 use crate::candidates::Candidates;
 use crate::evaluate::model::{ModelEvaluator, ModelProblem};
 use crate::model::wgsl::ShaderPrecision;
 use crate::{ErrorKind, Result};
+use rayon::prelude::*;
 
 /// Evaluates populations of models on a GPU. Problems with moving averages, with delays on an irregular clock, or with delayed signals that
 /// depend on other delayed signals are evaluated on the CPU, and those whose candidates all diverge at once, so that their shader cannot be
@@ -100,11 +101,11 @@ impl ModelEvaluator for ModelGpu {
         costs.fill(0.0);
         self.guard(|gpu| gpu.evaluate(problem, candidates, costs))?;
         let samples = (0..problem.recordings()).map(|n| problem.recording(n).count()).sum();
-        for (row, cost) in costs.iter_mut().enumerate() {
+        costs.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(row, cost)| {
             // Shaders do not keep NaN.
             let is_number = candidates.row(row).iter().all(|value| !value.is_nan());
             *cost = if is_number { problem.criterion().cost(*cost, samples) } else { f64::INFINITY };
-        }
+        });
         Ok(())
     }
 

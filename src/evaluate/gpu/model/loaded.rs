@@ -2,10 +2,11 @@
 
 use super::super::device::Device;
 use super::super::set::{grow, lost, number, unmapped};
-use super::unit::{Unit, UnitSource, WORKGROUP, bytes};
+use super::unit::{Unit, UnitSource, WORKGROUP};
 use crate::Result;
 use crate::evaluate::model::{LANES, ModelProblem};
 use crate::model::wgsl::ShaderPrecision;
+use crate::numeric::single;
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,6 +17,8 @@ const ROUND: usize = 2048;
 const ROUND_BYTES: usize = 256;
 /// Largest number of candidates of a submission.
 const CANDIDATES: usize = 1 << 17;
+/// Number of candidates of a task.
+pub(super) const TASK: usize = 4096;
 /// Largest size of a buffer of candidates \[bytes\].
 const BUDGET: u64 = 64 << 20;
 
@@ -125,7 +128,9 @@ impl Loaded {
             let is_finite = value(outputs, n) < 0.5;
             if is_finite { value(place, n) } else { f64::INFINITY }
         };
-        let sums = (0..outputs).map(|place| (0..count).map(|n| sum(place, n)).collect()).collect();
+        let column =
+            |place: usize| (0..count).into_par_iter().with_min_len(TASK).map(|n| sum(place, n)).collect::<Vec<f64>>();
+        let sums = (0..outputs).map(column).collect();
         drop(view);
         read_back.unmap();
         Ok(sums)
@@ -154,13 +159,13 @@ impl Loaded {
         }
         let blocks: Vec<Vec<[f64; LANES]>> =
             candidates.par_chunks(LANES).map(|block| problem.lanes(block, of.recording)).collect();
-        let mut numbers = Vec::with_capacity(of.layout.parameters.len() * count);
-        for number in &of.layout.parameters {
-            for (block, chunk) in blocks.iter().zip(candidates.chunks(LANES)) {
-                numbers.extend_from_slice(&block[*number][..chunk.len()]);
-            }
-        }
-        let parameters = bytes(&numbers, self.precision);
+        let values = |number: usize| {
+            blocks.iter().zip(candidates.chunks(LANES)).flat_map(move |(block, chunk)| &block[number][..chunk.len()])
+        };
+        let row = (count * self.precision.bytes()).max(1);
+        let mut parameters = vec![0; of.layout.parameters.len() * row];
+        let rows = parameters.par_chunks_exact_mut(row).zip(&of.layout.parameters);
+        rows.for_each(|(to, number)| put(to, values(*number), self.precision));
         let kept = of.layout.kept() * count * self.precision.bytes();
         grow(&mut self.rounds, device, rounds.len(), U::UNIFORM | U::COPY_DST)?;
         grow(&mut self.parameters, device, parameters.len(), U::STORAGE | U::COPY_DST)?;
@@ -171,6 +176,20 @@ impl Loaded {
             }
         }
         Ok(())
+    }
+}
+
+/// Writes numbers in the precision of a shader.
+fn put<'a>(to: &mut [u8], values: impl Iterator<Item = &'a f64>, precision: ShaderPrecision) {
+    match precision {
+        ShaderPrecision::F64 => {
+            to.chunks_exact_mut(8).zip(values).for_each(|(to, value)| to.copy_from_slice(&value.to_ne_bytes()));
+        }
+        ShaderPrecision::F32 => {
+            to.chunks_exact_mut(4)
+                .zip(values)
+                .for_each(|(to, value)| to.copy_from_slice(&single(*value).to_ne_bytes()));
+        }
     }
 }
 

@@ -52,7 +52,7 @@ impl UnitSource {
 }
 
 /// Returns numbers in the precision of a shader.
-pub(super) fn bytes(numbers: &[f64], precision: ShaderPrecision) -> Vec<u8> {
+fn bytes(numbers: &[f64], precision: ShaderPrecision) -> Vec<u8> {
     match precision {
         ShaderPrecision::F64 => bytemuck::cast_slice(numbers).to_vec(),
         #[expect(clippy::cast_possible_truncation, reason = "the shader computes in f32")]
