@@ -6,49 +6,12 @@
 
 use motorfit::candidates::Candidates;
 use motorfit::criterion::{Criterion, Noise, Norm, Scale};
-#[test]
-fn intervals_cover_the_truth_for_weights_that_are_not_those_of_the_noise() {
-    // The weights of the signals, with outputs of 46 and 20 dB: estimates are less accurate, and their errors say so.
-    let mut voltage = square(600, 90, 8.0, -4.0);
-    voltage[..20].fill(0.0);
-    let time_s: Vec<f64> = (0..600).map(|n| count(n) * STEP_S).collect();
-    let excitation = Excitation { time_s, voltage: voltage.clone(), torque: None };
-    let clean = simulated(&Parameters::M2, &excitation, Discretization::Zoh).unwrap();
-    let model = Model::parse(&BuiltIn::DcMotor.source().replace("\"measured\"", "0")).unwrap();
-    let truth = Parameters::M2.to_array();
-    let (mut covered, mut all, mut wider) = (0.0, 0.0, 0.0);
-    for seed in 0..100 {
-        let with_noise = |(signal, share): (&[f64], f64), stream: u64| {
-            let noise = white_noise(signal.len(), share * rms(signal), seed, stream);
-            Some(signal.iter().zip(noise).map(|(a, b)| a + b).collect::<Vec<f64>>())
-        };
-        let [current, speed] = clean.measured().map(Option::unwrap);
-        let measured = vec![with_noise((current, 0.1), 0), with_noise((speed, 0.005), 1)];
-        let recording = recording(STEP_S, vec![voltage.clone(), vec![0.0; 600]], measured);
-        let space = ModelSpace::new(&model, 1);
-        let problem = ModelProblem::new(&model, space, vec![recording], ModelSettings::default()).unwrap();
-        let [own, likely] = [ModelWeights::Signals, ModelWeights::MaximumLikelihood]
-            .map(|weights| refine_model(&problem, &truth, &[Vec::new()], (false, weights)).unwrap());
-        assert_eq!((own.weights, likely.weights), (ModelWeights::Signals, ModelWeights::MaximumLikelihood));
-        for (n, truth) in truth.iter().enumerate() {
-            let [low, high] = own.uncertainty.ci95[n].unwrap();
-            covered += if (low..=high).contains(truth) { 1.0 } else { 0.0 };
-            all += 1.0;
-            wider += own.uncertainty.std_error[n].unwrap() / likely.uncertainty.std_error[n].unwrap();
-        }
-    }
-    // Five correlated parameters of 100 recordings count as some 250 intervals: 3.5 deviations are 5 %.
-    assert!((0.90..0.997).contains(&(covered / all)), "{} covered", covered / all);
-    assert!(wider / all > 1.2, "errors are {} times as large", wider / all);
-}
-
 #[cfg(feature = "gpu")]
 use motorfit::device::{DeviceSpec, PrecisionSpec};
 use motorfit::estimate::model::{ModelWeights, refine_model};
 use motorfit::evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace, signal_requests};
 use motorfit::evaluate::{Initial, Problem, Scalar};
 use motorfit::experiment::{Excitation, noise_of, simulated, white_noise, with_noise};
-#[cfg(feature = "gpu")]
 use motorfit::identify::Method;
 use motorfit::identify::model::{ModelIdentification, ModelSpec, identify_model};
 use motorfit::identify::{IdentifySpec, TrustLevel, identify};
@@ -56,6 +19,7 @@ use motorfit::model::{BuiltIn, IntegrationMethod, Model};
 use motorfit::motor::{Discretization, Extended, Parameter, Parameters, Space};
 use motorfit::named::Named as _;
 use motorfit::numeric::{count, rms};
+use motorfit::optimize::{GwoOptions, Stop};
 use motorfit::record::{Preparation, ReadOptions, read_bytes};
 use std::ops::ControlFlow;
 
@@ -188,6 +152,42 @@ fn estimates_of_the_motor_are_those_of_its_own_pipeline() {
     assert_eq!(found.trust.level, TrustLevel::Good, "{:?}", found.trust);
 }
 
+#[test]
+fn intervals_cover_the_truth_for_weights_that_are_not_those_of_the_noise() {
+    // The weights of the signals, with outputs of 46 and 20 dB: estimates are less accurate, and their errors say so.
+    let mut voltage = square(600, 90, 8.0, -4.0);
+    voltage[..20].fill(0.0);
+    let time_s: Vec<f64> = (0..600).map(|n| count(n) * STEP_S).collect();
+    let excitation = Excitation { time_s, voltage: voltage.clone(), torque: None };
+    let clean = simulated(&Parameters::M2, &excitation, Discretization::Zoh).unwrap();
+    let model = Model::parse(&BuiltIn::DcMotor.source().replace("\"measured\"", "0")).unwrap();
+    let truth = Parameters::M2.to_array();
+    let (mut covered, mut all, mut wider) = (0.0, 0.0, 0.0);
+    for seed in 0..100 {
+        let with_noise = |(signal, share): (&[f64], f64), stream: u64| {
+            let noise = white_noise(signal.len(), share * rms(signal), seed, stream);
+            Some(signal.iter().zip(noise).map(|(a, b)| a + b).collect::<Vec<f64>>())
+        };
+        let [current, speed] = clean.measured().map(Option::unwrap);
+        let measured = vec![with_noise((current, 0.1), 0), with_noise((speed, 0.005), 1)];
+        let recording = recording(STEP_S, vec![voltage.clone(), vec![0.0; 600]], measured);
+        let space = ModelSpace::new(&model, 1);
+        let problem = ModelProblem::new(&model, space, vec![recording], ModelSettings::default()).unwrap();
+        let [own, likely] = [ModelWeights::Signals, ModelWeights::MaximumLikelihood]
+            .map(|weights| refine_model(&problem, &truth, &[Vec::new()], (false, weights)).unwrap());
+        assert_eq!((own.weights, likely.weights), (ModelWeights::Signals, ModelWeights::MaximumLikelihood));
+        for (n, truth) in truth.iter().enumerate() {
+            let [low, high] = own.uncertainty.ci95[n].unwrap();
+            covered += if (low..=high).contains(truth) { 1.0 } else { 0.0 };
+            all += 1.0;
+            wider += own.uncertainty.std_error[n].unwrap() / likely.uncertainty.std_error[n].unwrap();
+        }
+    }
+    // Five correlated parameters of 100 recordings count as some 250 intervals: 3.5 deviations are 5 %.
+    assert!((0.90..0.997).contains(&(covered / all)), "{} covered", covered / all);
+    assert!(wider / all > 1.2, "errors are {} times as large", wider / all);
+}
+
 /// Integrates equations with classical Runge–Kutta steps of a fraction of the sampling period; returns states at the samples.
 fn integrated<const N: usize>(
     inputs: &[Vec<f64>],
@@ -286,6 +286,52 @@ fn parameters_of_simulated_machines_are_found_within_their_errors() {
         assert!((share - 0.95).abs() < margin, "{}: {share} covered", of.name());
         // The parameters of a machine are correlated: 80 errors spread like some 25 independent ones.
         assert!((0.4..1.6).contains(&spread), "{}: mean square {spread}", of.name());
+    }
+}
+
+#[test]
+fn a_search_is_judged_by_starts_over_the_bounds() {
+    let (recording, truth) = pmsm(2);
+    let model = BuiltIn::Pmsm.model().unwrap();
+    let recordings = [recording];
+    let judged = |found: &ModelIdentification| {
+        let of = &found.verification;
+        (of.status, of.starts, of.arrivals)
+    };
+    let found = run(&model, &recordings, &ModelSpec::default());
+    assert_eq!(found.verification.status, "agrees");
+    // A given start in the optimum is no evidence.
+    let start = model.parameters().iter().map(|of| of.name.clone()).zip(truth).collect();
+    let given = run(&model, &recordings, &ModelSpec { start, ..ModelSpec::default() });
+    assert_eq!(judged(&given), judged(&found));
+    // The result does not depend on the number of threads.
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let other = pool.install(|| run(&model, &recordings, &ModelSpec::default()));
+        assert_eq!((judged(&other), &other.values), (judged(&found), &found.values), "{threads} threads");
+    }
+    // An interrupted search certifies nothing.
+    for method in [Method::Auto, Method::from(GwoOptions::default())] {
+        let spec = ModelSpec { method, ..ModelSpec::default() };
+        let broken = identify_model(&model, &recordings, &spec, &mut |_| ControlFlow::Break(())).unwrap();
+        assert_eq!(broken.stop, Stop::Interrupted);
+        if broken.verification.status != "agrees" {
+            assert_ne!(broken.trust.level, TrustLevel::Good, "{:?}", broken.verification);
+        }
+    }
+}
+
+#[test]
+fn a_search_without_noise_agrees() {
+    let (mut recording, truth) = pmsm(3);
+    let model = BuiltIn::Pmsm.model().unwrap();
+    let space = ModelSpace::all_fixed(&truth);
+    let problem = ModelProblem::new(&model, space, vec![recording.clone()], ModelSettings::default()).unwrap();
+    recording.measured = problem.simulate(&[], 0, &[0.0; 3]).outputs.into_iter().map(Some).collect();
+    let found = run(&model, &[recording], &ModelSpec::default());
+    assert_eq!(found.verification.status, "agrees", "{:?}", found.verification);
+    for (found, truth) in found.values.iter().zip(&truth) {
+        assert!((found / truth - 1.0).abs() < 1e-6, "{found} {truth}");
     }
 }
 

@@ -5,7 +5,8 @@ use crate::numeric::{count, count_u64};
 use serde::{Deserialize, Serialize};
 
 /// Ratio of the CPU's rate in a search, whose cutoffs end most evaluations early, to the measured one of complete evaluations: 1.7 to 2.3
-/// with GWO. Adapters gain little, because their candidates end together.
+/// with GWO on 16 threads. Adapters gain little, because their candidates end together. Methods without cutoffs, such as the genetic
+/// algorithm, are slower than this expects.
 const CUTOFFS: f64 = 2.0;
 
 /// Measured evaluation times of one evaluator against recording length and batch size.

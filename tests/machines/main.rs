@@ -23,7 +23,7 @@ const LIMITS: Limits = Limits { machines: 0..6, reached: 0.95, good: 0.9, covera
 // The test with the longest identifications has the first name, because tests begin in the order of their names.
 #[test]
 fn a_shaft_with_play_is_identified() {
-    // Without descents around the lowest optimum 9 of the first 28 machines were missed, and two of these, machine 15 among them, were
+    // Without descents around the lowest ends 9 of the first 28 machines were missed, and two of these, machine 15 among them, were
     // certified as good with only 1 of 20 starts in that optimum and B2 off by up to 12.1 standard errors.
     judge(BuiltIn::TwoMass, two_mass::draw, &Limits { machines: 15..17, good: 0.5, ..LIMITS });
 }

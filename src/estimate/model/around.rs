@@ -1,28 +1,22 @@
 //! Search around the ends of descents that do not agree: a backlash has many optima close to each other, of which few random starts
-//! reach the same. Each of the lowest ends moves on to the lowest optimum that descents from around it reach. A start counts as one
+//! reach the same. The lowest end and the next lowest elsewhere move on to the lowest optimum that descents from around them reach. A start counts as one
 //! that reached the lowest optimum only if its own end moved there: descents from around one optimum that return to it are no evidence.
 
 use super::ends::{Start, descend};
 use super::search::Search;
 use crate::evaluate::model::ModelAxis;
 use rand::{Rng, RngExt as _, SeedableRng as _};
-use std::ops::ControlFlow;
 
 /// Rounds at most, ends that move on in each, and descents from around each of them.
-const ROUNDS: usize = 4;
+pub(super) const ROUNDS: usize = 4;
 const ENDS: usize = 4;
 const DESCENTS: usize = 6;
 /// Distances of starts from an end, as fractions of the range of each coordinate: from some standard errors to where other random starts
 /// are.
 const DISTANCES: [f64; 2] = [3e-3, 0.1];
 
-/// Moves the lowest ends on until enough of them are in the lowest optimum; returns true if `observe` ended the search. `rounds` are
-/// those before.
-pub(super) fn search_around(
-    search: &mut Search<'_>,
-    rounds: usize,
-    observe: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
-) -> bool {
+/// Moves the lowest ends on until enough of them are in the lowest optimum; returns true if `is_ended` ended the search after a round.
+pub(super) fn search_around(search: &mut Search<'_>, is_ended: &mut dyn FnMut(usize) -> bool) -> bool {
     let mut numbers = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(search.seed ^ 0x5eed);
     for round in 0..ROUNDS {
         // Descents with friction that sticks end where the cost has kinks, and do not agree on what leaves more than noise.
@@ -37,7 +31,8 @@ pub(super) fn search_around(
             .flat_map(|n| std::iter::repeat_n(&search.ends[*n].at, DESCENTS))
             .map(|end| around(end, axes, &mut numbers))
             .collect();
-        let (found, simulations) = descend(&search.fit, &starts);
+        // Each end has its own lowest optimum, so that no descent is a rival of the others.
+        let (found, simulations) = descend(&search.fit, &starts, false);
         search.evaluations += simulations;
         for (n, found) in moving.into_iter().zip(found.chunks(DESCENTS)) {
             let best = found.iter().flatten().min_by(|a, b| a.cost.total_cmp(&b.cost));
@@ -47,7 +42,7 @@ pub(super) fn search_around(
                 search.ends[n].at.is_given = is_given;
             }
         }
-        if observe(rounds + round + 1, rounds + ROUNDS).is_break() {
+        if is_ended(round + 1) {
             return true;
         }
     }
@@ -59,8 +54,7 @@ fn moving(search: &Search<'_>) -> Vec<usize> {
     let mut order: Vec<usize> = (0..search.ends.len()).collect();
     order.sort_by(|a, b| search.ends[*a].cost.total_cmp(&search.ends[*b].cost));
     let Some(first) = order.first().copied() else { return order };
-    let lowest = search.ends[first].cost;
-    order.retain(|n| *n == first || !search.ends[*n].is_at(lowest));
+    order.retain(|n| *n == first || !search.is_same(&search.ends[*n], &search.ends[first]));
     order.truncate(ENDS);
     order
 }

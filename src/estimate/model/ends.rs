@@ -6,6 +6,8 @@ use crate::numeric::count;
 
 /// Relative difference of costs within which descents ended in the same optimum.
 const SAME: f64 = 1e-4;
+/// Length of the last step of a descent \[standard deviations of the signals\]: far below any noise.
+const TOLERANCE: f64 = 1e-7;
 /// Simulations of a descent at most.
 const SIMULATIONS: usize = 80;
 /// Part of the cost below which the gain of a descent with friction that sticks ends it.
@@ -30,21 +32,21 @@ pub(super) struct End {
 }
 
 impl End {
-    /// Returns true if the end has a cost, up to the accuracy of descents.
-    pub fn is_at(&self, cost: f64) -> bool {
-        self.cost <= cost * (1.0 + SAME) + f64::MIN_POSITIVE
+    /// Returns true if the end has a cost of so many residuals, up to the accuracy of descents.
+    pub fn is_at(&self, cost: f64, residuals: usize) -> bool {
+        self.cost <= cost * (1.0 + SAME) + TOLERANCE * TOLERANCE * count(residuals)
     }
 }
 
-/// Descends from each start, all side by side; a start from which the model diverges has no end. Returns the number of simulations too.
-pub(super) fn descend(fit: &Fit<'_>, starts: &[Start]) -> (Vec<Option<End>>, u64) {
+/// Descends from each start, all side by side; a start from which the model diverges has no end. With `are_rivals` descents that may
+/// stall end when they cannot come down to the lowest of the others. Returns the number of simulations too.
+pub(super) fn descend(fit: &Fit<'_>, starts: &[Start], are_rivals: bool) -> (Vec<Option<End>>, u64) {
     let problem = fit.problem;
     let begun: Vec<_> = starts.iter().map(|start| fit.at(&start.values, &start.initial)).collect();
     let mut descents: Vec<Option<Descent<'_>>> = Descent::all(fit, &begun, |normal| fit.deviations(normal));
     for descent in descents.iter_mut().flatten() {
         descent.stall = (problem.model().reactions() > 0).then_some(STALLED);
-        // In units of the deviations of the signals a step of 1e-7 is far below any noise.
-        descent.begin(1e-7 * count(problem.counted()).sqrt(), SIMULATIONS);
+        descent.begin(TOLERANCE * count(problem.counted()).sqrt(), SIMULATIONS);
     }
     loop {
         let mut numbers = Vec::new();
@@ -62,6 +64,9 @@ pub(super) fn descend(fit: &Fit<'_>, starts: &[Start]) -> (Vec<Option<End>>, u64
             if let Some(descent) = &mut descents[n] {
                 descent.receive(normal);
             }
+        }
+        if !are_rivals {
+            continue;
         }
         // A given start may be an optimum, to which no descent from elsewhere has to come close to be of use.
         let others = descents.iter().zip(starts).filter(|(_, start)| !start.is_given);

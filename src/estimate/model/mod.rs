@@ -11,6 +11,7 @@ mod refine;
 mod search;
 
 pub use covariance::ModelUncertainty;
+pub(crate) use multistart::rounds_max;
 pub use multistart::{ModelOptima, ModelStarts, Populations, model_optima};
 pub use refine::{ModelRefined, ModelWeights, refine_model, refine_model_near};
 pub(crate) use search::ARRIVALS;

@@ -2,12 +2,13 @@
 //! and for friction that sticks, descents begin at the best of small populations; where these do not agree either, the lowest ends are
 //! searched around (`around.rs`).
 
-use super::around::search_around;
+use super::around::{ROUNDS as ROUNDS_AROUND, search_around};
 use super::ends::{End, Start, descend};
 use super::fit::Fit;
 use super::search::Search;
 use crate::candidates::Candidates;
 use crate::evaluate::model::{ModelEvaluator, ModelProblem};
+use crate::model::Model;
 use crate::{Error, Result};
 use rand::{RngExt as _, SeedableRng as _};
 use std::ops::ControlFlow;
@@ -98,7 +99,7 @@ fn rounds(
     let screened = screened.as_ref().unwrap_or(problem);
     // With matrix exponentials derivatives are cheap, so that every round has random candidates too.
     let is_affine = has_stick && problem.method().stiffness.is_affine;
-    let rounds = if has_stick { ROUNDS_STICKING } else { ROUNDS };
+    let (rounds, all_rounds) = (rounds_spread(problem.model()), rounds_max(problem.model()));
     for round in 0..rounds {
         let mut all = if round == 0 { given.to_vec() } else { Vec::new() };
         let given = all.len();
@@ -116,10 +117,10 @@ fn rounds(
         }
         let start = |(n, values)| Start { values, initial: initial.clone(), is_given: n < given };
         let starts: Vec<Start> = all.into_iter().enumerate().map(start).collect();
-        let (found, simulations) = descend(&search.fit, &starts);
+        let (found, simulations) = descend(&search.fit, &starts, true);
         search.evaluations += simulations;
         search.ends.extend(found.into_iter().flatten());
-        if observe(round + 1, rounds).is_break() {
+        if observe(round + 1, all_rounds).is_break() {
             return Ok(true);
         }
         // One more round where several descents agree on an optimum that leaves more than noise.
@@ -127,7 +128,18 @@ fn rounds(
             break;
         }
     }
-    Ok(search_around(search, rounds, observe))
+    let is_interrupted = search_around(search, &mut |round| observe(rounds + round, all_rounds).is_break());
+    Ok(observe(all_rounds, all_rounds).is_break() || is_interrupted)
+}
+
+/// Returns the number of rounds of starts over the bounds at most.
+fn rounds_spread(model: &Model) -> usize {
+    if model.reactions() > 0 { ROUNDS_STICKING } else { ROUNDS }
+}
+
+/// Returns the number of rounds of a search at most, those around its lowest ends included.
+pub(crate) fn rounds_max(model: &Model) -> usize {
+    rounds_spread(model) + ROUNDS_AROUND
 }
 
 /// Returns the best of random candidates that lie apart from each other.

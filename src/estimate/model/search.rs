@@ -9,7 +9,7 @@ pub(crate) const ARRIVALS: usize = 3;
 /// Standard deviation of the residuals, in those of the noise, up to which an optimum explains an output.
 pub(super) const NOISY: f64 = 2.0;
 
-/// A search: the lowest end from each start over the bounds that has one.
+/// A search: the lowest end from each start that has one.
 pub(super) struct Search<'a> {
     pub fit: Fit<'a>,
     pub seed: u64,
@@ -31,14 +31,19 @@ impl<'a> Search<'a> {
         self.ends.iter().filter(|end| !end.at.is_given)
     }
 
-    /// Returns the number of starts over the bounds.
+    /// Returns the number of starts over the bounds that have an end: the model may diverge from others.
     pub fn starts(&self) -> usize {
         self.spread().count()
     }
 
     /// Returns the number of those from which the lowest cost was reached.
     pub fn arrivals(&self) -> usize {
-        self.lowest().map_or(0, |lowest| self.spread().filter(|end| end.is_at(lowest.cost)).count())
+        self.lowest().map_or(0, |lowest| self.spread().filter(|end| self.is_same(end, lowest)).count())
+    }
+
+    /// Returns true if an end has the cost of another.
+    pub fn is_same(&self, end: &End, other: &End) -> bool {
+        end.is_at(other.cost, self.fit.problem.counted())
     }
 
     /// Returns true if enough starts reached the lowest optimum, or there is nothing to search.

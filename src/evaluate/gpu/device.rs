@@ -61,9 +61,11 @@ pub(super) fn again() -> Text {
     text!("Run again; if the error persists, update the driver or use " [Device = "cpu"] ".")
 }
 
+/// The instance of this process, with the process's number.
+static OWN: Mutex<Option<(u32, wgpu::Instance)>> = Mutex::new(None);
+
 /// Returns the instance of this process: after some dozens of them a driver finds no adapter any more.
 fn instance() -> wgpu::Instance {
-    static OWN: Mutex<Option<(u32, wgpu::Instance)>> = Mutex::new(None);
     let mut own = OWN.lock().unwrap_or_else(PoisonError::into_inner);
     let process = std::process::id();
     if let Some((_, instance)) = own.as_ref().filter(|(of, _)| *of == process) {
@@ -80,6 +82,10 @@ fn instance() -> wgpu::Instance {
 
 fn adapters() -> Vec<wgpu::Adapter> {
     let mut adapters = pollster::block_on(instance().enumerate_adapters(wgpu::Backends::PRIMARY));
+    if adapters.is_empty() {
+        // A driver that is installed or started later is found by a new instance.
+        OWN.lock().unwrap_or_else(PoisonError::into_inner).take();
+    }
     adapters.sort_by_key(|adapter| rank(adapter.get_info().device_type));
     adapters
 }

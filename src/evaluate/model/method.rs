@@ -49,7 +49,7 @@ impl ModelMethod {
         let affine = Affine::of(model, &mut graph);
         let is_affine = affine.nonlinear_rows(&graph).is_empty();
         let step = recordings.iter().map(ModelRecording::longest_step_s).fold(0.0, f64::max);
-        let rate = if is_even && is_affine { 0.0 } else { largest_rate(model, space, recordings, step) };
+        let rate = if is_even && is_affine { 0.0 } else { largest_rate(model, space, recordings) };
         let stiffness = Stiffness { rate, per_step: step * rate, is_affine };
         let has_events = model.reactions() > 0 || !model.delayed.is_empty();
         let exponential =

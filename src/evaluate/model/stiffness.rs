@@ -5,7 +5,6 @@ use super::space::ModelSpace;
 use crate::model::Model;
 use crate::model::graph::{Direction, Graph, Id, Leaf, evaluate};
 use crate::model::step::open_states;
-use crate::numeric::count;
 use nalgebra::{DMatrix, DVector, Schur};
 use rand::{RngExt as _, SeedableRng as _};
 
@@ -15,15 +14,16 @@ pub(super) const STIFFNESS_MAX: f64 = 0.7;
 const ITERATIONS_MAX: usize = 500;
 /// Number of candidates in the bounds at which the Jacobian is evaluated, and of samples along the trajectory of each.
 const CANDIDATES: usize = 24;
-const SAMPLES: usize = 30;
+const SAMPLES: usize = 12;
+/// Evaluations of a candidate at most from one of these samples to the next.
+const EVALUATIONS: usize = 10;
 /// Squarings of a matrix whose norm then bounds its eigenvalues.
 const SQUARINGS: u32 = 8;
 
 /// Returns about the largest magnitude of an eigenvalue of the Jacobian over candidates in the bounds and along their trajectories.
-pub(super) fn largest_rate(model: &Model, space: &ModelSpace, recordings: &[ModelRecording], step: f64) -> f64 {
+pub(super) fn largest_rate(model: &Model, space: &ModelSpace, recordings: &[ModelRecording]) -> f64 {
     let mut graph = model.graph.clone();
     let mut roots = jacobian(model, &mut graph);
-    let entries = roots.len();
     roots.extend(model.states.iter().map(|state| state.derivative));
     let mut numbers = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(1);
     let mut memory = Vec::new();
@@ -34,26 +34,9 @@ pub(super) fn largest_rate(model: &Model, space: &ModelSpace, recordings: &[Mode
             space.free.iter().map(|axis| axis.at(if candidate == 0 { 0.5 } else { numbers.random::<f64>() })).collect();
         let values = space.values(&free, candidate % recordings.len());
         let mut walk = Walk { model, graph: &graph, values: &values, memory: &mut memory };
-        let mut x = walk.initial(recording);
-        let stride = (recording.len() / SAMPLES).max(1);
-        // The Jacobian with the largest bound along the trajectory; eigenvalues themselves take ten times as long.
-        let (mut rate, mut stiffest): (f64, Vec<f64>) = (0.0, Vec::new());
-        for n in (0..recording.len()).step_by(stride) {
-            let inputs: Vec<f64> = recording.inputs.iter().map(|input| input[n]).collect();
-            let found = walk.at(&roots, &x, &inputs);
-            let (jacobian, right) = found.split_at(entries);
-            if !found.iter().all(|entry| entry.is_finite()) {
-                break;
-            }
-            let own = bound(jacobian, x.len());
-            if own > rate {
-                (rate, stiffest) = (own, jacobian.to_vec());
-            }
-            let Some(next) = semi_implicit(&x, jacobian, right, step * count(stride)) else { break };
-            x = next;
-        }
+        let (rate, stiffest) = walk.stiffest(&roots, recording);
         if rate > largest {
-            largest = largest.max(spectral_radius(&stiffest, x.len()));
+            largest = largest.max(spectral_radius(&stiffest, model.states.len()));
         }
     }
     largest
@@ -133,6 +116,47 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
+    /// Walks along a recording by steps from a sampling period on, and returns the Jacobian with the largest bound beside the bound;
+    /// eigenvalues themselves take ten times as long. `roots` are the Jacobian and the right-hand sides.
+    fn stiffest(&mut self, roots: &[Id], recording: &ModelRecording) -> (f64, Vec<f64>) {
+        let (mut rate, mut stiffest): (f64, Vec<f64>) = (0.0, Vec::new());
+        let mut x = self.initial(recording);
+        let entries = roots.len() - x.len();
+        let stride = (recording.len() / SAMPLES).max(1);
+        for n in (0..recording.len()).step_by(stride) {
+            let inputs: Vec<f64> = recording.inputs.iter().map(|input| input[n]).collect();
+            let whole = recording.elapsed((n + stride).min(recording.len() - 1)) - recording.elapsed(n);
+            let period = recording.step(n).min(whole);
+            let mut here = self.at(roots, &x, &inputs);
+            let (mut time, mut h) = (0.0, period);
+            for _ in 0..EVALUATIONS {
+                let (jacobian, right) = here.split_at(entries);
+                if !here.iter().all(|entry| entry.is_finite()) {
+                    return (rate, stiffest);
+                }
+                let own = bound(jacobian, x.len());
+                if own > rate {
+                    (rate, stiffest) = (own, jacobian.to_vec());
+                }
+                if time >= whole {
+                    break;
+                }
+                h = h.min(whole - time);
+                let next = semi_implicit(&x, jacobian, right, h);
+                let there = next.as_ref().map(|next| self.at(roots, next, &inputs));
+                let after = there.as_ref().map_or(f64::INFINITY, |there| bound(&there[..entries], x.len()));
+                // Equations that become stiff within a step would not have been left so far behind.
+                let is_short = h <= period || after * h < 1.0 || after < 2.0 * rate;
+                match (next, there) {
+                    (Some(next), Some(there)) if is_short => (x, here, time, h) = (next, there, time + h, 16.0 * h),
+                    _ if h > period => h *= 0.25,
+                    _ => return (rate, stiffest),
+                }
+            }
+        }
+        (rate, stiffest)
+    }
+
     fn at(&mut self, roots: &[Id], x: &[f64], inputs: &[f64]) -> Vec<f64> {
         let signals: Vec<Id> = self.model.delayed.iter().map(|of| of.value).collect();
         let delayed =
@@ -163,5 +187,55 @@ impl Walk<'_> {
             };
         }
         x
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may stop")]
+
+    use super::*;
+    use crate::numeric::count;
+
+    /// A state with cubic damping comes to rest at x = (u/c)^(1/3), where the eigenvalue is −3 c x².
+    const TEXT: &str = r#"
+format = 1
+name = "cubic"
+[inputs]
+u = { unit = "V" }
+[parameters]
+c = { unit = "1/(V^2*s)", min = 999, max = 1001 }
+k = { unit = "1/s", min = 0.999, max = 1.001 }
+[states]
+x = { unit = "V", d = "k*u - c*x^3", initial = 0 }
+[outputs]
+y = { value = "x", unit = "V" }
+"#;
+
+    fn recording(time_s: Vec<f64>) -> ModelRecording {
+        let steps: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let is_even = steps.iter().all(|step| (step / steps[0] - 1.0).abs() < 1e-9);
+        ModelRecording {
+            step_s: if is_even { vec![steps[0]] } else { steps },
+            inputs: vec![vec![1.0; time_s.len()]],
+            measured: vec![Some(vec![0.0; time_s.len()])],
+            counting: Vec::new(),
+            effective_sample_ratio: 1.0,
+            time_s,
+        }
+    }
+
+    #[test]
+    fn the_rate_is_that_of_the_states_that_are_reached() {
+        let model = Model::parse(TEXT).unwrap();
+        let space = ModelSpace::new(&model, 1);
+        let even = |step_s: f64| (0..3000).map(|n| count(n) * step_s).collect::<Vec<f64>>();
+        let gap: Vec<f64> =
+            even(1e-3).into_iter().enumerate().map(|(n, t)| if n < 1500 { t } else { t + 10.0 }).collect();
+        for recordings in [vec![even(1e-3)], vec![gap], vec![even(1e-3), even(0.1)]] {
+            let recordings: Vec<ModelRecording> = recordings.into_iter().map(recording).collect();
+            let rate = largest_rate(&model, &space, &recordings);
+            assert!((28.0..40.0).contains(&rate), "3 c x² = 30 1/s at rest: {rate}");
+        }
     }
 }

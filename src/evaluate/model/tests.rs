@@ -245,6 +245,9 @@ fn sums_do_not_depend_on_the_candidates_beside_them() {
             let all = |of: &OutputSums| [vec![of.squares], of.products.clone(), of.gradient.clone()].concat();
             sums.iter().flat_map(all).map(|sum| if sum.is_nan() { 0 } else { sum.to_bits() }).collect()
         };
+        let is_finite =
+            |point: &Point<'_>| problem.normal_sums(0, &[*point])[0].iter().all(|of| of.squares.is_finite());
+        assert!(points.iter().filter(|point| is_finite(point)).count() >= 5, "{} {method:?}", of.name());
         let alone: Vec<Vec<u64>> = points.iter().map(|point| bits(&problem.normal_sums(0, &[*point])[0])).collect();
         for count in [2, 3, 5, 9] {
             for (n, sums) in problem.normal_sums(0, &points[..count]).iter().enumerate() {

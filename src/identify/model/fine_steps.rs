@@ -8,24 +8,32 @@ use crate::numeric::{count, rms, standard_deviation};
 /// Largest number of substeps of a refinement, and the largest change of an estimate by half the step, in standard errors.
 const SUBSTEPS_MAX: usize = 16;
 const CHANGE_MAX: f64 = 0.2;
+/// Differences within which estimates are of the same optimum: a part of the sum of squares, and a difference of the deviance.
+const SAME_SQUARES: f64 = 1e-6;
+const SAME_DEVIANCE: f64 = 1e-3;
 /// Part of the residuals below which a difference by half the step is far from what the model leaves unexplained.
 const OF_RESIDUALS: f64 = 0.1;
 
-/// Returns the estimate, or a better one that a descent from given values of the parameters finds, so that a model that contains another
-/// one and starts at its estimates explains no less.
-pub(super) fn no_worse_than_starts(
-    mut problem: ModelProblem,
-    mut best: ModelRefined,
+/// Returns the best estimate that descents from given values of the parameters find, if it is better than the one found, so that a model
+/// that contains another one and starts at its estimates explains no less; beside it the problem with other steps, if it needs them.
+pub(super) fn better_than(
+    problem: &ModelProblem,
+    found: &ModelRefined,
     given: &[Vec<f64>],
     estimates_initial: bool,
-) -> (ModelProblem, ModelRefined) {
+) -> Option<(Option<ModelProblem>, ModelRefined)> {
+    let mut best: Option<(Option<ModelProblem>, ModelRefined)> = None;
     for start in given {
-        if let Some((finer, better)) = better_from(&problem, &best, start, estimates_initial) {
-            problem = finer.unwrap_or(problem);
-            best = better;
+        let (own, known) = match &best {
+            Some((finer, better)) => (finer.as_ref().unwrap_or(problem), better),
+            None => (problem, found),
+        };
+        if let Some((finer, better)) = better_from(own, known, start, estimates_initial) {
+            let before = best.and_then(|(finer, _)| finer);
+            best = Some((finer.or(before), better));
         }
     }
-    (problem, best)
+    best
 }
 
 /// Returns the estimate from a start if it is better, beside the problem with steps that are short enough for the start, if others are.
@@ -52,7 +60,7 @@ fn better_from(
         Some(_) => &refined_as(same, (&best.values, &best.initial), estimates_initial, best.weights).ok()?,
         None => best,
     };
-    if fitted.weights != best.weights {
+    if finer.is_some() && fitted.weights != best.weights {
         (_, fitted) = fitted_at(same, start, (&initial, estimates_initial), best.weights).ok()?;
     }
     if !is_better(same, &fitted, best) {
@@ -107,9 +115,11 @@ fn with_fixed(problem: &ModelProblem, free: &[f64]) -> Result<ModelProblem> {
     ModelProblem::new(problem.model(), space, recordings, settings)
 }
 
-/// Returns true if an estimate with the same weights fits better.
+/// Returns true if an estimate with the same weights fits better by more than the accuracy of descents.
 fn is_better(problem: &ModelProblem, other: &ModelRefined, best: &ModelRefined) -> bool {
-    other.weights == best.weights && objective(problem, other) < objective(problem, best)
+    let [own, known] = [other, best].map(|of| objective(problem, of));
+    let margin = if best.weights == ModelWeights::Signals { SAME_SQUARES * known } else { SAME_DEVIANCE };
+    other.weights == best.weights && own < known - margin
 }
 
 /// Returns what the weights of an estimate minimize: `Σ n ln σ²`, or the sum of squares relative to the signals.

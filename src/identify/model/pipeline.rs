@@ -2,7 +2,7 @@
 
 use super::combinations::described;
 use super::estimates::estimates;
-use super::fine_steps::{no_worse_than_starts, squares, with_fine_steps};
+use super::fine_steps::{better_than, squares, with_fine_steps};
 use super::islands::islands;
 use super::result::{ModelDeviceUsed, ModelIdentification, ModelSearch, ModelVerification};
 use super::tests_of_residuals::{fitted, over_all};
@@ -12,6 +12,7 @@ use crate::criterion::Criterion;
 use crate::device::{DeviceSpec, ModelDevice, PrecisionSpec};
 use crate::estimate::model::{
     ARRIVALS, ModelOptima, ModelRefined, ModelStarts, ModelWeights, model_optima, refine_model, refine_model_near,
+    rounds_max,
 };
 use crate::evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
 use crate::identify::method::Method;
@@ -134,7 +135,7 @@ pub fn identify_model(
     let mut device = ModelDevice::open(&spec.device, spec.precision, &problem)?;
     let found = search((&problem, &mut device), spec, observe)?;
     // With the steps of the search: others have another lowest sum of squares.
-    let verification = verified(&problem, spec, &found);
+    let mut verification = verified(&problem, spec, &found);
     let (problem, refined) = match spec.is_polished {
         true => {
             let (values, initial) = (&found.start.0, &found.start.1);
@@ -144,8 +145,15 @@ pub fn identify_model(
             };
             let (problem, refined) = with_fine_steps(problem, refined, spec.estimates_initial)?;
             let given = problem.space().starts(problem.model(), &spec.start)?;
-            let (problem, refined) = no_worse_than_starts(problem, refined, &given, spec.estimates_initial);
-            (problem, Some(refined))
+            match better_than(&problem, &refined, &given, spec.estimates_initial) {
+                Some((finer, better)) => {
+                    // No start over the bounds led there.
+                    verification = ModelVerification { status: "reference_failed", arrivals: 0, ..verification };
+                    let (problem, better) = with_fine_steps(finer.unwrap_or(problem), better, spec.estimates_initial)?;
+                    (problem, Some(better))
+                }
+                None => (problem, Some(refined)),
+            }
         }
         false => (problem, None),
     };
@@ -200,8 +208,9 @@ fn of_population(
         }
         Ok(())
     };
+    let rounds = rounds_max(problem.model());
     let mut progress =
-        |of: &crate::optimize::Progress| observe(ModelProgress { done: of.generation, of: of.generations });
+        |of: &crate::optimize::Progress| observe(ModelProgress { done: of.generation, of: of.generations + rounds });
     let stop = minimize(&mut runs, budget, &mut evaluate, &mut progress)?;
     let [run] = runs;
     Ok((run, stop))
@@ -226,7 +235,9 @@ fn search(
             Some((search.search.name, run, stop))
         }
     };
-    let mut look = |done, of| observe(ModelProgress { done, of });
+    // The rounds of starts follow the generations.
+    let before = population.as_ref().map_or(0, |_| spec.generations);
+    let mut look = |done, of| observe(ModelProgress { done: before + done, of: before + of });
     if let Some((method, run, stop)) = population {
         let Some(best) = run.optimizer.best().map(|best| best.values.to_vec()) else {
             return Err(Error::not_identified("no candidate of the search was evaluated", "Give more generations."));

@@ -34,6 +34,7 @@ pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_poli
             let message = format!("only {arrivals} of {starts} starts lead to the lowest optimum");
             add(Check, "search_inconclusive", message.into());
         }
+        "not_applicable" if is_polished => add(Check, "not_verified", "no other search confirms the optimum".into()),
         _ => {}
     }
     if !is_polished {
@@ -153,6 +154,7 @@ fn next(found: &ModelIdentification, code: &str) -> Text {
         "poor_fit" | "residuals" => {
             "Add the effect that the model lacks, or check units and signs of the signals.".into()
         }
+        "not_verified" => "Let the search run to its end.".into(),
         "search_stuck" | "search_inconclusive" => text!("Narrow the " [Bounds] ", or try another " [Seed] "."),
         "not_polished" => text!("Leave out " [Polish = "none"] "."),
         "not_converged" => "Check the bounds, or fix parameters that the recordings hardly show.".into(),

@@ -2,11 +2,10 @@
 
 use super::super::device::Device;
 use super::super::set::{grow, lost, number, unmapped};
-use super::unit::{Unit, UnitSource, WORKGROUP};
+use super::unit::{Unit, UnitSource, WORKGROUP, put};
 use crate::Result;
 use crate::evaluate::model::{LANES, ModelProblem};
 use crate::model::wgsl::ShaderPrecision;
-use crate::numeric::single;
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -176,20 +175,6 @@ impl Loaded {
             }
         }
         Ok(())
-    }
-}
-
-/// Writes numbers in the precision of a shader.
-fn put<'a>(to: &mut [u8], values: impl Iterator<Item = &'a f64>, precision: ShaderPrecision) {
-    match precision {
-        ShaderPrecision::F64 => {
-            to.chunks_exact_mut(8).zip(values).for_each(|(to, value)| to.copy_from_slice(&value.to_ne_bytes()));
-        }
-        ShaderPrecision::F32 => {
-            to.chunks_exact_mut(4)
-                .zip(values)
-                .for_each(|(to, value)| to.copy_from_slice(&single(*value).to_ne_bytes()));
-        }
     }
 }
 

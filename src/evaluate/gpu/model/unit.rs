@@ -7,6 +7,7 @@ use crate::evaluate::interpreter::Loss;
 use crate::evaluate::model::ModelProblem;
 use crate::model::program::Operation;
 use crate::model::wgsl::{HEAD, Layout, ShaderPrecision, ShaderSettings, shader};
+use crate::numeric::single;
 
 /// Number of invocations of a workgroup.
 pub(super) const WORKGROUP: u32 = 64;
@@ -47,16 +48,19 @@ impl UnitSource {
                 numbers.extend(layout.measured.iter().map(|output| rows.weights[n * outputs + output]));
             }
         }
-        Some(Self { layout, shader, rows: bytes(&numbers, precision), samples: rows.samples })
+        let samples = rows.samples;
+        let mut rows = vec![0; numbers.len() * precision.bytes()];
+        put(&mut rows, numbers.iter(), precision);
+        Some(Self { layout, shader, rows, samples })
     }
 }
 
-/// Returns numbers in the precision of a shader.
-fn bytes(numbers: &[f64], precision: ShaderPrecision) -> Vec<u8> {
+/// Writes numbers in the precision of a shader.
+pub(super) fn put<'a>(to: &mut [u8], numbers: impl Iterator<Item = &'a f64>, precision: ShaderPrecision) {
+    let each = to.chunks_exact_mut(precision.bytes()).zip(numbers);
     match precision {
-        ShaderPrecision::F64 => bytemuck::cast_slice(numbers).to_vec(),
-        #[expect(clippy::cast_possible_truncation, reason = "the shader computes in f32")]
-        ShaderPrecision::F32 => numbers.iter().flat_map(|value| (*value as f32).to_ne_bytes()).collect(),
+        ShaderPrecision::F64 => each.for_each(|(to, number)| to.copy_from_slice(&number.to_ne_bytes())),
+        ShaderPrecision::F32 => each.for_each(|(to, number)| to.copy_from_slice(&single(*number).to_ne_bytes())),
     }
 }
 
