@@ -310,15 +310,12 @@ fn a_search_is_judged_by_starts_over_the_bounds() {
         let other = pool.install(|| run(&model, &recordings, &ModelSpec::default()));
         assert_eq!((judged(&other), &other.values), (judged(&found), &found.values), "{threads} threads");
     }
-    // An interrupted search certifies nothing.
-    for method in [Method::Auto, Method::from(GwoOptions::default())] {
-        let spec = ModelSpec { method, ..ModelSpec::default() };
-        let broken = identify_model(&model, &recordings, &spec, &mut |_| ControlFlow::Break(())).unwrap();
-        assert_eq!(broken.stop, Stop::Interrupted);
-        if broken.verification.status != "agrees" {
-            assert_ne!(broken.trust.level, TrustLevel::Good, "{:?}", broken.verification);
-        }
-    }
+    // A population search that was interrupted is not verified.
+    let spec = ModelSpec { method: Method::from(GwoOptions::default()), ..ModelSpec::default() };
+    let broken = identify_model(&model, &recordings, &spec, &mut |_| ControlFlow::Break(())).unwrap();
+    assert_eq!((broken.stop, broken.verification.status), (Stop::Interrupted, "not_applicable"));
+    assert_ne!(broken.trust.level, TrustLevel::Good);
+    assert!(broken.trust.reasons.iter().any(|reason| reason.code == "not_verified"), "{:?}", broken.trust);
 }
 
 #[test]

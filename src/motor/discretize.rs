@@ -194,7 +194,7 @@ pub fn step_maps<T: Number, const N: usize>(
     }
     let foh = discretization.uses_next_input();
     if deepest > 0 && N.is_multiple_of(TOGETHER) {
-        compose::<T, N, TOGETHER>(&mut maps, &halvings, foh);
+        compose(&mut maps, &halvings, foh);
     } else {
         (0..deepest).for_each(|done| double(&mut maps, &halvings, done, foh));
     }
@@ -292,18 +292,18 @@ fn series<T: Number, const N: usize>(m: &[[T; N]; 4], method: Discretization, in
 /// Number of motors whose halves are composed together: their maps stay in registers.
 const TOGETHER: usize = 8;
 
-/// Composes the halves of the steps of `W` motors after those of others.
+/// Composes the halves of the steps of [`TOGETHER`] motors after those of others.
 #[inline(always)]
-fn compose<T: Number, const N: usize, const W: usize>(maps: &mut StepMaps<N, T>, halvings: &[u32; N], foh: bool) {
-    for first in (0..N).step_by(W) {
-        let own: [u32; W] = std::array::from_fn(|n| halvings[first + n]);
-        let part = |of: [T; N]| -> [T; W] { std::array::from_fn(|n| of[first + n]) };
+fn compose<T: Number, const N: usize>(maps: &mut StepMaps<N, T>, halvings: &[u32; N], foh: bool) {
+    for first in (0..N).step_by(TOGETHER) {
+        let own: [u32; TOGETHER] = std::array::from_fn(|n| halvings[first + n]);
+        let part = |of: [T; N]| -> [T; TOGETHER] { std::array::from_fn(|n| of[first + n]) };
         let taps = maps.taps.map(|tap| tap.map(part));
         let mut some = StepMaps { d: maps.d.map(part), taps, torque: maps.torque.map(part) };
         for done in 0..own.into_iter().max().unwrap_or(0) {
             double_together(&mut some, &own, done, foh);
         }
-        let put = |to: &mut [T; N], from: &[T; W]| to[first..first + W].copy_from_slice(from);
+        let put = |to: &mut [T; N], from: &[T; TOGETHER]| to[first..first + TOGETHER].copy_from_slice(from);
         maps.d.iter_mut().zip(&some.d).for_each(|(to, from)| put(to, from));
         maps.taps.iter_mut().flatten().zip(some.taps.iter().flatten()).for_each(|(to, from)| put(to, from));
         maps.torque.iter_mut().zip(&some.torque).for_each(|(to, from)| put(to, from));

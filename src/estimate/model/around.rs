@@ -1,8 +1,9 @@
 //! Search around the ends of descents that do not agree: a backlash has many optima close to each other, of which few random starts
-//! reach the same. The lowest end and the next lowest elsewhere move on to the lowest optimum that descents from around them reach. A start counts as one
-//! that reached the lowest optimum only if its own end moved there: descents from around one optimum that return to it are no evidence.
+//! reach the same. The lowest end and the next lowest elsewhere move on to the lowest optimum that descents from around them reach. A
+//! start counts as one that reached the lowest optimum only if its own end moved there: descents from around one optimum that return
+//! to it are no evidence.
 
-use super::ends::{Start, descend};
+use super::ends::{SearchPoint, descend};
 use super::search::Search;
 use crate::evaluate::model::ModelAxis;
 use rand::{Rng, RngExt as _, SeedableRng as _};
@@ -26,20 +27,18 @@ pub(super) fn search_around(search: &mut Search<'_>, is_ended: &mut dyn FnMut(us
         }
         let moving = moving(search);
         let axes = &search.fit.problem.space().free;
-        let starts: Vec<Start> = moving
+        let starts: Vec<SearchPoint> = moving
             .iter()
             .flat_map(|n| std::iter::repeat_n(&search.ends[*n].at, DESCENTS))
             .map(|end| around(end, axes, &mut numbers))
             .collect();
-        // Each end has its own lowest optimum, so that no descent is a rival of the others.
+        // Descents from around different ends are compared at their own ends, so none stops early because of another.
         let (found, simulations) = descend(&search.fit, &starts, false);
         search.evaluations += simulations;
         for (n, found) in moving.into_iter().zip(found.chunks(DESCENTS)) {
             let best = found.iter().flatten().min_by(|a, b| a.cost.total_cmp(&b.cost));
             if let Some(best) = best.filter(|best| best.cost < search.ends[n].cost) {
-                let is_given = search.ends[n].at.is_given;
                 search.ends[n] = best.clone();
-                search.ends[n].at.is_given = is_given;
             }
         }
         if is_ended(round + 1) {
@@ -60,7 +59,11 @@ fn moving(search: &Search<'_>) -> Vec<usize> {
 }
 
 /// Returns a random start near an end.
-fn around(Start { values, initial, .. }: &Start, axes: &[ModelAxis], numbers: &mut impl Rng) -> Start {
+fn around(
+    SearchPoint { values, initial, is_given }: &SearchPoint,
+    axes: &[ModelAxis],
+    numbers: &mut impl Rng,
+) -> SearchPoint {
     let distance = DISTANCES[0] * (DISTANCES[1] / DISTANCES[0]).powf(numbers.random::<f64>());
     let moved = |(axis, value): (&ModelAxis, &f64)| {
         let range = axis.coordinate(axis.max) - axis.coordinate(axis.min);
@@ -68,5 +71,5 @@ fn around(Start { values, initial, .. }: &Start, axes: &[ModelAxis], numbers: &m
         axis.value(axis.coordinate(*value) + change)
     };
     let values = axes.iter().zip(values).map(moved).collect();
-    Start { values, initial: initial.clone(), is_given: false }
+    SearchPoint { values, initial: initial.clone(), is_given: *is_given }
 }

@@ -15,19 +15,19 @@ const STALLED: f64 = 1e-3;
 
 /// A point of the search.
 #[derive(Debug, Clone)]
-pub(super) struct Start {
+pub(super) struct SearchPoint {
     /// Values of the free parameters.
     pub values: Vec<f64>,
     /// Initial values of the open states of each recording.
     pub initial: Vec<Vec<f64>>,
-    /// True if the user gave it.
+    /// True if it is, or comes from, a given start: one of the user, or the best of a population search.
     pub is_given: bool,
 }
 
 /// The end of a descent.
 #[derive(Debug, Clone)]
 pub(super) struct End {
-    pub at: Start,
+    pub at: SearchPoint,
     pub cost: f64,
 }
 
@@ -38,9 +38,9 @@ impl End {
     }
 }
 
-/// Descends from each start, all side by side; a start from which the model diverges has no end. With `are_rivals` descents that may
-/// stall end when they cannot come down to the lowest of the others. Returns the number of simulations too.
-pub(super) fn descend(fit: &Fit<'_>, starts: &[Start], are_rivals: bool) -> (Vec<Option<End>>, u64) {
+/// Descends from each start, all side by side; a start from which the model diverges has no end. With `are_compared` descents that
+/// may stall end when they cannot come down to the lowest of the others. Returns the number of simulations too.
+pub(super) fn descend(fit: &Fit<'_>, starts: &[SearchPoint], are_compared: bool) -> (Vec<Option<End>>, u64) {
     let problem = fit.problem;
     let begun: Vec<_> = starts.iter().map(|start| fit.at(&start.values, &start.initial)).collect();
     let mut descents: Vec<Option<Descent<'_>>> = Descent::all(fit, &begun, |normal| fit.deviations(normal));
@@ -65,7 +65,7 @@ pub(super) fn descend(fit: &Fit<'_>, starts: &[Start], are_rivals: bool) -> (Vec
                 descent.receive(normal);
             }
         }
-        if !are_rivals {
+        if !are_compared {
             continue;
         }
         // A given start may be an optimum, to which no descent from elsewhere has to come close to be of use.
@@ -74,10 +74,10 @@ pub(super) fn descend(fit: &Fit<'_>, starts: &[Start], are_rivals: bool) -> (Vec
         descents.iter_mut().flatten().for_each(|descent| descent.lowest = lowest * (1.0 + SAME));
     }
     let simulations = descents.iter().flatten().map(|descent| descent.evaluations as u64).sum();
-    let end = |(descent, start): (Descent<'_>, &Start)| {
+    let end = |(descent, start): (Descent<'_>, &SearchPoint)| {
         let initial = (0..problem.recordings()).map(|n| fit.initial(&descent.at, n)).collect();
         let values = fit.values(&descent.at);
-        End { at: Start { values, initial, is_given: start.is_given }, cost: descent.cost() }
+        End { at: SearchPoint { values, initial, is_given: start.is_given }, cost: descent.cost() }
     };
     let ends = descents.into_iter().zip(starts).map(|(descent, start)| Some(end((descent?, start)))).collect();
     (ends, simulations)

@@ -3,7 +3,7 @@
 //! searched around (`around.rs`).
 
 use super::around::{ROUNDS as ROUNDS_AROUND, search_around};
-use super::ends::{End, Start, descend};
+use super::ends::{End, SearchPoint, descend};
 use super::fit::Fit;
 use super::search::Search;
 use crate::candidates::Candidates;
@@ -77,7 +77,7 @@ pub fn model_optima(
         let hint = "Check units and bounds of the parameters: within them the simulated machine grows without limit.";
         return Err(Error::not_identified("the model diverges from every start", hint));
     };
-    let End { at: Start { values, initial, .. }, cost, .. } = best.clone();
+    let End { at: SearchPoint { values, initial, .. }, cost, .. } = best.clone();
     let (starts, arrivals, evaluations) = (search.starts(), search.arrivals(), search.evaluations);
     Ok(ModelOptima { values, initial, cost, starts, arrivals, evaluations, is_interrupted })
 }
@@ -115,8 +115,8 @@ fn rounds(
             all.extend(best);
             search.evaluations += evaluated;
         }
-        let start = |(n, values)| Start { values, initial: initial.clone(), is_given: n < given };
-        let starts: Vec<Start> = all.into_iter().enumerate().map(start).collect();
+        let start = |(n, values)| SearchPoint { values, initial: initial.clone(), is_given: n < given };
+        let starts: Vec<SearchPoint> = all.into_iter().enumerate().map(start).collect();
         let (found, simulations) = descend(&search.fit, &starts, true);
         search.evaluations += simulations;
         search.ends.extend(found.into_iter().flatten());

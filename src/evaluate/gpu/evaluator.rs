@@ -8,7 +8,7 @@ use super::features::ShaderFeatures;
 use super::layout::Unit;
 use super::parts::{Part, split};
 use super::pipelines::Pipelines;
-use super::set::{Set, Sums};
+use super::set::{Set, Sums, TASK};
 use super::variant::{LANES, Precision, Variant};
 use crate::candidates::Candidates;
 use crate::evaluate::{Batch, Evaluator, Group, Pending, Problem, Simd};
@@ -191,7 +191,7 @@ impl Gpu {
             };
             let stamps = set.collect(&self.device, &mut |unit, sums| {
                 let Part { group, count, at, .. } = parts[unit.group];
-                add(unit, batch.groups[group].problem, sums, &mut totals[at..at + count])
+                add(unit, batch.groups[group].problem, sums, &mut totals[at..at + count]);
             })?;
             if let Some(stamps) = stamps {
                 self.kernel.add(stamps);
@@ -200,43 +200,26 @@ impl Gpu {
     }
 }
 
-/// Number of candidates from which on the threads divide them, and those of a task.
-const PARALLEL_MIN: usize = 16_384;
-const TASK: usize = 4096;
-
-/// Calls `work` for tasks of candidates with their values and the number of the first, on all threads if there are many.
-fn divided(values: &mut [f64], work: impl Fn(usize, &mut [f64]) -> Result<()> + Sync) -> Result<()> {
-    if values.len() < PARALLEL_MIN {
-        return work(0, values);
-    }
-    values.par_chunks_mut(TASK).enumerate().try_for_each(|(task, values)| work(task * TASK, values))
-}
-
 /// Adds the sums of a (group, recording) to the totals of the group's candidates.
-fn add(unit: &Unit, problem: &Problem, sums: &Sums<'_>, totals: &mut [f64]) -> Result<()> {
+fn add(unit: &Unit, problem: &Problem, sums: &Sums<'_>, totals: &mut [f64]) {
     let scaling = problem.scaling(&problem.signals()[unit.recording]);
-    divided(totals, |first, totals| {
-        for (n, total) in (first..).zip(totals) {
-            let at = 2 * LANES * (unit.first + n / LANES) + n % LANES;
-            *total += scaling.total([sums.get(at), sums.get(at + LANES)]);
-        }
-        Ok(())
-    })
+    totals.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(n, total)| {
+        let at = 2 * LANES * (unit.first + n / LANES) + n % LANES;
+        *total += scaling.total([sums.get(at), sums.get(at + LANES)]);
+    });
 }
 
 /// Replaces the totals of a group by costs. Candidates that the device cannot evaluate are evaluated on the CPU.
 fn finish_costs(group: &Group<'_>, costs: &mut [f64]) -> Result<()> {
-    divided(costs, |first, costs| {
-        for (row, cost) in (first..).zip(costs) {
-            let values = group.candidates.row(row);
-            if values.iter().any(|v| v.is_nan()) {
-                *cost = f64::INFINITY;
-            } else if is_beyond(group.problem, values) {
-                let one = Group { candidates: Candidates::new(values, values.len()), ..*group };
-                Simd::default().evaluate(&Batch { groups: &[one] }, std::slice::from_mut(cost))?;
-            } else {
-                *cost = group.problem.cost(*cost);
-            }
+    costs.par_iter_mut().enumerate().with_min_len(TASK).try_for_each(|(row, cost)| {
+        let values = group.candidates.row(row);
+        if values.iter().any(|v| v.is_nan()) {
+            *cost = f64::INFINITY;
+        } else if is_beyond(group.problem, values) {
+            let one = Group { candidates: Candidates::new(values, values.len()), ..*group };
+            Simd::default().evaluate(&Batch { groups: &[one] }, std::slice::from_mut(cost))?;
+        } else {
+            *cost = group.problem.cost(*cost);
         }
         Ok(())
     })

@@ -153,20 +153,20 @@ impl Entry {
 
     /// Writes the entry at the beginning of the bytes, and takes its place from them.
     fn write(&self, precision: Precision, bytes: &mut Bytes<'_>) {
-        let values = &self.values[..self.len];
-        if precision.bytes() == 8 {
-            put(bytes, bytemuck::cast_slice(values));
-        } else {
-            let singles: [f32; Self::MAX] = self.values.map(single);
-            put(bytes, bytemuck::cast_slice(&singles[..self.len]));
-        }
+        put::<{ Self::MAX }>(bytes, precision, &self.values[..self.len]);
     }
 }
 
-fn put(bytes: &mut Bytes<'_>, values: &[u8]) {
-    if let Some(mut own) = bytes.split_off(..values.len()) {
-        own.copy_from_slice(values);
+/// Writes at most `MAX` numbers in a precision at the beginning of the bytes, and takes their place from them.
+fn put<const MAX: usize>(bytes: &mut Bytes<'_>, precision: Precision, values: &[f64]) {
+    let Some(mut own) = bytes.split_off(..values.len() * precision.bytes()) else { return };
+    if precision.bytes() == 8 {
+        own.copy_from_slice(bytemuck::cast_slice(values));
+        return;
     }
+    let mut singles = [0.0; MAX];
+    singles.iter_mut().zip(values).for_each(|(to, value)| *to = single(*value));
+    own.copy_from_slice(bytemuck::cast_slice(&singles[..values.len()]));
 }
 
 /// LANES candidates of one (group, recording) side by side; missing ones repeat the last.
@@ -221,14 +221,7 @@ impl Block<'_> {
         let (step_s, method) = (self.signals().step_s[0], problem.method());
         let reference = precision.is_deviation().then_some(&self.unit.reference[0]);
         let entries = wide_maps(&motors, &WideStep { step_s, method, reference, fields: precision.fields() });
-        let values = &entries[..together * precision.fields() * LANES];
-        if precision.bytes() == 8 {
-            put(bytes, bytemuck::cast_slice(values));
-        } else {
-            let mut singles = [0.0_f32; WIDE * Entry::MAX];
-            singles.iter_mut().zip(values).for_each(|(to, from)| *to = single(*from));
-            put(bytes, bytemuck::cast_slice(&singles[..values.len()]));
-        }
+        put::<{ WIDE * Entry::MAX }>(bytes, precision, &entries[..together * precision.fields() * LANES]);
     }
 
     /// Writes the map of motors with extensions: D, gains, and the contributions of the reactions to the other state.

@@ -16,6 +16,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Largest number of workgroups in one dimension.
 const DISPATCH_MAX: u32 = 65_535;
+/// Number of candidates that a thread takes at a time, or fewer if there are few.
+pub(super) const TASK: usize = 4096;
 /// Distance of the uniforms of successive rounds \[bytes\]: the alignment that every device accepts.
 const ROUND_BYTES: usize = 256;
 
@@ -183,7 +185,7 @@ impl Set {
     pub(super) fn collect(
         &mut self,
         device: &Device,
-        read: &mut dyn FnMut(&Unit, &Sums<'_>) -> Result<()>,
+        read: &mut dyn FnMut(&Unit, &Sums<'_>),
     ) -> Result<Option<[u64; 2]>> {
         let (Some(submission), Some(batch), Some(buffer)) = (self.flight.take(), &self.batch, &self.read_back) else {
             return Err(lost());
@@ -192,12 +194,12 @@ impl Set {
         let bytes = batch.sums_bytes();
         let view = buffer.slice(..(bytes + STAMPS) as u64).get_mapped_range().map_err(|e| unmapped(device, &e))?;
         let sums = Sums { precision: batch.variant.precision, bytes: &view };
-        let read = batch.units.iter().try_for_each(|unit| read(unit, &sums));
+        batch.units.iter().for_each(|unit| read(unit, &sums));
         let stamps = self.clock.as_ref().filter(|_| device.timed);
         let stamps = stamps.map(|_| bytemuck::pod_read_unaligned(&view[bytes..]));
         drop(view);
         buffer.unmap();
-        read.map(|()| stamps)
+        Ok(stamps)
     }
 
     /// Ensures that a buffer has at least `size` bytes. A new buffer invalidates the bind group.

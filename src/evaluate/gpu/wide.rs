@@ -1,6 +1,4 @@
 //! Step maps of linear motors on an even clock, many candidates side by side with the fastest instructions of this machine.
-//!
-//! Cost: 20 ns a candidate and thread with AVX-512, most of it the series and the halved steps.
 
 use super::reference::ReferenceStep;
 use super::variant::LANES;

@@ -67,6 +67,11 @@ fn jacobian(model: &Model, graph: &mut Graph) -> Vec<Id> {
     (0..model.states.len()).flat_map(|row| columns.iter().map(move |column| column[row])).collect()
 }
 
+/// Returns the bound of the Jacobian before the right-hand sides of `size` states; +∞ if one of them is not finite.
+fn rate_of(found: &[f64], size: usize) -> f64 {
+    if found.iter().all(|entry| entry.is_finite()) { bound(&found[..size * size], size) } else { f64::INFINITY }
+}
+
 /// Returns an upper bound of the magnitudes of the eigenvalues, a few percent above the largest: ‖A^m‖^(1/m) with m = 256
 /// (I. M. Gelfand 1941).
 fn bound(entries: &[f64], size: usize) -> f64 {
@@ -128,13 +133,13 @@ impl Walk<'_> {
             let whole = recording.elapsed((n + stride).min(recording.len() - 1)) - recording.elapsed(n);
             let period = recording.step(n).min(whole);
             let mut here = self.at(roots, &x, &inputs);
+            let mut own = rate_of(&here, x.len());
             let (mut time, mut h) = (0.0, period);
             for _ in 0..EVALUATIONS {
                 let (jacobian, right) = here.split_at(entries);
-                if !here.iter().all(|entry| entry.is_finite()) {
+                if !own.is_finite() {
                     return (rate, stiffest);
                 }
-                let own = bound(jacobian, x.len());
                 if own > rate {
                     (rate, stiffest) = (own, jacobian.to_vec());
                 }
@@ -142,13 +147,14 @@ impl Walk<'_> {
                     break;
                 }
                 h = h.min(whole - time);
-                let next = semi_implicit(&x, jacobian, right, h);
-                let there = next.as_ref().map(|next| self.at(roots, next, &inputs));
-                let after = there.as_ref().map_or(f64::INFINITY, |there| bound(&there[..entries], x.len()));
-                // Equations that become stiff within a step would not have been left so far behind.
-                let is_short = h <= period || after * h < 1.0 || after < 2.0 * rate;
-                match (next, there) {
-                    (Some(next), Some(there)) if is_short => (x, here, time, h) = (next, there, time + h, 16.0 * h),
+                let next = semi_implicit(&x, jacobian, right, h).map(|next| (self.at(roots, &next, &inputs), next));
+                let after = next.as_ref().map_or(f64::INFINITY, |(there, _)| rate_of(there, x.len()));
+                // The linearization does not hold over a step in which the equations become stiff: it is repeated with a quarter.
+                let is_linear = h <= period || after * h < 1.0 || after < 2.0 * rate;
+                match next {
+                    Some((there, next)) if is_linear => {
+                        (x, here, own, time, h) = (next, there, after, time + h, 16.0 * h)
+                    }
                     _ if h > period => h *= 0.25,
                     _ => return (rate, stiffest),
                 }

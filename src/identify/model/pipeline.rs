@@ -148,7 +148,9 @@ pub fn identify_model(
             match better_than(&problem, &refined, &given, spec.estimates_initial) {
                 Some((finer, better)) => {
                     // No start over the bounds led there.
-                    verification = ModelVerification { status: "reference_failed", arrivals: 0, ..verification };
+                    if verification.status == "agrees" {
+                        verification = ModelVerification { status: "reference_failed", arrivals: 0, ..verification };
+                    }
                     let (problem, better) = with_fine_steps(finer.unwrap_or(problem), better, spec.estimates_initial)?;
                     (problem, Some(better))
                 }

@@ -1,8 +1,9 @@
 //! The evaluator of models on one adapter.
 
 use super::super::device::{AdapterFacts, Device, Selector, caught};
+use super::super::set::TASK;
 use super::check::check;
-use super::loaded::{Loaded, TASK};
+use super::loaded::Loaded;
 use crate::candidates::Candidates;
 use crate::evaluate::model::{ModelEvaluator, ModelProblem};
 use crate::model::wgsl::ShaderPrecision;

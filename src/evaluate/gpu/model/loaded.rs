@@ -1,7 +1,7 @@
 //! A problem on the device: evaluation of populations in rounds of samples.
 
 use super::super::device::Device;
-use super::super::set::{grow, lost, number, unmapped};
+use super::super::set::{TASK, grow, lost, number, unmapped};
 use super::unit::{Unit, UnitSource, WORKGROUP, put};
 use crate::Result;
 use crate::evaluate::model::{LANES, ModelProblem};
@@ -16,8 +16,6 @@ const ROUND: usize = 2048;
 const ROUND_BYTES: usize = 256;
 /// Largest number of candidates of a submission.
 const CANDIDATES: usize = 1 << 17;
-/// Number of candidates of a task.
-pub(super) const TASK: usize = 4096;
 /// Largest size of a buffer of candidates \[bytes\].
 const BUDGET: u64 = 64 << 20;
 
