@@ -12,6 +12,8 @@ use crate::numeric::{count, whole};
 
 /// Samples that a memory keeps at most. A longer delay or window counts from the oldest sample kept.
 const KEPT_MAX: usize = 1 << 20;
+/// Samples of a ring beside those of the delay or window.
+const MARGIN: usize = 3;
 
 /// Steps of a recording, for delays.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -50,6 +52,8 @@ pub(crate) struct Memory<const C: usize> {
     integrals: Vec<Entry<C>>,
     /// Time of each sample of the ring, from the first sample \[s\].
     times: Vec<f64>,
+    /// Samples at the delayed ends and beginnings of the last substep, for each lane: the next ones lie there or a little later.
+    found: Vec<[usize; 2]>,
     first: Option<Entry<C>>,
     sums: Entry<C>,
     n: usize,
@@ -62,17 +66,34 @@ const fn zero<const C: usize>() -> Entry<C> {
 
 impl<const C: usize> Memory<C> {
     pub fn new() -> Self {
-        Self { past: Vec::new(), integrals: Vec::new(), times: Vec::new(), first: None, sums: zero(), n: 0, time: 0.0 }
+        Self {
+            past: Vec::new(),
+            integrals: Vec::new(),
+            times: Vec::new(),
+            found: Vec::new(),
+            first: None,
+            sums: zero(),
+            n: 0,
+            time: 0.0,
+        }
     }
 
-    /// Returns a ring for `samples` samples, but no more than the recording has.
+    /// Makes a ring for `samples` samples, but no more than the recording has. Its size is a power of two, whose remainders are cheap.
     fn reserve(&mut self, samples: f64, clock: &Clock, with_integrals: bool) {
-        let samples = whole(samples.clamp(1.0, count(KEPT_MAX))).min(clock.samples.max(1)) + 3;
+        let samples = whole(samples.clamp(1.0, count(KEPT_MAX - MARGIN))).min(clock.samples.max(1)) + MARGIN;
+        let samples = samples.next_power_of_two();
         self.past = vec![zero(); samples];
         if with_integrals {
             self.integrals = vec![zero(); samples];
             self.times = vec![0.0; samples];
+            self.found = vec![[0; 2]; Register::<C>::LANES];
         }
+    }
+
+    /// Returns the place of a sample in the ring.
+    #[inline(always)]
+    fn place(&self, sample: usize) -> usize {
+        sample & (self.past.len() - 1)
     }
 
     /// Returns the mean over a substep of a delayed signal, and its derivative. `signal` and `delay` have a value and a rate each,
@@ -90,7 +111,7 @@ impl<const C: usize> Memory<C> {
             self.sums = zero();
         }
         let first = self.first.unwrap_or(entry);
-        let (at, size) = (self.n % self.past.len(), self.past.len());
+        let at = self.place(self.n);
         let step = clock.step(self.n);
         let h = step / f64::from(substep.of);
         let from = self.time + f64::from(substep.place) * h;
@@ -100,8 +121,10 @@ impl<const C: usize> Memory<C> {
         let mut result = [Register::ZERO; 2];
         for lane in 0..Register::<C>::LANES {
             let d = delay[0].lane(lane).max(0.0);
-            let [[end, end_rate, end_value], [start, start_rate, start_value]] =
-                [from + h - d, from - d].map(|time| self.integral(time, lane, (&first, size)));
+            let found = self.found[lane];
+            let ([end, end_rate, end_value], ended) = self.integral((from + h - d, lane), &first, found[0]);
+            let ([start, start_rate, start_value], begun) = self.integral((from - d, lane), &first, found[1]);
+            self.found[lane] = [ended, begun];
             let mut mean = (end - start) / h;
             let mut rate = (end_rate - start_rate) / h - (end_value - start_value) / h * delay[1].lane(lane);
             let wait = latency[0].lane(lane);
@@ -128,24 +151,45 @@ impl<const C: usize> Memory<C> {
         result
     }
 
-    /// Returns the integral of the signal of a lane up to a time, that of its rate, and the signal at that time. The present sample
-    /// lasts on.
-    fn integral(&self, time: f64, lane: usize, (first, size): (&Entry<C>, usize)) -> [f64; 3] {
+    /// Returns the integral of the signal of a lane up to a time, that of its rate, and the signal at that time; then the sample there,
+    /// which is sought from the one `found` before. The present sample lasts on.
+    #[inline(always)]
+    fn integral(&self, (time, lane): (f64, usize), first: &Entry<C>, found: usize) -> ([f64; 3], usize) {
         if time <= 0.0 {
             let value = first.value.lane(lane);
-            return [value * time, first.rate.lane(lane) * time, value];
+            return ([value * time, first.rate.lane(lane) * time, value], found);
         }
-        // The last sample of the ring that is not later, by bisection; the oldest if all are.
-        let (mut oldest, mut later) = (self.n - self.n.min(size - 1), self.n + 1);
-        while oldest + 1 < later {
-            let middle = usize::midpoint(oldest, later);
-            if self.times[middle % size] > time + 1e-12 * self.time { later = middle } else { oldest = middle }
-        }
-        let at = oldest % size;
+        let sample = self.sample_at(time + 1e-12 * self.time, found);
+        let at = self.place(sample);
         let since = time - self.times[at];
         let (past, sums) = (&self.past[at], &self.integrals[at]);
         let value = past.value.lane(lane);
-        [sums.value.lane(lane) + since * value, sums.rate.lane(lane) + since * past.rate.lane(lane), value]
+        ([sums.value.lane(lane) + since * value, sums.rate.lane(lane) + since * past.rate.lane(lane), value], sample)
+    }
+
+    /// Returns the last sample of the ring that is not later than a time; the oldest if all are. With a delay that is constant it is the
+    /// one found before, or the next.
+    #[inline(always)]
+    fn sample_at(&self, time: f64, found: usize) -> usize {
+        let oldest = self.n - self.n.min(self.past.len() - 1);
+        let mut sample = found.max(oldest);
+        if self.times[self.place(sample)] > time {
+            return self.bisected(time, oldest);
+        }
+        while sample < self.n && self.times[self.place(sample + 1)] <= time {
+            sample += 1;
+        }
+        sample
+    }
+
+    #[cold]
+    fn bisected(&self, time: f64, oldest: usize) -> usize {
+        let (mut sample, mut later) = (oldest, self.n + 1);
+        while sample + 1 < later {
+            let middle = usize::midpoint(sample, later);
+            if self.times[self.place(middle)] > time { later = middle } else { sample = middle }
+        }
+        sample
     }
 
     /// Returns the moving average of a signal, and its derivative; the window is a number of samples.
@@ -164,12 +208,13 @@ impl<const C: usize> Memory<C> {
         }
         let first = self.first.unwrap_or(entry);
         let size = self.past.len();
-        self.past[self.n % size] = entry;
+        let at = self.place(self.n);
+        self.past[at] = entry;
         let mut result = [Register::ZERO; 2];
         for lane in 0..lanes {
             let width = window[0].lane(lane).max(1.0);
             let (whole, average) = MovingAverage::new(width);
-            let oldest = if whole > self.n { &first } else { &self.past[(self.n - whole.min(size - 1)) % size] };
+            let oldest = if whole > self.n { &first } else { &self.past[self.place(self.n - whole.min(size - 1))] };
             let (mut sum, mut sum_rate) = (self.sums.value.lane(lane), self.sums.rate.lane(lane));
             let shown = average.show(&mut sum, entry.value.lane(lane), oldest.value.lane(lane));
             let rate = average.show(&mut sum_rate, entry.rate.lane(lane), oldest.rate.lane(lane));
