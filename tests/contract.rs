@@ -10,11 +10,11 @@ mod support;
 use motorfit::Result;
 use motorfit::candidates::Candidates;
 use motorfit::criterion::{Criterion, Norm, Scale};
-use motorfit::evaluate::{Batch, Evaluator, Group, Initial, Level, Model, Problem, Scalar, Simd};
+use motorfit::evaluate::{Batch, Evaluator, Group, Initial, Level, Model, PoleTables, Problem, Scalar, Simd};
 use motorfit::motor::{Discretization, Parameters};
 use motorfit::record::Record;
 use std::sync::Arc;
-use support::suite::{check, edges, mixed_records, suite, zero_output};
+use support::suite::{check, check_within, edges, mixed_records, suite, suite_within, zero_output};
 use support::{SCALES, batch, changed, costs, criterion, driven, m2_record, near, problem, uniform};
 
 #[test]
@@ -32,6 +32,59 @@ fn ten_thousand_candidates_of_the_box() {
     for level in Level::available() {
         check(&mut Simd::at(level), &problem, &values).unwrap_or_else(|e| panic!("{e}"));
     }
+}
+
+/// Relative error of the tables of poles, as the contract has it; their own limit is 1e-9.
+const TABLES: f64 = 1e-8;
+
+#[test]
+fn tables_of_poles_agree_with_the_oracle_at_every_level() {
+    for level in Level::available() {
+        suite_within(&mut PoleTables::at(level), TABLES).unwrap_or_else(|e| panic!("{e}"));
+        edges(&mut PoleTables::at(level), TABLES).unwrap_or_else(|e| panic!("{e}"));
+    }
+    // All three joint recordings have what tables need; with noise, costs near the optimum are theirs too.
+    let records = mixed_records();
+    let noisy = |n: usize, y: &mut f64| *y += 0.02 * ((n * 7919 % 997) as f64 / 997.0 - 0.5);
+    let voltage_only = |record: &Record| {
+        changed(record, |s| {
+            s.torque = None;
+            [&mut s.current, &mut s.speed].into_iter().flatten().for_each(|signal| {
+                signal.iter_mut().enumerate().for_each(|(n, y)| noisy(n, y));
+            });
+        })
+    };
+    let even = [voltage_only(&records[0]), voltage_only(&records[1])];
+    for discretization in [Discretization::Zoh, Discretization::Foh] {
+        for initial in [Initial::Zero, Initial::Measured] {
+            let problem = problem(&even, Model { discretization, initial }, Criterion::default());
+            assert!(PoleTables::serves(&problem), "{discretization:?} {initial:?}");
+            for values in [uniform(9001, 12), near(301, 0.3, 13), near(301, 1e-3, 14), near(301, 1e-5, 15)] {
+                check_within(&mut PoleTables::default(), &problem, &values, 2e-9).unwrap_or_else(|e| panic!("{e}"));
+            }
+        }
+    }
+    let unserved = problem(&records, Model::default(), Criterion::default());
+    assert!(!PoleTables::serves(&unserved), "a torque and an irregular clock");
+}
+
+#[test]
+fn costs_of_tables_depend_on_the_candidate_alone() {
+    let problem = problem(&[m2_record()], Model::default(), Criterion::default());
+    let values = uniform(5000, 21);
+    let together = costs(&mut PoleTables::default(), &problem, &values);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+    assert_eq!(pool.install(|| costs(&mut PoleTables::default(), &problem, &values)), together);
+    // Other tables, in another order, beside others.
+    let other = self::problem(&[m2_record()], Model::default(), Criterion::default());
+    for (n, candidate) in values.chunks(5).enumerate().rev().step_by(97) {
+        assert_eq!(costs(&mut PoleTables::default(), &other, candidate)[0].to_bits(), together[n].to_bits());
+    }
+    // A cost above its cutoff may be any value between the two.
+    let cutoffs: Vec<f64> = together.iter().map(|cost| 0.9 * cost).collect();
+    let candidates = Candidates::new(&values, 5).with_cutoffs(&cutoffs);
+    let cut = batch(&mut PoleTables::default(), &[Group { problem: &problem, candidates, reference: None }]).unwrap();
+    assert!(cut.iter().zip(&cutoffs).zip(&together).all(|((cut, cutoff), cost)| cutoff <= cut && cut <= cost));
 }
 
 /// Evaluator whose costs are changed by a function of row and cost; the suite must reject it.

@@ -6,13 +6,21 @@ use motorfit::evaluate::{Evaluator, Initial, Model, Problem, Scalar};
 use motorfit::motor::{Discretization, Parameters};
 use std::sync::Arc;
 
-/// Checks |c − c₀| ≤ 1e-12·c₀ + 1e-14·c(zero output). The first term bounds rounding of sums and recurrences over
-/// thousands of steps, the second the cancellation of simulation and measurement near the optimum.
-pub fn agree(ours: f64, oracle: f64, zero: f64) -> std::result::Result<(), String> {
-    if ours.to_bits() == oracle.to_bits() || (ours - oracle).abs() <= 1e-12 * oracle + 1e-14 * zero {
+/// Relative error of an evaluator that simulates: rounding of sums and recurrences over thousands of steps.
+pub const SIMULATED: f64 = 1e-12;
+
+/// Checks |c − c₀| ≤ ε·c₀ + 1e-14·c(zero output) with the relative error ε. The second term bounds the cancellation of simulation and
+/// measurement near the optimum.
+pub fn agree_within(ours: f64, oracle: f64, (relative, zero): (f64, f64)) -> std::result::Result<(), String> {
+    if ours.to_bits() == oracle.to_bits() || (ours - oracle).abs() <= relative * oracle + 1e-14 * zero {
         return Ok(());
     }
     Err(format!("{ours:e} against {oracle:e}: off by {:.1e} of it", (ours - oracle).abs() / oracle))
+}
+
+/// Checks the costs of an evaluator that simulates.
+pub fn agree(ours: f64, oracle: f64, zero: f64) -> std::result::Result<(), String> {
+    agree_within(ours, oracle, (SIMULATED, zero))
 }
 
 /// Returns the cost of a zero output: that of a motor with an enormous resistance and inertia.
@@ -22,17 +30,36 @@ pub fn zero_output(problem: &Arc<Problem>) -> f64 {
 
 /// Compares an evaluator with the oracle on one problem.
 pub fn check(evaluator: &mut dyn Evaluator, problem: &Arc<Problem>, values: &[f64]) -> std::result::Result<(), String> {
+    check_within(evaluator, problem, values, SIMULATED)
+}
+
+/// Compares an evaluator of a relative error with the oracle on one problem.
+pub fn check_within(
+    evaluator: &mut dyn Evaluator,
+    problem: &Arc<Problem>,
+    values: &[f64],
+    relative: f64,
+) -> std::result::Result<(), String> {
     let ours = costs(evaluator, problem, values);
     let oracle = costs(&mut Scalar, problem, values);
     let zero = zero_output(problem);
     for (row, (ours, oracle)) in ours.iter().zip(&oracle).enumerate() {
-        agree(*ours, *oracle, zero).map_err(|e| format!("{} candidate {row}: {e}", evaluator.name()))?;
+        agree_within(*ours, *oracle, (relative, zero))
+            .map_err(|e| format!("{} candidate {row}: {e}", evaluator.name()))?;
     }
     Ok(())
 }
 
-/// Checks everything that every evaluator must satisfy.
+/// Checks everything that every evaluator that simulates must satisfy.
 pub fn suite(evaluator: &mut dyn Evaluator) -> std::result::Result<(), String> {
+    suite_within(evaluator, SIMULATED)
+}
+
+/// Checks everything that every evaluator of a relative error must satisfy.
+pub fn suite_within(evaluator: &mut dyn Evaluator, relative: f64) -> std::result::Result<(), String> {
+    let check = |evaluator: &mut dyn Evaluator, problem: &Arc<Problem>, values: &[f64]| {
+        check_within(evaluator, problem, values, relative)
+    };
     let records = [m2_record()];
     let model = Model::default();
     for (seed, (norm, scale)) in NORMS.into_iter().flat_map(|n| SCALES.map(|s| (n, s))).enumerate() {

@@ -9,7 +9,8 @@ use motorfit::device::{
     check_threads, with_threads,
 };
 use motorfit::evaluate::{
-    Batch, Evaluator, Group, Initial, Level, Model, Pending, Problem, Scalar, Signals, Simd, cpu_name, fma_loop,
+    Batch, Evaluator, Group, Initial, Level, Model, Pending, PoleTables, Problem, Scalar, Signals, Simd, cpu_name,
+    fma_loop,
 };
 use motorfit::identify::IdentifySpec;
 use motorfit::motor::{Axis, Discretization, Parameter, Scope, Space};
@@ -102,6 +103,7 @@ fn one_problem(calls: &mut Calls, problem: Problem, other: &Space) {
         "evaluate::Problem::with_space" => problem.with_space(other.clone()),
         "evaluate::Problem::starting_from" => problem.only(0).starting_from(&[[f64::NAN; 2]]).starting_from(&[]),
         "evaluate::Simd::is_small" => COUNTS.map(|candidates| Simd::is_small(&problem, candidates)),
+        "evaluate::PoleTables::serves" => PoleTables::serves(&problem),
     );
     for recording in COUNTS {
         calls.may_panic("evaluate::Problem::only", || problem.only(recording));
@@ -135,7 +137,8 @@ fn one_problem(calls: &mut Calls, problem: Problem, other: &Space) {
         );
     }
     drive!(calls, &shown; "evaluate::Scalar::cost" => (Scalar::cost(&problem, &[]), Scalar::cost(&problem, &[1.0; 99])));
-    let evaluators: [Box<dyn Evaluator>; 3] = [Box::new(Scalar), Box::new(Simd::default()), Box::new(Simd::alone())];
+    let evaluators: [Box<dyn Evaluator>; 4] =
+        [Box::new(Scalar), Box::new(Simd::default()), Box::new(Simd::alone()), Box::new(PoleTables::default())];
     for mut evaluator in evaluators {
         evaluated(calls, &mut *evaluator, &problem, &values);
     }
@@ -186,6 +189,7 @@ pub fn levels(calls: &mut Calls) {
             "evaluate::Level::name" => level.name(),
             "evaluate::Level::is_available" => level.is_available(),
             "evaluate::Simd::at" => Simd::at(level),
+            "evaluate::PoleTables::at" => PoleTables::at(level),
         );
     }
     drive!(calls, ();

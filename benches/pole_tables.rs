@@ -1,0 +1,119 @@
+//! Measures the tables of poles against the SIMD kernel: time per candidate of Table 2's box, with the cells built and on first use, and the
+//! number of candidates from which the tables are faster, for recordings of 10³ to 10⁶ samples under a step, a binary sequence and a
+//! sine, on one thread. `benches/results/pole_tables` keeps the output.
+#![allow(missing_docs, reason = "a bench has no public interface")]
+#![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a bench prints and may stop")]
+#![allow(clippy::cast_precision_loss, reason = "small numbers")]
+
+mod support;
+
+use motorfit::criterion::{Criterion, Noise};
+use motorfit::evaluate::{Evaluator, Initial, Level, Model, PoleTables, Problem, Scalar, Simd};
+use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
+use motorfit::motor::{Discretization, Parameters, Space};
+use motorfit::record::Record;
+use rand::{RngExt as _, SeedableRng as _};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use std::sync::Arc;
+use support::{candidates, evaluate, median, seconds};
+
+/// Candidates whose time is measured with the cells built.
+const CANDIDATES: usize = 100_000;
+const STEP_S: f64 = 1e-3;
+
+/// Returns the voltages of an experiment.
+fn voltages(name: &str, samples: usize) -> Vec<f64> {
+    let mut numbers = Xoshiro256PlusPlus::seed_from_u64(1);
+    let mut level = 10.5;
+    let mut binary = |n: usize| {
+        if n.is_multiple_of(7) && numbers.random::<bool>() {
+            level = -level;
+        }
+        level
+    };
+    match name {
+        "step" => vec![10.5; samples],
+        "binary" => (0..samples).map(&mut binary).collect(),
+        _ => (0..samples).map(|n| 10.5 * (std::f64::consts::TAU * 3.0 * STEP_S * n as f64).sin()).collect(),
+    }
+}
+
+/// Returns a recording of the paper's motor M2 with noise of 40 dB.
+fn record(name: &str, samples: usize) -> Record {
+    let time_s: Vec<f64> = (0..samples).map(|n| STEP_S * n as f64).collect();
+    let excitation = Excitation { time_s, voltage: voltages(name, samples), torque: None };
+    let exact = simulated(&Parameters::M2, &excitation, Discretization::Zoh).unwrap();
+    with_noise(&exact, noise_of(&exact, Noise::Decibels(40.0)), 2).unwrap()
+}
+
+fn problem(record: &Record) -> Arc<Problem> {
+    let model = Model { initial: Initial::Zero, ..Model::default() };
+    Arc::new(Problem::new(std::slice::from_ref(record), model, Space::table2(), Criterion::default()).unwrap())
+}
+
+/// Returns the time of one evaluation of candidates \[s\].
+fn time(evaluator: &mut dyn Evaluator, problem: &Arc<Problem>, values: &[f64]) -> f64 {
+    let mut costs = vec![0.0; values.len() / 5];
+    seconds(|| evaluate(evaluator, problem, values, &mut costs))
+}
+
+/// Returns the time of the first evaluation, whose tables are new: each problem has recordings of its own \[s\].
+fn first_time(level: Level, record: &Record, values: &[f64]) -> f64 {
+    let mut times = Vec::new();
+    for _ in 0..5 {
+        let problem = problem(record);
+        times.push(time(&mut PoleTables::at(level), &problem, values));
+    }
+    median(times)
+}
+
+fn row(level: Level, name: &str, samples: usize) {
+    let record = record(name, samples);
+    let problem = problem(&record);
+    let values = candidates(CANDIDATES);
+    let some = &values[..5 * (2_000_000 / samples).clamp(48, 2000)];
+    let (mut tables, mut kernel) = (PoleTables::at(level), Simd::at(level));
+    time(&mut tables, &problem, &values);
+    let (mut own, mut others) = (Vec::new(), Vec::new());
+    for _ in 0..9 {
+        own.push(time(&mut tables, &problem, &values) / CANDIDATES as f64);
+        others.push(time(&mut kernel, &problem, some) / (some.len() / 5) as f64);
+    }
+    let (own, other) = (median(own), median(others));
+    let first = first_time(level, &record, &values) - own * CANDIDATES as f64;
+    let few = |count: usize| first_time(level, &record, &values[..5 * count]);
+    // From so many candidates on the tables are faster, their cells included.
+    let even = [100, 200, 500, 1000, 2000, 5000, 10_000, 20_000, 50_000];
+    let even = even.into_iter().find(|count| few(*count) < other * *count as f64);
+    let mut exact = vec![0.0; 200];
+    evaluate(&mut Scalar, &problem, &values[..1000], &mut exact);
+    let mut costs = vec![0.0; 200];
+    evaluate(&mut tables, &problem, &values[..1000], &mut costs);
+    let worst = costs.iter().zip(&exact).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
+    println!(
+        "| {name} | {samples} | {:.0} | {:.0} | {:.1} | {:.2} | {} | {:.0e} |",
+        1e9 * own,
+        1e9 * other,
+        other / own,
+        1e3 * first,
+        even.map_or("above 50000".to_owned(), |count| count.to_string()),
+        worst
+    );
+}
+
+fn main() {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    for level in Level::available().filter(|level| *level != Level::Portable) {
+        println!("\n{}, one thread\n", level.name());
+        println!(
+            "| voltage | samples | tables \\[ns\\] | kernel \\[ns\\] | ratio | cells \\[ms\\] | faster from | largest error |"
+        );
+        println!("|---|---|---|---|---|---|---|---|");
+        for name in ["step", "binary", "sine"] {
+            for samples in [1001, 3001, 10_001, 100_001] {
+                pool.install(|| row(level, name, samples));
+            }
+        }
+        pool.install(|| row(level, "binary", 1_000_001));
+    }
+}

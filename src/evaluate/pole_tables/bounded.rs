@@ -1,0 +1,63 @@
+//! Numbers with a bound of their error.
+
+use std::ops::{Add, Mul, Sub};
+
+/// A value and a bound of its absolute error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Bounded {
+    pub value: f64,
+    pub error: f64,
+}
+
+impl Bounded {
+    #[inline(always)]
+    pub fn new(value: f64, error: f64) -> Self {
+        Self { value, error }
+    }
+
+    /// Returns the number itself, or another one if it is not chosen.
+    #[inline(always)]
+    pub fn or(self, is_chosen: bool, other: Self) -> Self {
+        Self::new(if is_chosen { self.value } else { other.value }, if is_chosen { self.error } else { other.error })
+    }
+}
+
+impl Add for Bounded {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self::new(self.value + other.value, self.error + other.error)
+    }
+}
+
+impl Sub for Bounded {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self::new(self.value - other.value, self.error + other.error)
+    }
+}
+
+/// A product with a number that is exact. Rounding counts here, in proportion to the terms of sums.
+impl Mul<f64> for Bounded {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, factor: f64) -> Self {
+        let value = self.value * factor;
+        Self::new(value, self.error * factor.abs() + f64::EPSILON * value.abs())
+    }
+}
+
+impl Mul for Bounded {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        let value = self.value * other.value;
+        let error = self.value.abs() * other.error + other.value.abs() * self.error;
+        Self::new(value, error + f64::EPSILON * value.abs())
+    }
+}

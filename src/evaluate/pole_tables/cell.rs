@@ -1,0 +1,118 @@
+//! A cell: polynomials of a recording's functions about a point of the plane of poles.
+
+use super::geometry::{Key, NODES, RADIUS};
+use super::nodes::{Rows, TOGETHER, Values, rows_that_count, values};
+use super::response::FUNCTIONS;
+use super::series::Series;
+use crate::evaluate::cpu::Level;
+use crate::numeric::count;
+use std::f64::consts::TAU;
+use std::sync::LazyLock;
+use std::sync::atomic::AtomicU64;
+
+/// Points at which a cell is compared with the functions: angles as parts of the circle, and radii in that of the circle.
+const CHECKED: [[f64; 2]; 4] = [[0.05, 1.0], [0.33, 0.97], [0.61, 1.0], [0.87, 0.9]];
+/// Rounding error of a value, relative to it.
+const ROUNDING: f64 = 2.0 * f64::EPSILON;
+
+/// Polynomials of the functions of one set, `[coefficient][real parts, imaginary parts]`.
+pub(super) type Polynomials = [Values; NODES];
+
+/// A cell of the tables.
+#[derive(Debug)]
+pub(super) struct Cell {
+    pub key: Key,
+    pub polynomials: Vec<Polynomials>,
+    /// Bound of the error of each function: the largest at the points that were checked, and rounding.
+    pub error: [f64; FUNCTIONS],
+    /// The last batch that used it.
+    pub used: AtomicU64,
+}
+
+/// Powers `e^{−2πikn/N}/N` of the discrete Fourier transform.
+static TWIDDLES: LazyLock<[[f64; 2]; NODES]> = LazyLock::new(|| {
+    std::array::from_fn(|n| {
+        let angle = TAU * count(n) / count(NODES);
+        [angle.cos() / count(NODES), -angle.sin() / count(NODES)]
+    })
+});
+
+impl Cell {
+    /// Computes the functions of a recording at the nodes of a cell, and their polynomials.
+    pub fn new(series: &Series, key: Key, level: Level) -> Self {
+        let on_circle = (0..NODES).map(|n| [count(n) / count(NODES), 1.0]);
+        let w = on_circle.chain(CHECKED).map(|[part, radius]| {
+            let (sin, cos) = (TAU * part).sin_cos();
+            [RADIUS * radius * cos, RADIUS * radius * sin]
+        });
+        let w: Vec<[f64; 2]> = w.collect();
+        let (shift, h) = (series.shift(), series.step_s);
+        let exponents: Vec<[f64; 2]> = w
+            .iter()
+            .map(|w| {
+                let [re, im] = key.point(*w);
+                [(shift - re) * h, -im * h]
+            })
+            .collect();
+        let decay = (key.least() - shift) * h;
+        // The root of Σ |λ|²ᵏ: independent errors of the coefficients add up by squares.
+        let powers = if decay > 0.0 { 1.0 / -(-2.0 * decay).exp_m1() } else { f64::INFINITY };
+        let spread = powers.min(count(series.samples)).sqrt();
+        let mut cell = Self { key, polynomials: Vec::new(), error: [0.0; FUNCTIONS], used: AtomicU64::new(0) };
+        for (set, rows) in series.sets.iter().enumerate() {
+            let rows: &Rows = &rows[..rows_that_count(rows, decay)];
+            let values = values(rows, &exponents, level);
+            let polynomials = transformed(&values[..NODES], key.row() == 0);
+            for (w, value) in w.iter().zip(&values).skip(NODES) {
+                let error = errors(&polynomials, *w, value);
+                for (n, error) in error.into_iter().enumerate() {
+                    let own = &mut cell.error[set * TOGETHER + n];
+                    *own = own.max(error);
+                }
+            }
+            cell.polynomials.push(polynomials);
+        }
+        for (error, rounding) in cell.error.iter_mut().zip(series.rounding) {
+            *error += rounding * spread;
+        }
+        cell
+    }
+}
+
+/// Returns the coefficients of the polynomials in `w/r` through values on the circle.
+fn transformed(values: &[Values], is_real: bool) -> Polynomials {
+    let twiddles = &*TWIDDLES;
+    std::array::from_fn(|k| {
+        let mut sums = [0.0; 2 * TOGETHER];
+        for (n, value) in values.iter().enumerate() {
+            let [re, im] = twiddles[k * n % NODES];
+            for f in 0..TOGETHER {
+                sums[f] += value[f] * re - value[TOGETHER + f] * im;
+                sums[TOGETHER + f] += value[f] * im + value[TOGETHER + f] * re;
+            }
+        }
+        if is_real {
+            sums[TOGETHER..].fill(0.0);
+        }
+        sums
+    })
+}
+
+/// Returns the distance of each polynomial from the value at w, and at least the error of rounding.
+fn errors(polynomials: &Polynomials, w: [f64; 2], value: &Values) -> [f64; TOGETHER] {
+    let [x, y] = w.map(|part| part / RADIUS);
+    let mut sums = [0.0; 2 * TOGETHER];
+    for row in polynomials.iter().rev() {
+        for f in 0..TOGETHER {
+            let (re, im) = (sums[f], sums[TOGETHER + f]);
+            sums[f] = re * x - im * y + row[f];
+            sums[TOGETHER + f] = re * y + im * x + row[TOGETHER + f];
+        }
+    }
+    std::array::from_fn(|f| {
+        let size = value[f].hypot(value[TOGETHER + f]);
+        let distance = (sums[f] - value[f]).hypot(sums[TOGETHER + f] - value[TOGETHER + f]);
+        // NaN becomes an infinite error.
+        if size.is_finite() && distance.is_finite() { distance.max(ROUNDING * size) } else { f64::INFINITY }
+    })
+}

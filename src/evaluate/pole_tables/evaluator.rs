@@ -1,0 +1,146 @@
+//! The evaluator with tables of poles.
+
+use super::block::UNSERVED;
+use super::shared::tables;
+use crate::candidates::Candidates;
+use crate::evaluate::cpu::{Level, cpu_name};
+use crate::evaluate::evaluator::{Batch, Evaluator, Group};
+use crate::evaluate::problem::Problem;
+use crate::evaluate::signals::Signals;
+use crate::evaluate::simd::Simd;
+use crate::{Error, Result};
+
+/// Bound of the relative error of a total above which the kernel computes the cost.
+const TOLERANCE: f64 = 1e-9;
+/// Factor on the bounds, which count only the largest errors of rounding: the largest error of 10⁵ motors over four decades was 2.5 of
+/// its bound.
+const SAFETY: f64 = 4.0;
+/// Candidates that are evaluated at once, which bounds the memory.
+const TOGETHER: usize = 1 << 16;
+
+/// An evaluator whose time per candidate does not depend on the length of the recording.
+///
+/// It serves linear motors with a voltage and without load torque on even clocks, zero- or first-order hold, known initial states and
+/// criteria of unweighted squares. Other problems, and candidates whose cost could be wrong by more than 1e-9 of it, go to [`Simd`]:
+/// those near the optimum of a recording without noise, and poles that are no longer stable or faster than 2⁶⁰ per second. Tables are
+/// shared by all evaluators of the process. Reference: the sums solve a Stein equation; see `response.rs`.
+#[derive(Debug, Clone, Copy)]
+pub struct PoleTables {
+    level: Level,
+    kernel: Simd,
+}
+
+impl Default for PoleTables {
+    fn default() -> Self {
+        Self::at(Level::best())
+    }
+}
+
+/// Returns true if a recording has what the tables need.
+fn is_servable(problem: &Problem, signals: &Signals) -> bool {
+    signals.step_index.is_empty()
+        && signals.weight.is_empty()
+        && signals.torque.is_empty()
+        && !signals.has_slopes()
+        && signals.len() >= problem.first_active(signals) + 2
+}
+
+impl PoleTables {
+    /// Returns an evaluator at a SIMD level. If this machine lacks the level, the best available one is used.
+    #[must_use]
+    pub fn at(level: Level) -> Self {
+        let level = if level.is_available() { level } else { Level::best() };
+        Self { level, kernel: Simd::at(level) }
+    }
+
+    /// Returns true if candidates of a problem are evaluated by tables.
+    #[must_use]
+    pub fn serves(problem: &Problem) -> bool {
+        let method = problem.method();
+        problem.features().is_linear()
+            && method.discretization.is_exact()
+            && method.input == crate::motor::Input::Voltage
+            && !problem.criterion().is_absolute()
+            && problem.signals().iter().all(|signals| is_servable(problem, signals))
+    }
+
+    fn group(&mut self, group: &Group<'_>, costs: &mut [f64]) -> Result<()> {
+        let (problem, count) = (group.problem, costs.len());
+        let (mut totals, mut errors) = (vec![0.0; count], vec![0.0; count]);
+        let mut sums = vec![UNSERVED; count];
+        for (recording, signals) in problem.signals().iter().enumerate() {
+            let tables = tables(problem, signals, self.level);
+            let parameters = |n: usize| problem.parameters(group.candidates.row(n), recording).to_array();
+            tables.sums(parameters, &mut sums);
+            let scaling = problem.scaling(signals);
+            for ((total, error), sums) in totals.iter_mut().zip(&mut errors).zip(&sums) {
+                *total += scaling.total([sums[0].value, sums[1].value]);
+                // A channel that was not measured has the factor 0.
+                let own = |c: usize| if scaling.factor[c] > 0.0 { scaling.factor[c] * sums[c].error } else { 0.0 };
+                *error += SAFETY * (own(0) + own(1));
+            }
+        }
+        let mut uncertain = Vec::new();
+        for (n, (total, error)) in totals.into_iter().zip(errors).enumerate() {
+            let least = problem.cost(total - error);
+            let is_certain = error <= TOLERANCE * total;
+            // Any value between the cutoff and the cost will do.
+            let is_above = || group.candidates.cutoffs().get(n).is_some_and(|cutoff| least >= *cutoff);
+            match is_certain || is_above() {
+                true => costs[n] = if is_certain { problem.cost(total) } else { least },
+                false => uncertain.push(n),
+            }
+        }
+        self.by_kernel(group, &uncertain, costs)
+    }
+
+    /// Computes the costs of some candidates by the kernel.
+    fn by_kernel(&mut self, group: &Group<'_>, numbers: &[usize], costs: &mut [f64]) -> Result<()> {
+        if numbers.is_empty() {
+            return Ok(());
+        }
+        let candidates = group.candidates;
+        let values: Vec<f64> = numbers.iter().flat_map(|n| candidates.row(*n)).copied().collect();
+        let cutoffs: Vec<f64> = numbers.iter().filter_map(|n| candidates.cutoffs().get(*n)).copied().collect();
+        let mut own = Candidates::new(&values, candidates.width());
+        if !cutoffs.is_empty() {
+            own = own.with_cutoffs(&cutoffs);
+        }
+        let mut found = vec![0.0; numbers.len()];
+        self.kernel.evaluate(&Batch { groups: &[Group { candidates: own, ..*group }] }, &mut found)?;
+        for (n, cost) in numbers.iter().zip(found) {
+            costs[*n] = cost;
+        }
+        Ok(())
+    }
+}
+
+impl Evaluator for PoleTables {
+    fn evaluate(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<()> {
+        batch.check(costs)?;
+        let mut rest = costs;
+        for group in batch.groups {
+            let count = group.candidates.count();
+            let (own, others) = rest.split_at_mut(count);
+            rest = others;
+            if count == 0 {
+                continue;
+            }
+            // A space without free axes has candidates without values.
+            if group.candidates.width() == 0 || !Self::serves(group.problem) {
+                self.kernel.evaluate(&Batch { groups: &[*group] }, own)?;
+                continue;
+            }
+            for (part, own) in own.chunks_mut(TOGETHER).enumerate() {
+                let from = part * TOGETHER;
+                let candidates = group.candidates.rows(from, from + own.len());
+                self.group(&Group { candidates, ..*group }, own)?;
+            }
+        }
+        if rest.is_empty() { Ok(()) } else { Err(Error::usage("more costs than candidates", "Give one for each.")) }
+    }
+
+    fn name(&self) -> String {
+        format!("tables of poles on {} ({})", cpu_name(), self.level.name())
+    }
+}

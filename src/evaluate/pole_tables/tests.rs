@@ -1,0 +1,148 @@
+//! Accuracy of the tables against the scalar oracle.
+
+use super::block::UNSERVED;
+use super::bounded::Bounded;
+use super::series::{Recorded, Series};
+use super::tables::Tables;
+use crate::evaluate::cpu::Level;
+use crate::motor::{Discretization, Parameters, SimulationInput, simulate};
+use rand::{RngExt as _, SeedableRng as _};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+const STEP_S: f64 = 1e-3;
+const SAMPLES: usize = 1501;
+
+/// Returns voltages: a step, a binary sequence, a slow sine, and a ramp after a rest.
+fn voltages() -> Vec<Vec<f64>> {
+    let mut numbers = Xoshiro256PlusPlus::seed_from_u64(1);
+    let mut level = 10.0;
+    let mut binary = |n: usize| {
+        if n.is_multiple_of(7) && numbers.random::<bool>() {
+            level = -level;
+        }
+        level
+    };
+    vec![
+        vec![10.5; SAMPLES],
+        (0..SAMPLES).map(&mut binary).collect(),
+        (0..SAMPLES).map(|n| 8.0 * (0.02 * n as f64).sin()).collect(),
+        (0..SAMPLES).map(|n| 0.01 * n.saturating_sub(100) as f64).collect(),
+    ]
+}
+
+fn response(p: &Parameters, voltage: &[f64], initial: [f64; 2], hold: Discretization) -> [Vec<f64>; 2] {
+    let input = SimulationInput { step_s: &[STEP_S], step_index: &[], voltage, voltage_end: &[], torque: &[] };
+    simulate(p, &input, initial, hold)
+}
+
+/// Returns motors around M2 at several distances, over the box of Table 2, and over four decades.
+fn motors(count: usize) -> Vec<[f64; 5]> {
+    let mut numbers = Xoshiro256PlusPlus::seed_from_u64(2);
+    let m2 = Parameters::M2.to_array();
+    let bounds = [[0.1, 1.0], [1e-3, 0.1], [5e-3, 0.1], [1e-5, 1e-3], [1e-5, 1e-3]];
+    let one = |n: usize, p: usize, random: f64| match n % 5 {
+        0 => m2[p] * (1.0 + 0.02 * (random - 0.5)),
+        1 => m2[p] * (1.0 + 0.4 * (random - 0.5)),
+        2 | 3 => bounds[p][0] + (bounds[p][1] - bounds[p][0]) * random,
+        _ => m2[p] * 10f64.powf(4.0 * (random - 0.5)),
+    };
+    (0..count).map(|n| std::array::from_fn(|p| one(n, p, numbers.random::<f64>()))).collect()
+}
+
+/// Sums of squared errors, in double precision with the sums compensated by their order: the errors of the oracle are those of its
+/// step map, some 1e-13 of the sums.
+fn oracle(motor: &[f64; 5], recorded: &Recorded<'_>, hold: Discretization) -> [f64; 2] {
+    let simulated = response(&Parameters::from_array(*motor), recorded.voltage, recorded.initial, hold);
+    [0, 1].map(|c| recorded.measured.iter().zip(&simulated[c]).map(|(y, x)| (y[c] - x).powi(2)).sum())
+}
+
+#[test]
+fn sums_are_within_their_bounds_of_the_oracle() {
+    let motors = motors(1000);
+    let mut numbers = Xoshiro256PlusPlus::seed_from_u64(3);
+    for (n, voltage) in voltages().iter().enumerate() {
+        for (initial, hold) in [
+            ([0.0; 2], Discretization::Zoh),
+            ([2.0, 30.0], Discretization::Zoh),
+            ([0.0; 2], Discretization::Foh),
+            ([-1.0, 5.0], Discretization::Foh),
+        ] {
+            let [current, speed] = response(&Parameters::M2, voltage, initial, hold);
+            let mut noise = |sigma: f64| sigma * (numbers.random::<f64>() - 0.5);
+            let measured: Vec<[f64; 2]> =
+                current.iter().zip(&speed).map(|(i, w)| [i + noise(0.1), w + noise(1.0)]).collect();
+            let is_first_order_hold = hold == Discretization::Foh;
+            let recorded = Recorded { step_s: STEP_S, voltage, measured: &measured, initial, is_first_order_hold };
+            for level in Level::available() {
+                let tables = Tables::new(Series::new(&recorded), level);
+                let mut sums = vec![UNSERVED; motors.len()];
+                tables.sums(|n| motors[n], &mut sums);
+                let mut served = 0;
+                for (motor, sums) in motors.iter().zip(&sums) {
+                    let expected = oracle(motor, &recorded, hold);
+                    for (own, expected) in sums.iter().zip(expected) {
+                        let size: f64 = measured.iter().map(|y| y[0] * y[0] + y[1] * y[1]).sum();
+                        served += usize::from(own.error <= 1e-9 * expected);
+                        // The oracle's own errors: of its map, and of its sums.
+                        let bound = 4.0 * own.error + 1e-11 * expected + 1e-15 * size;
+                        assert!(
+                            own.error.is_infinite() || (own.value - expected).abs() <= bound,
+                            "voltage {n}, {hold:?} from {initial:?}, {}: {motor:?}: {own:?} for {expected}",
+                            level.name()
+                        );
+                    }
+                }
+                assert!(served > 1900, "voltage {n}, {hold:?}, {initial:?}: {served} of 2000 served");
+            }
+        }
+    }
+}
+
+#[test]
+fn equal_poles_are_no_exception() {
+    // K² = L J (R/L − B/J)²/4 gives a double pole; others differ by a relative 1e-12 to 1e-1.
+    let voltage = &voltages()[1];
+    let measured: Vec<[f64; 2]> = (0..SAMPLES).map(|n| [(0.01 * n as f64).sin(), (0.02 * n as f64).cos()]).collect();
+    let recorded =
+        Recorded { step_s: STEP_S, voltage, measured: &measured, initial: [0.0; 2], is_first_order_hold: false };
+    let [r, l, _, b, j] = Parameters::M2.to_array();
+    let k = (l * j).sqrt() * (r / l - b / j).abs() / 2.0;
+    let motors: Vec<[f64; 5]> = (0..60)
+        .map(|n| {
+            let apart = 10f64.powf(-12.0 + 0.2 * f64::from(n));
+            [r, l, k * (1.0 + if n % 2 == 0 { apart } else { -apart }), b, j]
+        })
+        .collect();
+    let tables = Tables::new(Series::new(&recorded), Level::best());
+    let mut sums = vec![UNSERVED; motors.len()];
+    tables.sums(|n| motors[n], &mut sums);
+    for (motor, sums) in motors.iter().zip(&sums) {
+        for (own, expected) in sums.iter().zip(oracle(motor, &recorded, Discretization::Zoh)) {
+            assert!(own.error < 1e-9 * expected, "{motor:?}: {own:?}");
+            assert!((own.value / expected - 1.0).abs() < 1e-10, "{motor:?}: {own:?} for {expected}");
+        }
+    }
+}
+
+#[test]
+fn a_corrupted_table_is_seen() {
+    let voltage = &voltages()[1];
+    let [current, speed] = response(&Parameters::M2, voltage, [0.0; 2], Discretization::Zoh);
+    let measured: Vec<[f64; 2]> = current.iter().zip(&speed).map(|(i, w)| [*i + 0.1, *w]).collect();
+    let recorded =
+        Recorded { step_s: STEP_S, voltage, measured: &measured, initial: [0.0; 2], is_first_order_hold: false };
+    let motors = motors(100);
+    let tables = Tables::new(Series::new(&recorded), Level::best());
+    let mut sums = vec![UNSERVED; motors.len()];
+    let mut wrong = || {
+        tables.sums(|n| motors[n], &mut sums);
+        let is_wrong = |(motor, sums): &(&[f64; 5], &[Bounded; 2])| {
+            let expected = oracle(motor, &recorded, Discretization::Zoh);
+            (0..2).any(|c| (sums[c].value - expected[c]).abs() > 1e-8 * expected[c])
+        };
+        motors.iter().zip(&sums).filter(is_wrong).count()
+    };
+    assert_eq!(wrong(), 0);
+    tables.corrupt(1e-6);
+    assert!(wrong() > 50);
+}
