@@ -1,6 +1,6 @@
 //! Measures the tables of poles against the SIMD kernel: time per candidate of Table 2's box, with the cells built and on first use, and the
 //! number of candidates from which the tables are faster, for recordings of 10³ to 10⁶ samples under a step, a binary sequence and a
-//! sine, on one thread. `benches/results/pole_tables` keeps the output.
+//! sine, on one thread.
 #![allow(missing_docs, reason = "a bench has no public interface")]
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a bench prints and may stop")]
 #![allow(clippy::cast_precision_loss, reason = "small numbers")]
@@ -8,12 +8,16 @@
 mod support;
 
 use motorfit::criterion::{Criterion, Noise};
+use motorfit::device::BatchSearchEvaluator;
 use motorfit::evaluate::{Evaluator, Initial, Level, Model, PoleTables, Problem, Scalar, Simd};
 use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
+use motorfit::identify::Method;
 use motorfit::motor::{Discretization, Parameters, Space};
+use motorfit::optimize::{Budget, GwoOptions, Run, SearchSettings, minimize};
 use motorfit::record::Record;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
+use std::ops::ControlFlow;
 use std::sync::Arc;
 use support::{candidates, evaluate, median, seconds};
 
@@ -101,6 +105,40 @@ fn row(level: Level, name: &str, samples: usize) {
     );
 }
 
+/// Runs Grey Wolf searches of 100 candidates and 100 generations on one recording; returns the time \[s\] and the best cost of each.
+fn searched(evaluator: Box<dyn Evaluator>, problem: &Arc<Problem>, runs: u64) -> (f64, Vec<f64>) {
+    let mut evaluation = BatchSearchEvaluator::new(evaluator, vec![problem.clone()]);
+    let begin = |seed: u64| {
+        let bounds = problem.space().bounds();
+        let settings = SearchSettings { bounds, population: 100, generations: 100, seed, ..SearchSettings::default() };
+        Run::new(Method::from(GwoOptions::default()).optimizer(settings).unwrap())
+    };
+    let mut all: Vec<Run> = (0..runs).map(begin).collect();
+    let budget = Budget { generations: 100, slice: usize::MAX };
+    let time = seconds(|| {
+        minimize(&mut all, budget, &mut evaluation, &mut |_| ControlFlow::Continue(())).unwrap();
+    });
+    (time, all.iter().map(|run| run.optimizer.best().map_or(f64::NAN, |best| best.cost)).collect())
+}
+
+fn searches(samples: usize) {
+    for name in ["step", "binary", "sine"] {
+        let record = record(name, samples);
+        for runs in [1, 100] {
+            let mut ratios = Vec::new();
+            let mut same = 0;
+            for _ in 0..5 {
+                let problem = problem(&record);
+                let (own, best) = searched(Box::new(PoleTables::default()), &problem, runs);
+                let (other, expected) = searched(Box::new(Simd::default()), &problem, runs);
+                ratios.push(other / own);
+                same = best.iter().zip(&expected).filter(|(a, b)| (*a / *b - 1.0).abs() < 1e-8).count();
+            }
+            println!("| {name} | {samples} | {runs} | {:.2} | {same} |", median(ratios));
+        }
+    }
+}
+
 fn main() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     for level in Level::available().filter(|level| *level != Level::Portable) {
@@ -115,5 +153,11 @@ fn main() {
             }
         }
         pool.install(|| row(level, "binary", 1_000_001));
+    }
+    println!("\nSearches with the Grey Wolf Optimizer, 100 x 100, all cells built in the run, one thread\n");
+    println!("| voltage | samples | runs at once | time of the kernel | runs with its best cost |");
+    println!("|---|---|---|---|---|");
+    for samples in [3001, 30_001] {
+        pool.install(|| searches(samples));
     }
 }

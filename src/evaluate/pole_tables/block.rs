@@ -72,6 +72,9 @@ pub(super) struct Block<'a> {
     pub level: Level,
 }
 
+/// Candidates side by side that are evaluated stage by stage.
+const SIDES: usize = 4;
+
 /// Sums of squared errors of a candidate that is not served.
 pub(super) const UNSERVED: [Bounded; 2] = [Bounded { value: f64::NAN, error: f64::INFINITY }; 2];
 
@@ -116,7 +119,7 @@ impl Block<'_> {
                 }
             }
         }
-        let mut side = Side::new();
+        let mut sides: [Side; SIDES] = std::array::from_fn(|_| Side::new());
         for (number, cell) in self.cells.all.iter().enumerate() {
             for is_real in [false, true] {
                 let own = sorted.of(2 * number + usize::from(is_real));
@@ -124,15 +127,17 @@ impl Block<'_> {
                     continue;
                 }
                 cell.used.store(batch, Ordering::Relaxed);
-                side.errors = cell.error.map(|error| [error; LANES]);
-                side.pair_slope = PAIR_SLOPE / cell.key.center()[0];
-                side.kind = match (is_real, cell.key.row()) {
-                    (true, _) => Kind::Real,
-                    (false, 0) => Kind::Pair,
-                    (false, _) => Kind::Complex,
-                };
-                for ids in own.chunks(LANES) {
-                    self.together((cell, ids), (located, seconds), (&mut side, all));
+                for side in &mut sides {
+                    side.errors = cell.error.map(|error| [error; LANES]);
+                    side.pair_slope = PAIR_SLOPE / cell.key.center()[0];
+                    side.kind = match (is_real, cell.key.row()) {
+                        (true, _) => Kind::Real,
+                        (false, 0) => Kind::Pair,
+                        (false, _) => Kind::Complex,
+                    };
+                }
+                for ids in own.chunks(SIDES * LANES) {
+                    self.together((cell, ids), (located, seconds), (&mut sides, all));
                 }
             }
         }
@@ -159,36 +164,44 @@ impl Block<'_> {
         }
     }
 
-    /// Evaluates candidates of a cell side by side.
+    /// Evaluates candidates of a cell, up to [`SIDES`] times so many as are side by side. Each stage is computed for all of them before
+    /// the next, because the divisions and roots of one take long but do not wait for those of another.
     fn together(
         &self,
         (cell, ids): (&Cell, &[u32]),
         (located, seconds): (&Located, &[Second]),
-        (side, all): (&mut Side, &mut [[Bounded; 2]]),
+        (sides, all): (&mut [Side; SIDES], &mut [[Bounded; 2]]),
     ) {
-        // Lanes without a candidate repeat the last one.
-        let mut padded = [ids[ids.len() - 1]; LANES];
-        padded[..ids.len()].copy_from_slice(ids);
-        let (rows, shift) = (located.rows.as_slice(), self.series.shift());
-        begin(&Chosen { rows, ids: padded, center: cell.key.center(), shift }, side, self.level);
-        if side.kind == Kind::Real {
-            for (lane, id) in padded.into_iter().enumerate() {
-                let second = &seconds[located.second[id as usize] as usize];
-                for f in 0..FUNCTIONS {
-                    side.others[f][lane] = second[0][f];
-                    side.errors[f][lane] = second[1][f].max(cell.error[f]);
+        let (rows, shift, center) = (located.rows.as_slice(), self.series.shift(), cell.key.center());
+        for (ids, side) in ids.chunks(LANES).zip(sides.iter_mut()) {
+            // Lanes without a candidate repeat the last one.
+            let mut padded = [ids[ids.len() - 1]; LANES];
+            padded[..ids.len()].copy_from_slice(ids);
+            begin(&Chosen { rows, ids: padded, center, shift }, side, self.level);
+            if side.kind == Kind::Real {
+                for (lane, id) in padded.into_iter().enumerate() {
+                    let second = &seconds[located.second[id as usize] as usize];
+                    for f in 0..FUNCTIONS {
+                        side.others[f][lane] = second[0][f];
+                        side.errors[f][lane] = second[1][f].max(cell.error[f]);
+                    }
                 }
             }
         }
-        for (of, values) in cell.polynomials.iter().zip(&mut side.values) {
-            polynomials(of, &side.v, values, self.level);
+        let used = ids.len().div_ceil(LANES);
+        for side in &mut sides[..used] {
+            for (of, values) in cell.polynomials.iter().zip(&mut side.values) {
+                polynomials(of, &side.v, values, self.level);
+            }
         }
-        let mut results = [[[0.0; LANES]; 2]; 2];
-        squared_errors(self.series, side, &mut results, self.level);
-        let [values, errors] = &results;
-        for (lane, id) in ids.iter().enumerate() {
-            let own = |c: usize| Bounded::new(values[c][lane], errors[c][lane]);
-            all[*id as usize] = [own(0), own(1)];
+        for (ids, side) in ids.chunks(LANES).zip(sides.iter()) {
+            let mut results = [[[0.0; LANES]; 2]; 2];
+            squared_errors(self.series, side, &mut results, self.level);
+            let [values, errors] = &results;
+            for (lane, id) in ids.iter().enumerate() {
+                let own = |c: usize| Bounded::new(values[c][lane], errors[c][lane]);
+                all[*id as usize] = [own(0), own(1)];
+            }
         }
     }
 }

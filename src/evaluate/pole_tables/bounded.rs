@@ -1,4 +1,5 @@
-//! Numbers with a bound of their error.
+//! Numbers with a bound of their error. It is never below the rounding of the number, so that sums and products do not count their own
+//! rounding.
 
 use std::ops::{Add, Mul, Sub};
 
@@ -13,6 +14,12 @@ impl Bounded {
     #[inline(always)]
     pub fn new(value: f64, error: f64) -> Self {
         Self { value, error }
+    }
+
+    /// Returns a number that is exact but for its rounding.
+    #[inline(always)]
+    pub fn rounded(value: f64) -> Self {
+        Self::new(value, f64::EPSILON * value.abs())
     }
 
     /// Returns the number itself, or another one if it is not chosen.
@@ -40,14 +47,13 @@ impl Sub for Bounded {
     }
 }
 
-/// A product with a number that is exact. Rounding counts here, in proportion to the terms of sums.
+/// A product with a number that is exact.
 impl Mul<f64> for Bounded {
     type Output = Self;
 
     #[inline(always)]
     fn mul(self, factor: f64) -> Self {
-        let value = self.value * factor;
-        Self::new(value, self.error * factor.abs() + f64::EPSILON * value.abs())
+        Self::new(self.value * factor, self.error * factor.abs())
     }
 }
 
@@ -56,8 +62,7 @@ impl Mul for Bounded {
 
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        let value = self.value * other.value;
         let error = self.value.abs() * other.error + other.value.abs() * self.error;
-        Self::new(value, error + f64::EPSILON * value.abs())
+        Self::new(self.value * other.value, error)
     }
 }

@@ -63,8 +63,10 @@ impl Cell {
             let rows: &Rows = &rows[..rows_that_count(rows, decay)];
             let values = values(rows, &exponents, level);
             let polynomials = transformed(&values[..NODES], key.row() == 0);
+            // The imaginary part of a pole is rounded, which counts in units of the side.
+            let rounding = ROUNDING * (1.0 + count(key.row()));
             for (w, value) in w.iter().zip(&values).skip(NODES) {
-                let error = errors(&polynomials, *w, value);
+                let error = errors(&polynomials, (*w, rounding), value);
                 for (n, error) in error.into_iter().enumerate() {
                     let own = &mut cell.error[set * TOGETHER + n];
                     *own = own.max(error);
@@ -99,7 +101,7 @@ fn transformed(values: &[Values], is_real: bool) -> Polynomials {
 }
 
 /// Returns the distance of each polynomial from the value at w, and at least the error of rounding.
-fn errors(polynomials: &Polynomials, w: [f64; 2], value: &Values) -> [f64; TOGETHER] {
+fn errors(polynomials: &Polynomials, (w, rounding): ([f64; 2], f64), value: &Values) -> [f64; TOGETHER] {
     let [x, y] = w.map(|part| part / RADIUS);
     let mut sums = [0.0; 2 * TOGETHER];
     for row in polynomials.iter().rev() {
@@ -113,6 +115,6 @@ fn errors(polynomials: &Polynomials, w: [f64; 2], value: &Values) -> [f64; TOGET
         let size = value[f].hypot(value[TOGETHER + f]);
         let distance = (sums[f] - value[f]).hypot(sums[TOGETHER + f] - value[TOGETHER + f]);
         // NaN becomes an infinite error.
-        if size.is_finite() && distance.is_finite() { distance.max(ROUNDING * size) } else { f64::INFINITY }
+        if size.is_finite() && distance.is_finite() { distance.max(rounding * size) } else { f64::INFINITY }
     })
 }

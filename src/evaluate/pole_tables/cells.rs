@@ -5,8 +5,9 @@ use super::geometry::Key;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// Cells of a recording at most, some 2 kB each. Above, those that were not used for longest are dropped.
-const CELLS_MAX: usize = 1 << 15;
+/// Cells of a recording, 2 kB each, or 4 kB with a free motion: above this number those that were not used for longest are dropped, but
+/// none that the present batch uses, at most two for each candidate.
+const CELLS_MAX: usize = 1 << 14;
 
 /// Cells of a recording. Copies share them.
 #[derive(Debug, Clone, Default)]

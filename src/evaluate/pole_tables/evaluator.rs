@@ -2,27 +2,29 @@
 
 use super::block::UNSERVED;
 use super::shared::tables;
+use crate::Result;
 use crate::candidates::Candidates;
 use crate::evaluate::cpu::{Level, cpu_name};
 use crate::evaluate::evaluator::{Batch, Evaluator, Group};
 use crate::evaluate::problem::Problem;
 use crate::evaluate::signals::Signals;
 use crate::evaluate::simd::Simd;
-use crate::{Error, Result};
+use rayon::prelude::*;
 
 /// Bound of the relative error of a total above which the kernel computes the cost.
 const TOLERANCE: f64 = 1e-9;
-/// Factor on the bounds, which count only the largest errors of rounding: the largest error of 10⁵ motors over four decades was 2.5 of
-/// its bound.
-const SAFETY: f64 = 4.0;
-/// Candidates that are evaluated at once, which bounds the memory.
-const TOGETHER: usize = 1 << 16;
+/// Factor on the bounds, which count only the largest errors of rounding: the largest error of 10⁵ motors over four decades was 2.5
+/// times its bound.
+pub(super) const SAFETY: f64 = 4.0;
+/// Candidates that are evaluated at once, which bounds the memory and the number of their cells.
+const CHUNK: usize = 1 << 14;
 
 /// An evaluator whose time per candidate does not depend on the length of the recording.
 ///
 /// It serves linear motors with a voltage and without load torque on even clocks, zero- or first-order hold, known initial states and
 /// criteria of unweighted squares. Other problems, and candidates whose cost could be wrong by more than 1e-9 of it, go to [`Simd`]:
-/// those near the optimum of a recording without noise, and poles that are no longer stable or faster than 2⁶⁰ per second. Tables are
+/// those near the optimum of a recording without noise, and poles with a growth above 2/T, a frequency above 65,000 times their decay, or a step of more than 10⁸
+/// time constants. Tables are
 /// shared by all evaluators of the process. Reference: the sums solve a Stein equation; see `response.rs`.
 #[derive(Debug, Clone, Copy)]
 pub struct PoleTables {
@@ -83,9 +85,10 @@ impl PoleTables {
         let mut uncertain = Vec::new();
         for (n, (total, error)) in totals.into_iter().zip(errors).enumerate() {
             let least = problem.cost(total - error);
-            let is_certain = error <= TOLERANCE * total;
-            // Any value between the cutoff and the cost will do.
-            let is_above = || group.candidates.cutoffs().get(n).is_some_and(|cutoff| least >= *cutoff);
+            let is_certain = error.is_finite() && error <= TOLERANCE * total;
+            // Any value between the cutoff and the cost will do. A total below its error may be zero.
+            let is_known = error.is_finite() && total > error;
+            let is_above = || is_known && group.candidates.cutoffs().get(n).is_some_and(|cutoff| least >= *cutoff);
             match is_certain || is_above() {
                 true => costs[n] = if is_certain { problem.cost(total) } else { least },
                 false => uncertain.push(n),
@@ -119,25 +122,28 @@ impl Evaluator for PoleTables {
     fn evaluate(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<()> {
         batch.check(costs)?;
         let mut rest = costs;
+        let mut parts = Vec::with_capacity(batch.groups.len());
         for group in batch.groups {
-            let count = group.candidates.count();
-            let (own, others) = rest.split_at_mut(count);
+            let (own, others) = rest.split_at_mut(group.candidates.count());
+            parts.push((group, own));
             rest = others;
-            if count == 0 {
-                continue;
-            }
-            // A space without free axes has candidates without values.
-            if group.candidates.width() == 0 || !Self::serves(group.problem) {
-                self.kernel.evaluate(&Batch { groups: &[*group] }, own)?;
-                continue;
-            }
-            for (part, own) in own.chunks_mut(TOGETHER).enumerate() {
-                let from = part * TOGETHER;
-                let candidates = group.candidates.rows(from, from + own.len());
-                self.group(&Group { candidates, ..*group }, own)?;
-            }
         }
-        if rest.is_empty() { Ok(()) } else { Err(Error::usage("more costs than candidates", "Give one for each.")) }
+        let evaluator = *self;
+        let evaluate = |(group, costs): (&Group<'_>, &mut [f64])| {
+            let mut evaluator = evaluator;
+            if !Self::serves(group.problem) {
+                return evaluator.kernel.evaluate(&Batch { groups: &[*group] }, costs);
+            }
+            for (part, own) in costs.chunks_mut(CHUNK).enumerate() {
+                let candidates = group.candidates.rows(part * CHUNK, part * CHUNK + own.len());
+                evaluator.group(&Group { candidates, ..*group }, own)?;
+            }
+            Ok(())
+        };
+        match parts.len() {
+            1 => parts.into_iter().try_for_each(evaluate),
+            _ => parts.into_par_iter().try_for_each(evaluate),
+        }
     }
 
     fn name(&self) -> String {

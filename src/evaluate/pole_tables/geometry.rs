@@ -15,7 +15,7 @@ pub(super) const RADIUS: f64 = 0.26;
 /// Real part of the point p, in sides: the corners on both sides are about as far away.
 const CENTER: f64 = 1.33;
 /// Half the distance of two poles, in sides, up to which they are evaluated as a pair in a cell of the real axis.
-const PAIR: f64 = 0.25;
+const PAIR: f64 = 0.2;
 /// Smallest and largest biased exponent of `Re q` that has cells: 2⁻⁶⁰ and 2⁶⁰.
 const EXPONENTS: [u64; 2] = [1023 - 60, 1023 + 60];
 /// Largest number of a cell above the real axis.

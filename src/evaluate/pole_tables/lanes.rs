@@ -9,7 +9,7 @@ use super::geometry::{Kind, Poles};
 use super::nodes::TOGETHER;
 use super::response::{FUNCTIONS, Functions, sums};
 use super::series::Series;
-use super::transition::{Matrices, PhiFunctions};
+use super::transition::{Matrices, Transitions};
 use crate::evaluate::at_level::at_level;
 use crate::evaluate::cpu::Level;
 use crate::motor::multiply_add;
@@ -60,6 +60,7 @@ fn polynomials_portable(of: &Polynomials, v: &[Lane; 3], values: &mut Values) {
 }
 
 /// Candidates side by side in a cell.
+#[repr(C, align(64))]
 pub(super) struct Side {
     pub matrices: Matrices<LANES>,
     /// The points of their poles in the cell.
@@ -108,13 +109,14 @@ pub(super) fn begin(of: &Chosen<'_>, side: &mut Side, level: Level) {
 
 #[inline(always)]
 fn gathered(of: &Chosen<'_>, side: &mut Side) {
-    let mut parameters = [[0.0; LANES]; 5];
-    for lane in 0..LANES {
-        let row = &of.rows[of.ids[lane] as usize];
-        for p in 0..5 {
-            parameters[p][lane] = row[p];
-        }
-    }
+    let row = |lane: usize| &of.rows[of.ids[lane] as usize];
+    let rows = [row(0), row(1), row(2), row(3), row(4), row(5), row(6), row(7)];
+    // Written out, the numbers become vectors without a way through memory.
+    let all = |p: usize| {
+        let [a, b, c, d, e, f, g, h] = rows;
+        [a[p], b[p], c[p], d[p], e[p], f[p], g[p], h[p]]
+    };
+    let parameters = [all(0), all(1), all(2), all(3), all(4)];
     side.matrices = Matrices::new(&parameters);
     // The black box forces the lanes through memory; otherwise the compiler splits them into scalars.
     let side = std::hint::black_box(side);
@@ -174,13 +176,13 @@ fn all<const FMA: bool>(series: &Series, side: &Side, results: &mut Sums) {
 
 #[inline(always)]
 fn each<const FMA: bool, const GENERAL: bool>(series: &Series, side: &Side, results: &mut Sums) {
-    let phi = PhiFunctions::new::<FMA, GENERAL>(&side.matrices, series.step_s);
+    let steps = Transitions::new::<FMA, GENERAL>(&side.matrices, series.step_s);
     // The black box forces the lanes through memory; otherwise the compiler splits them into scalars.
-    let phi = std::hint::black_box(&phi);
+    let steps = std::hint::black_box(&steps);
     let (is_real, is_pair) = (side.kind == Kind::Real, side.kind == Kind::Pair);
     for lane in 0..LANES {
         let matrix = side.matrices.at(lane);
-        let step = phi.transition(lane, &matrix, series.step_s);
+        let step = steps.at(lane);
         let root = matrix.square.abs().sqrt();
         let inverse = if is_pair { 1.0 } else { 1.0 / root };
         let zero = [0.0; FUNCTIONS];

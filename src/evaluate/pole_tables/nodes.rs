@@ -14,8 +14,9 @@ pub(super) type Rows = [[f64; TOGETHER]];
 /// Values of four functions at a point: real parts, then imaginary parts.
 pub(super) type Values = [f64; 2 * TOGETHER];
 
-/// Powers between two exact ones. The errors of those between grow with the root of their number.
-const RESTART: usize = 1024;
+/// Powers between two exact ones, and those between two products of an exact one with that of so many steps. The errors of the others
+/// grow with the root of their number.
+const RESTART: [usize; 2] = [4096, 64];
 /// Exponent at which a power no longer counts: e⁻⁴⁰ is 4e-18.
 const NEGLIGIBLE: f64 = 40.0;
 
@@ -78,13 +79,28 @@ fn together<const L: usize, const FMA: bool>(rows: &Rows, points: &[[f64; L]; 2]
         powers.factor[1][lane] = x.exp() * y.sin();
     }
     let mut sums = [[0.0; L]; 2 * TOGETHER];
-    for (block, rows) in rows.chunks(RESTART).enumerate() {
-        let first = count(block * RESTART);
+    let exact = |steps: usize, lane: usize| {
+        let (size, angle) = ((count(steps) * points[0][lane]).exp(), count(steps) * points[1][lane]);
+        [size * angle.cos(), size * angle.sin()]
+    };
+    let mut stride = [[0.0; L]; 2];
+    for lane in 0..L {
+        [stride[0][lane], stride[1][lane]] = exact(RESTART[1], lane);
+    }
+    for (block, rows) in rows.chunks(RESTART[0]).enumerate() {
+        let mut first = [[0.0; L]; 2];
         for lane in 0..L {
-            let (size, angle) = ((first * points[0][lane]).exp(), first * points[1][lane]);
-            (powers.power[0][lane], powers.power[1][lane]) = (size * angle.cos(), size * angle.sin());
+            [first[0][lane], first[1][lane]] = exact(block * RESTART[0], lane);
         }
-        add::<L, FMA>(rows, &mut powers, &mut sums);
+        for rows in rows.chunks(RESTART[1]) {
+            powers.power = first;
+            add::<L, FMA>(rows, &mut powers, &mut sums);
+            for lane in 0..L {
+                let (re, im) = (first[0][lane], first[1][lane]);
+                first[0][lane] = re * stride[0][lane] - im * stride[1][lane];
+                first[1][lane] = re * stride[1][lane] + im * stride[0][lane];
+            }
+        }
     }
     sums
 }

@@ -31,9 +31,8 @@ impl Functions {
     #[inline(always)]
     fn times(&self, n: usize, [vector, turned]: [[f64; 2]; 2]) -> Pair {
         let part = |c: usize| {
-            let (a, b) = (self.alpha[n] * vector[c], self.beta[n] * turned[c]);
             let error = self.error[n] * (vector[c].abs() + self.slope * turned[c].abs());
-            Bounded::new(a + b, error + f64::EPSILON * (a.abs() + b.abs()))
+            Bounded::new(self.alpha[n] * vector[c] + self.beta[n] * turned[c], error)
         };
         [part(0), part(1)]
     }
@@ -90,24 +89,23 @@ pub(super) fn sums<const GENERAL: bool>(
     let term = |a: usize, b: usize| {
         let driven = delayed[a] * forced[b] + delayed[b] * forced[a];
         let constant = forced[a] * forced[b] * products.sequence;
-        let driven = driven + Bounded::new(constant, f64::EPSILON * constant.abs()) - last[a] * last[b];
+        let driven = driven + Bounded::rounded(constant) - last[a] * last[b];
         let moved = first * (free[a] * forced[b] + free[b] * forced[a]) + free[a] * free[b];
-        if GENERAL { driven + Bounded::new(moved, f64::EPSILON * moved.abs()) } else { driven }
+        if GENERAL { driven + Bounded::rounded(moved) } else { driven }
     };
     let squares = stein(&step.e, [term(0, 0), term(0, 1), term(1, 1)]);
     let source = |c: usize| {
         let constant = forced[c] * products.mixed + if GENERAL { free[c] * products.first_voltage } else { 0.0 };
-        delayed[c] - last[c] * products.last_voltage + Bounded::new(constant, f64::EPSILON * constant.abs())
+        delayed[c] - last[c] * products.last_voltage + Bounded::rounded(constant)
     };
     let is_changes = series.form == Form::Changes;
     let from_changes = solved(&step.e, [source(0), source(1)]);
     let from_voltage = |c: usize| before[c] + end[c] * products.last_voltage;
     let with_voltage = |c: usize| from_changes[c].or(is_changes, from_voltage(c));
     let total = |c: usize| {
-        let square = Bounded::new(products.measured[c], f64::EPSILON * products.measured[c]);
+        let square = Bounded::rounded(products.measured[c]);
         let constants = [direct[c] * direct[c] * products.voltage, -2.0 * direct[c] * products.with_voltage[c]];
-        let rounding = f64::EPSILON * (constants[0].abs() + constants[1].abs());
-        let own = Bounded::new(constants[0] + constants[1], rounding);
+        let own = Bounded::rounded(constants[0]) + Bounded::rounded(constants[1]);
         square + measured[c] * -2.0 + squares[c] + with_voltage(c) * (2.0 * direct[c]) + own
     };
     [total(0), total(1)]

@@ -7,8 +7,9 @@ use crate::evaluate::problem::Problem;
 use crate::evaluate::signals::Signals;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-/// Cells of all recordings together from which on the tables that were not used for longest are dropped: some 200 MB.
-const CELLS_MAX: usize = 1 << 16;
+/// Cells of all recordings together from which on the tables that were not used for longest are dropped when another
+/// recording comes: some 200 MB.
+const SHARED_CELLS_MAX: usize = 1 << 16;
 
 struct Entry {
     signals: Weak<Signals>,
@@ -50,7 +51,9 @@ pub(super) fn tables(problem: &Problem, signals: &Arc<Signals>, level: Level) ->
         return entry.tables.clone();
     }
     shared.retain(|entry| entry.signals.strong_count() > 0);
-    while shared.len() > problem.signals().len() && shared.iter().map(|e| e.tables.count()).sum::<usize>() > CELLS_MAX {
+    while shared.len() > problem.signals().len()
+        && shared.iter().map(|e| e.tables.count()).sum::<usize>() > SHARED_CELLS_MAX
+    {
         shared.remove(0);
     }
     shared.push(Entry { signals: Arc::downgrade(signals), is_first_order_hold, level, tables: tables.clone() });

@@ -22,13 +22,14 @@ pub(super) struct Tables {
     /// No lock is held while blocks are evaluated: a thread that waits for others may do work that takes the lock.
     cells: RwLock<Arc<Cells>>,
     batches: AtomicU64,
-    /// Memory of blocks that were evaluated.
-    memory: Mutex<Vec<Scratch>>,
 }
+
+/// Memory of blocks that were evaluated.
+static MEMORY: Mutex<Vec<Scratch>> = Mutex::new(Vec::new());
 
 impl Tables {
     pub fn new(series: Series, level: Level) -> Self {
-        Self { series, level, cells: RwLock::default(), batches: AtomicU64::new(0), memory: Mutex::default() }
+        Self { series, level, cells: RwLock::default(), batches: AtomicU64::new(0) }
     }
 
     /// Writes the sums of squared errors of current and speed of candidates, with bounds of their errors; infinite ones for candidates
@@ -36,7 +37,7 @@ impl Tables {
     pub fn sums(&self, parameters: impl Fn(usize) -> [f64; 5] + Send + Sync, sums: &mut [[Bounded; 2]]) {
         sums.fill(UNSERVED);
         let mut blocks: Vec<(Scratch, &mut [[Bounded; 2]])> = {
-            let mut memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut memory = MEMORY.lock().unwrap_or_else(PoisonError::into_inner);
             sums.chunks_mut(BLOCK).map(|own| (memory.pop().unwrap_or_default(), own)).collect()
         };
         blocks.iter_mut().for_each(|(scratch, _)| scratch.begin());
@@ -54,12 +55,14 @@ impl Tables {
             if missing.is_empty() {
                 break;
             }
+            drop(cells);
             missing.sort_unstable_by_key(|key| key.0);
             missing.dedup();
             self.build(&missing, batch);
         }
-        let mut memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut memory = MEMORY.lock().unwrap_or_else(PoisonError::into_inner);
         memory.extend(blocks.into_iter().map(|(scratch, _)| scratch));
+        memory.truncate(2 * rayon::current_num_threads());
     }
 
     fn build(&self, missing: &[Key], batch: u64) {

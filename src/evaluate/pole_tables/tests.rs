@@ -2,6 +2,7 @@
 
 use super::block::UNSERVED;
 use super::bounded::Bounded;
+use super::evaluator::SAFETY;
 use super::series::{Recorded, Series};
 use super::tables::Tables;
 use crate::evaluate::cpu::Level;
@@ -35,16 +36,15 @@ fn response(p: &Parameters, voltage: &[f64], initial: [f64; 2], hold: Discretiza
     simulate(p, &input, initial, hold)
 }
 
-/// Returns motors around M2 at several distances, over the box of Table 2, and over four decades.
-fn motors(count: usize) -> Vec<[f64; 5]> {
+/// Returns motors around one at several distances, over the box of Table 2, and over four decades.
+fn motors(truth: [f64; 5], count: usize) -> Vec<[f64; 5]> {
     let mut numbers = Xoshiro256PlusPlus::seed_from_u64(2);
-    let m2 = Parameters::M2.to_array();
     let bounds = [[0.1, 1.0], [1e-3, 0.1], [5e-3, 0.1], [1e-5, 1e-3], [1e-5, 1e-3]];
     let one = |n: usize, p: usize, random: f64| match n % 5 {
-        0 => m2[p] * (1.0 + 0.02 * (random - 0.5)),
-        1 => m2[p] * (1.0 + 0.4 * (random - 0.5)),
+        0 => truth[p] * (1.0 + 0.001 * (random - 0.5)),
+        1 => truth[p] * (1.0 + 0.4 * (random - 0.5)),
         2 | 3 => bounds[p][0] + (bounds[p][1] - bounds[p][0]) * random,
-        _ => m2[p] * 10f64.powf(4.0 * (random - 0.5)),
+        _ => truth[p] * 10f64.powf(4.0 * (random - 0.5)),
     };
     (0..count).map(|n| std::array::from_fn(|p| one(n, p, numbers.random::<f64>()))).collect()
 }
@@ -56,43 +56,60 @@ fn oracle(motor: &[f64; 5], recorded: &Recorded<'_>, hold: Discretization) -> [f
     [0, 1].map(|c| recorded.measured.iter().zip(&simulated[c]).map(|(y, x)| (y[c] - x).powi(2)).sum())
 }
 
+/// Compares the sums with the oracle at every level; returns the number of channels that are accurate enough.
+fn compared(motors: &[[f64; 5]], recorded: &Recorded<'_>, hold: Discretization) -> usize {
+    let expected: Vec<[f64; 2]> = motors.iter().map(|motor| oracle(motor, recorded, hold)).collect();
+    let size = [0, 1].map(|c| recorded.measured.iter().map(|y| y[c] * y[c]).sum::<f64>());
+    let mut served = 0;
+    for level in Level::available() {
+        let tables = Tables::new(Series::new(recorded), level);
+        let mut sums = vec![UNSERVED; motors.len()];
+        tables.sums(|n| motors[n], &mut sums);
+        served = 0;
+        for ((motor, sums), expected) in motors.iter().zip(&sums).zip(&expected) {
+            for c in 0..2 {
+                let own = sums[c];
+                served += usize::from(SAFETY * own.error <= 1e-9 * expected[c]);
+                // The oracle's own errors: of its map, and of its sums, which are not compensated.
+                let bound = SAFETY * own.error + 1e-12 * expected[c] + 1e-15 * size[c];
+                assert!(
+                    own.error.is_infinite() || (own.value - expected[c]).abs() <= bound,
+                    "{hold:?} from {:?}, {}: channel {c} of {motor:?}: {own:?} for {}",
+                    recorded.initial,
+                    level.name(),
+                    expected[c]
+                );
+            }
+        }
+    }
+    served
+}
+
 #[test]
 fn sums_are_within_their_bounds_of_the_oracle() {
-    let motors = motors(1000);
+    let m2 = Parameters::M2.to_array();
+    // A step of a hundred electrical time constants.
+    let stiff = [m2[0], m2[1] / 1000.0, m2[2], m2[3], m2[4]];
     let mut numbers = Xoshiro256PlusPlus::seed_from_u64(3);
-    for (n, voltage) in voltages().iter().enumerate() {
-        for (initial, hold) in [
-            ([0.0; 2], Discretization::Zoh),
-            ([2.0, 30.0], Discretization::Zoh),
-            ([0.0; 2], Discretization::Foh),
-            ([-1.0, 5.0], Discretization::Foh),
-        ] {
-            let [current, speed] = response(&Parameters::M2, voltage, initial, hold);
-            let mut noise = |sigma: f64| sigma * (numbers.random::<f64>() - 0.5);
-            let measured: Vec<[f64; 2]> =
-                current.iter().zip(&speed).map(|(i, w)| [i + noise(0.1), w + noise(1.0)]).collect();
-            let is_first_order_hold = hold == Discretization::Foh;
-            let recorded = Recorded { step_s: STEP_S, voltage, measured: &measured, initial, is_first_order_hold };
-            for level in Level::available() {
-                let tables = Tables::new(Series::new(&recorded), level);
-                let mut sums = vec![UNSERVED; motors.len()];
-                tables.sums(|n| motors[n], &mut sums);
-                let mut served = 0;
-                for (motor, sums) in motors.iter().zip(&sums) {
-                    let expected = oracle(motor, &recorded, hold);
-                    for (own, expected) in sums.iter().zip(expected) {
-                        let size: f64 = measured.iter().map(|y| y[0] * y[0] + y[1] * y[1]).sum();
-                        served += usize::from(own.error <= 1e-9 * expected);
-                        // The oracle's own errors: of its map, and of its sums.
-                        let bound = 4.0 * own.error + 1e-11 * expected + 1e-15 * size;
-                        assert!(
-                            own.error.is_infinite() || (own.value - expected).abs() <= bound,
-                            "voltage {n}, {hold:?} from {initial:?}, {}: {motor:?}: {own:?} for {expected}",
-                            level.name()
-                        );
-                    }
-                }
-                assert!(served > 1900, "voltage {n}, {hold:?}, {initial:?}: {served} of 2000 served");
+    for truth in [m2, stiff] {
+        let motors = motors(truth, 500);
+        let truth = Parameters::from_array(truth);
+        for (n, voltage) in voltages().iter().enumerate() {
+            for (initial, hold) in [
+                ([0.0; 2], Discretization::Zoh),
+                ([2.0, 30.0], Discretization::Zoh),
+                ([0.0; 2], Discretization::Foh),
+                ([-1.0, 5.0], Discretization::Foh),
+            ] {
+                let [current, speed] = response(&truth, voltage, initial, hold);
+                let mut noise = |sigma: f64| sigma * (numbers.random::<f64>() - 0.5);
+                let measured: Vec<[f64; 2]> =
+                    current.iter().zip(&speed).map(|(i, w)| [i + noise(0.2), w + noise(2.0)]).collect();
+                let is_first_order_hold = hold == Discretization::Foh;
+                let recorded = Recorded { step_s: STEP_S, voltage, measured: &measured, initial, is_first_order_hold };
+                let served = compared(&motors, &recorded, hold);
+                // All but the fifth of the motors that is within 0.05 % of the truth, where the noise is below 50 dB.
+                assert!(served >= 800, "voltage {n}, {hold:?}, {initial:?}: {served} of 1000 served");
             }
         }
     }
@@ -128,10 +145,10 @@ fn equal_poles_are_no_exception() {
 fn a_corrupted_table_is_seen() {
     let voltage = &voltages()[1];
     let [current, speed] = response(&Parameters::M2, voltage, [0.0; 2], Discretization::Zoh);
-    let measured: Vec<[f64; 2]> = current.iter().zip(&speed).map(|(i, w)| [*i + 0.1, *w]).collect();
+    let measured: Vec<[f64; 2]> = current.iter().zip(&speed).map(|(i, w)| [*i + 0.1, *w + 1.0]).collect();
     let recorded =
         Recorded { step_s: STEP_S, voltage, measured: &measured, initial: [0.0; 2], is_first_order_hold: false };
-    let motors = motors(100);
+    let motors = motors(Parameters::M2.to_array(), 100);
     let tables = Tables::new(Series::new(&recorded), Level::best());
     let mut sums = vec![UNSERVED; motors.len()];
     let mut wrong = || {

@@ -1,8 +1,9 @@
 //! The step of a motor from functions of its matrix.
 //!
 //! With `A = −m I + X`, `m = (R/L + B/J)/2` and `X² = d I`, `d = (R/L − B/J)²/4 − K²/(LJ)`, each analytic function of A is `α I + β X`:
-//! there is no branch between real and complex poles. `φ₁` and `φ₂` of hA are Taylor polynomials of a halved step, which is doubled by
-//! `φ₁(2z) = φ₁(z)(1 + (e^z − 1)/2)` and `φ₂(2z) = φ₂(z)/2 + φ₁(z)²/4` (N. J. Higham, Functions of Matrices, 2008, ch. 10).
+//! there is no branch between real and complex poles. `φ₁` and `φ₂` of hA are Taylor polynomials of a halved step. Steps are doubled by
+//! their elements, as those of the kernel: with poles far apart α and βX would cancel (N. J. Higham, Functions of Matrices, 2008,
+//! ch. 10).
 
 use crate::motor::multiply_add;
 
@@ -50,7 +51,7 @@ impl Matrix {
     /// Returns the number of halvings of a step after which |hA| is at most [`HALVED`].
     #[inline(always)]
     pub fn halvings(&self, h: f64) -> u32 {
-        let size = (self.decay + self.square.abs().sqrt()) * (h / HALVED);
+        let size = (self.decay.abs() + self.square.abs().sqrt()) * (h / HALVED);
         // The exponent of a number above 1 is the number of halvings that bring it into 1 to 2; one more brings it to 1 at most.
         let needed = ((size.to_bits() >> 52) & 0x7ff) as u32;
         if size > 1.0 { (needed - 1022).min(HALVINGS_MAX) } else { 0 }
@@ -100,7 +101,7 @@ impl<const L: usize> Matrices<L> {
     }
 }
 
-/// A step: `E = Φ − I`, row-major, and the gains of the voltage at its beginning and end with a first-order hold.
+/// A step: `E = Φ − I`, row-major, and the gains of a constant voltage and of its rise over the step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Transition {
     pub e: [f64; 4],
@@ -113,12 +114,6 @@ pub(super) struct Transition {
 struct Element(f64, f64);
 
 impl Element {
-    #[inline(always)]
-    fn times<const FMA: bool>(self, other: Self, square: f64) -> Self {
-        let (Self(a, b), Self(c, d)) = (self, other);
-        Self(multiply_add::<FMA>(b * square, d, a * c), multiply_add::<FMA>(a, d, b * c))
-    }
-
     /// Returns the polynomial `Σ zⁿ/(n + first)!` with `z = mean + x`.
     #[inline(always)]
     fn series<const FMA: bool>(first: usize, mean: f64, square: f64) -> Self {
@@ -130,20 +125,14 @@ impl Element {
         }
         sum
     }
-
-    /// Returns `new` where the step is still halved, with β in units of the longer step.
-    #[inline(always)]
-    fn chosen(self, is_halved: bool, new: Self) -> Self {
-        Self(if is_halved { new.0 } else { self.0 }, if is_halved { 0.5 * new.1 } else { self.1 })
-    }
 }
 
 /// Terms of the Taylor polynomials: for |z| up to [`HALVED`] the next is below 1e-16.
 const TERMS: usize = 12;
 /// Largest |hA| without halving: a power of two.
 const HALVED: f64 = 0.25;
-/// Largest number of halvings; a faster motor becomes NaN.
-const HALVINGS_MAX: u32 = 16;
+/// Number of halvings at which a step becomes NaN: |hA| is above 10⁸.
+const HALVINGS_MAX: u32 = 30;
 
 /// 1/n! for n from 0 to [`TERMS`] + 1.
 const INVERSE_FACTORIALS: [f64; TERMS + 2] = {
@@ -160,91 +149,15 @@ const INVERSE_FACTORIALS: [f64; TERMS + 2] = {
     all
 };
 
-/// Functions of hA of motors side by side: φ₁, φ₂ and `e^z − 1`, each an element of the algebra.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct PhiFunctions<const L: usize> {
-    parts: [[[f64; L]; 2]; 3],
-    square: [f64; L],
-    halvings: [u32; L],
-}
-
-impl<const L: usize> PhiFunctions<L> {
-    /// Computes φ₁, and φ₂ if it is needed, for a step of `h` seconds.
+impl Transition {
+    /// Returns the step of `h` seconds from `φ₁` and `φ₂` of hA. `E = hA φ₁` has not the cancellation of `Φ − I`.
     #[inline(always)]
-    pub fn new<const FMA: bool, const FOH: bool>(matrices: &Matrices<L>, h: f64) -> Self {
-        let mut all = Self { parts: [[[0.0; L]; 2]; 3], square: [0.0; L], halvings: [0; L] };
-        for lane in 0..L {
-            let of = matrices.at(lane);
-            let halvings = of.halvings(h);
-            // 2⁻ⁿ by its exponent.
-            let part = h * f64::from_bits(u64::from(1023 - halvings) << 52);
-            let (mean, square) = (-of.decay * part, of.square * part * part);
-            let first = Element::series::<FMA>(1, mean, square);
-            let second = if FOH { Element::series::<FMA>(2, mean, square) } else { Element(0.0, 0.0) };
-            // e^z − 1 = z φ₁.
-            let less_one = Element(mean, 1.0).times::<FMA>(first, square);
-            all.set(lane, [first, second, less_one]);
-            all.square[lane] = square;
-            all.halvings[lane] = halvings;
-        }
-        let mut most = 0;
-        for own in all.halvings {
-            most = if own > most { own } else { most };
-        }
-        for done in 0..most {
-            all.double::<FMA, FOH>(done);
-        }
-        all
-    }
-
-    #[inline(always)]
-    fn part(&self, part: usize, lane: usize) -> Element {
-        Element(self.parts[part][0][lane], self.parts[part][1][lane])
-    }
-
-    #[inline(always)]
-    fn set(&mut self, lane: usize, values: [Element; 3]) {
-        for (part, value) in self.parts.iter_mut().zip(values) {
-            (part[0][lane], part[1][lane]) = (value.0, value.1);
-        }
-    }
-
-    /// Doubles the steps that were halved more often.
-    #[inline(always)]
-    fn double<const FMA: bool, const FOH: bool>(&mut self, done: u32) {
-        // The black box forces the lanes through memory; otherwise the compiler splits them into scalars.
-        let old = std::hint::black_box(*self);
-        for lane in 0..L {
-            let is_halved = done < old.halvings[lane];
-            let (first, second, less_one) = (old.part(0, lane), old.part(1, lane), old.part(2, lane));
-            let square = old.square[lane];
-            let half = first.times::<FMA>(less_one, square);
-            let product = less_one.times::<FMA>(less_one, square);
-            let longer = Element(first.0 + 0.5 * half.0, first.1 + 0.5 * half.1);
-            let longer_less_one = Element(2.0 * less_one.0 + product.0, 2.0 * less_one.1 + product.1);
-            let mut longer_second = second;
-            if FOH {
-                let product = first.times::<FMA>(first, square);
-                longer_second = Element(0.5 * second.0 + 0.25 * product.0, 0.5 * second.1 + 0.25 * product.1);
-            }
-            let first = first.chosen(is_halved, longer);
-            let second = second.chosen(is_halved, longer_second);
-            self.set(lane, [first, second, less_one.chosen(is_halved, longer_less_one)]);
-            self.square[lane] = if is_halved { 4.0 * square } else { square };
-        }
-    }
-
-    /// Returns the step of one of the motors.
-    #[inline(always)]
-    pub fn transition(&self, lane: usize, of: &Matrix, h: f64) -> Transition {
-        let (Element(a, b), Element(c, d)) = (self.part(0, lane), self.part(1, lane));
-        let (first, second) = ([a, b], [c, d]);
+    fn new(of: &Matrix, h: f64, [first, second]: [Element; 2]) -> Self {
         let (skew, back, torque) = (of.skew * h, of.back * h, of.torque * h);
-        let phi = [first[0] + first[1] * skew, -first[1] * back, first[1] * torque, first[0] - first[1] * skew];
+        let phi = [first.0 + first.1 * skew, -first.1 * back, first.1 * torque, first.0 - first.1 * skew];
         let (electrical, mechanical) = (of.electrical * h, of.mechanical * h);
         let scale = h * of.per_inductance;
-        Transition {
-            // E = hA φ₁, without the cancellation in Φ − I.
+        Self {
             e: [
                 -electrical * phi[0] - back * phi[2],
                 -electrical * phi[1] - back * phi[3],
@@ -252,7 +165,107 @@ impl<const L: usize> PhiFunctions<L> {
                 torque * phi[1] - mechanical * phi[3],
             ],
             gain: [scale * phi[0], scale * phi[2]],
-            ramp: [scale * (second[0] + second[1] * skew), scale * second[1] * torque],
+            ramp: [scale * (second.0 + second.1 * skew), scale * second.1 * torque],
+        }
+    }
+
+    /// Returns two such steps as one.
+    #[inline(always)]
+    fn twice<const FOH: bool>(&self) -> Self {
+        let [a, b, c, d] = self.e;
+        let advanced = |v: [f64; 2]| [v[0] + (a * v[0] + b * v[1]), v[1] + (c * v[0] + d * v[1])];
+        let gain = advanced(self.gain);
+        let mut twice = Self {
+            e: [
+                2.0 * a + (a * a + b * c),
+                2.0 * b + (a * b + b * d),
+                2.0 * c + (c * a + d * c),
+                2.0 * d + (c * b + d * d),
+            ],
+            gain: [self.gain[0] + gain[0], self.gain[1] + gain[1]],
+            ramp: [0.0; 2],
+        };
+        if FOH {
+            // The voltage in the middle is the mean of those at the ends.
+            let ramp = advanced(self.ramp);
+            twice.ramp = [0.5 * (self.gain[0] + ramp[0] + self.ramp[0]), 0.5 * (self.gain[1] + ramp[1] + self.ramp[1])];
+        }
+        twice
+    }
+}
+
+/// Steps of motors side by side, a field after the other.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub(super) struct Transitions<const L: usize> {
+    fields: [[f64; L]; 8],
+    halvings: [u32; L],
+}
+
+impl<const L: usize> Transitions<L> {
+    /// Computes the steps of `h` seconds.
+    #[inline(always)]
+    pub fn new<const FMA: bool, const FOH: bool>(matrices: &Matrices<L>, h: f64) -> Self {
+        let mut all = Self { fields: [[0.0; L]; 8], halvings: [0; L] };
+        for lane in 0..L {
+            let of = matrices.at(lane);
+            let halvings = of.halvings(h);
+            // 2⁻ⁿ by its exponent.
+            let part = h * f64::from_bits(u64::from(1023 - halvings) << 52);
+            let part = if halvings < HALVINGS_MAX { part } else { f64::NAN };
+            let (mean, square) = (-of.decay * part, of.square * part * part);
+            let first = Element::series::<FMA>(1, mean, square);
+            let second = if FOH { Element::series::<FMA>(2, mean, square) } else { Element(0.0, 0.0) };
+            all.set(lane, &Transition::new(&of, part, [first, second]));
+            all.halvings[lane] = halvings;
+        }
+        let mut most = 0;
+        for own in all.halvings {
+            most = if own > most { own } else { most };
+        }
+        for done in 0..most {
+            all.double::<FOH>(done);
+        }
+        all
+    }
+
+    /// Returns one of the steps.
+    #[inline(always)]
+    pub fn at(&self, lane: usize) -> Transition {
+        let [a, b, c, d, e, f, g, h] = &self.fields;
+        Transition { e: [a[lane], b[lane], c[lane], d[lane]], gain: [e[lane], f[lane]], ramp: [g[lane], h[lane]] }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, of: &Transition) {
+        let Transition { e: [a, b, c, d], gain: [e, f], ramp: [g, h] } = *of;
+        for (field, value) in self.fields.iter_mut().zip([a, b, c, d, e, f, g, h]) {
+            field[lane] = value;
+        }
+    }
+
+    /// Doubles the steps that were halved more often.
+    #[inline(always)]
+    fn double<const FOH: bool>(&mut self, done: u32) {
+        // The black box forces the lanes through memory; otherwise the compiler splits them into scalars.
+        let old = std::hint::black_box(*self);
+        for lane in 0..L {
+            let is_halved = done < old.halvings[lane];
+            let (one, two) = (old.at(lane), old.at(lane).twice::<FOH>());
+            let chosen = |one: f64, two: f64| if is_halved { two } else { one };
+            self.set(
+                lane,
+                &Transition {
+                    e: [
+                        chosen(one.e[0], two.e[0]),
+                        chosen(one.e[1], two.e[1]),
+                        chosen(one.e[2], two.e[2]),
+                        chosen(one.e[3], two.e[3]),
+                    ],
+                    gain: [chosen(one.gain[0], two.gain[0]), chosen(one.gain[1], two.gain[1])],
+                    ramp: [chosen(one.ramp[0], two.ramp[0]), chosen(one.ramp[1], two.ramp[1])],
+                },
+            );
         }
     }
 }
