@@ -155,7 +155,7 @@ fn main() {
         pool.install(|| row(level, "binary", 1_000_001));
     }
     println!("\nSearches with the Grey Wolf Optimizer, 100 x 100, all cells built in the run, one thread\n");
-    println!("| voltage | samples | runs at once | time of the kernel | runs with its best cost |");
+    println!("| voltage | samples | runs at once | times as fast as the kernel | runs with its best cost |");
     println!("|---|---|---|---|---|");
     for samples in [3001, 30_001] {
         pool.install(|| searches(samples));
