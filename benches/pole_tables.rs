@@ -1,5 +1,5 @@
 //! Measures the tables of poles against the SIMD kernel: time per candidate of Table 2's box, with the cells built and on first use, and the
-//! number of candidates from which the tables are faster, for recordings of 10³ to 10⁶ samples under a step, a binary sequence and a
+//! number of candidates from which the tables are faster, for recordings of 10³ to 10⁶ samples under a step, a pseudorandom binary sequence and a
 //! sine, on one thread.
 #![allow(missing_docs, reason = "a bench has no public interface")]
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a bench prints and may stop")]
@@ -10,13 +10,11 @@ mod support;
 use motorfit::criterion::{Criterion, Noise};
 use motorfit::device::BatchSearchEvaluator;
 use motorfit::evaluate::{Evaluator, Initial, Level, Model, PoleTables, Problem, Scalar, Simd};
-use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
+use motorfit::experiment::{Excitation, Shape, noise_of, simulated, with_noise};
 use motorfit::identify::Method;
 use motorfit::motor::{Discretization, Parameters, Space};
 use motorfit::optimize::{Budget, GwoOptions, Run, SearchSettings, minimize};
 use motorfit::record::Record;
-use rand::{RngExt as _, SeedableRng as _};
-use rand_xoshiro::Xoshiro256PlusPlus;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use support::{candidates, evaluate, median, seconds};
@@ -24,28 +22,21 @@ use support::{candidates, evaluate, median, seconds};
 /// Candidates whose time is measured with the cells built.
 const CANDIDATES: usize = 100_000;
 const STEP_S: f64 = 1e-3;
+const SHAPES: [Shape; 3] = [Shape::Step, Shape::Prbs, Shape::Sine];
 
-/// Returns the voltages of an experiment.
-fn voltages(name: &str, samples: usize) -> Vec<f64> {
-    let mut numbers = Xoshiro256PlusPlus::seed_from_u64(1);
-    let mut level = 10.5;
-    let mut binary = |n: usize| {
-        if n.is_multiple_of(7) && numbers.random::<bool>() {
-            level = -level;
-        }
-        level
-    };
-    match name {
-        "step" => vec![10.5; samples],
-        "binary" => (0..samples).map(&mut binary).collect(),
-        _ => (0..samples).map(|n| 10.5 * (std::f64::consts::TAU * 3.0 * STEP_S * n as f64).sin()).collect(),
+/// Returns the hold time in samples: seven of a bit, and a sine of 3 Hz.
+fn hold(shape: Shape) -> usize {
+    match shape {
+        Shape::Prbs => 7,
+        Shape::Sine => 333,
+        _ => 1,
     }
 }
 
 /// Returns a recording of the paper's motor M2 with noise of 40 dB.
-fn record(name: &str, samples: usize) -> Record {
+fn record(shape: Shape, samples: usize) -> Record {
     let time_s: Vec<f64> = (0..samples).map(|n| STEP_S * n as f64).collect();
-    let excitation = Excitation { time_s, voltage: voltages(name, samples), torque: None };
+    let excitation = Excitation { time_s, voltage: shape.voltage(10.5, hold(shape), samples), torque: None };
     let exact = simulated(&Parameters::M2, &excitation, Discretization::Zoh).unwrap();
     with_noise(&exact, noise_of(&exact, Noise::Decibels(40.0)), 2).unwrap()
 }
@@ -71,8 +62,8 @@ fn first_time(level: Level, record: &Record, values: &[f64]) -> f64 {
     median(times)
 }
 
-fn row(level: Level, name: &str, samples: usize) {
-    let record = record(name, samples);
+fn row(level: Level, shape: Shape, samples: usize) {
+    let (record, name) = (record(shape, samples), shape.name());
     let problem = problem(&record);
     let values = candidates(CANDIDATES);
     let some = &values[..5 * (2_000_000 / samples).clamp(48, 2000)];
@@ -122,8 +113,8 @@ fn searched(evaluator: Box<dyn Evaluator>, problem: &Arc<Problem>, runs: u64) ->
 }
 
 fn searches(samples: usize) {
-    for name in ["step", "binary", "sine"] {
-        let record = record(name, samples);
+    for shape in SHAPES {
+        let (record, name) = (record(shape, samples), shape.name());
         for runs in [1, 100] {
             let mut ratios = Vec::new();
             let mut same = 0;
@@ -147,12 +138,12 @@ fn main() {
             "| voltage | samples | tables \\[ns\\] | kernel \\[ns\\] | ratio | cells \\[ms\\] | faster from | largest error |"
         );
         println!("|---|---|---|---|---|---|---|---|");
-        for name in ["step", "binary", "sine"] {
+        for shape in SHAPES {
             for samples in [1001, 3001, 10_001, 100_001] {
-                pool.install(|| row(level, name, samples));
+                pool.install(|| row(level, shape, samples));
             }
         }
-        pool.install(|| row(level, "binary", 1_000_001));
+        pool.install(|| row(level, Shape::Prbs, 1_000_001));
     }
     println!("\nSearches with the Grey Wolf Optimizer, 100 x 100, all cells built in the run, one thread\n");
     println!("| voltage | samples | runs at once | times as fast as the kernel | runs with its best cost |");

@@ -82,3 +82,16 @@ pub(super) fn descend(fit: &Fit<'_>, starts: &[SearchPoint], are_compared: bool)
     let ends = descents.into_iter().zip(starts).map(|(descent, start)| Some(end((descent?, start)))).collect();
     (ends, simulations)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn costs_within_the_accuracy_of_descents_are_one_optimum() {
+        let end = |cost| End { at: SearchPoint { values: Vec::new(), initial: Vec::new(), is_given: false }, cost };
+        // With noise a ten-thousandth of the cost; without, the square of the last step for each residual.
+        assert!(end(2.0001).is_at(2.0, 100) && !end(2.001).is_at(2.0, 100));
+        assert!(end(5e-13).is_at(0.0, 100) && !end(5e-12).is_at(0.0, 100));
+    }
+}

@@ -6,9 +6,9 @@ use super::bounded::Bounded;
 use super::cell::Cell;
 use super::cells::Cells;
 use super::geometry::{Code, Key, Kind, real_point};
-use super::lanes::{Chosen, LANES, Side, Values, begin, polynomials, squared_errors};
+use super::lanes::{CellLanes, LANES, LaneValues, Selection, gather, polynomials, squared_errors};
 use super::located::{Located, Sorted};
-use super::nodes::TOGETHER;
+use super::nodes::SEQUENCES;
 use super::response::FUNCTIONS;
 use super::series::Series;
 use crate::evaluate::cpu::Level;
@@ -66,14 +66,14 @@ impl Scratch {
 }
 
 /// The tables of a recording that have the cells of a block.
-pub(super) struct Block<'a> {
+pub(super) struct TableBlock<'a> {
     pub series: &'a Series,
     pub cells: &'a Cells,
     pub level: Level,
 }
 
-/// Candidates side by side that are evaluated stage by stage.
-const SIDES: usize = 4;
+/// Groups of candidates side by side that are evaluated together, stage by stage.
+const STAGED: usize = 4;
 
 /// Sums of squared errors of a candidate that is not served.
 pub(super) const UNSERVED: [Bounded; 2] = [Bounded { value: f64::NAN, error: f64::INFINITY }; 2];
@@ -81,7 +81,7 @@ pub(super) const UNSERVED: [Bounded; 2] = [Bounded { value: f64::NAN, error: f64
 /// Slope of the errors of a pair of poles, in those of the functions per real part of the point of the cell.
 const PAIR_SLOPE: f64 = 8.0;
 
-impl Block<'_> {
+impl TableBlock<'_> {
     /// Evaluates candidates, given by R, L, K, B and J, unless that is done or cells are missing.
     pub fn evaluate(
         &self,
@@ -119,7 +119,7 @@ impl Block<'_> {
                 }
             }
         }
-        let mut sides: [Side; SIDES] = std::array::from_fn(|_| Side::new());
+        let mut lanes: [CellLanes; STAGED] = std::array::from_fn(|_| CellLanes::new());
         for (number, cell) in self.cells.all.iter().enumerate() {
             for is_real in [false, true] {
                 let own = sorted.of(2 * number + usize::from(is_real));
@@ -127,17 +127,17 @@ impl Block<'_> {
                     continue;
                 }
                 cell.used.store(batch, Ordering::Relaxed);
-                for side in &mut sides {
-                    side.errors = cell.error.map(|error| [error; LANES]);
-                    side.pair_slope = PAIR_SLOPE / cell.key.center()[0];
-                    side.kind = match (is_real, cell.key.row()) {
+                for own in &mut lanes {
+                    own.errors = cell.error.map(|error| [error; LANES]);
+                    own.pair_slope = PAIR_SLOPE / cell.key.center()[0];
+                    own.kind = match (is_real, cell.key.row()) {
                         (true, _) => Kind::Real,
                         (false, 0) => Kind::Pair,
                         (false, _) => Kind::Complex,
                     };
                 }
-                for ids in own.chunks(SIDES * LANES) {
-                    self.together((cell, ids), (located, seconds), (&mut sides, all));
+                for ids in own.chunks(STAGED * LANES) {
+                    self.evaluate_lanes((cell, ids), (located, seconds), (&mut lanes, all));
                 }
             }
         }
@@ -151,11 +151,11 @@ impl Block<'_> {
             v[0][lane] = real_point(q, cell.key.center()[0]);
         }
         for (set, of) in cell.polynomials.iter().enumerate() {
-            let mut values: Values = [[0.0; LANES]; 2 * TOGETHER];
+            let mut values: LaneValues = [[0.0; LANES]; 2 * SEQUENCES];
             polynomials(of, &v, &mut values, self.level);
             for (lane, id) in ids.iter().enumerate() {
-                for f in 0..TOGETHER {
-                    seconds[*id as usize][0][set * TOGETHER + f] = values[f][lane];
+                for f in 0..SEQUENCES {
+                    seconds[*id as usize][0][set * SEQUENCES + f] = values[f][lane];
                 }
             }
         }
@@ -164,39 +164,39 @@ impl Block<'_> {
         }
     }
 
-    /// Evaluates candidates of a cell, up to [`SIDES`] times so many as are side by side. Each stage is computed for all of them before
+    /// Evaluates candidates of a cell, up to [`STAGED`] times so many as are side by side. Each stage is computed for all of them before
     /// the next, because the divisions and roots of one take long but do not wait for those of another.
-    fn together(
+    fn evaluate_lanes(
         &self,
         (cell, ids): (&Cell, &[u32]),
         (located, seconds): (&Located, &[Second]),
-        (sides, all): (&mut [Side; SIDES], &mut [[Bounded; 2]]),
+        (lanes, all): (&mut [CellLanes; STAGED], &mut [[Bounded; 2]]),
     ) {
         let (rows, shift, center) = (located.rows.as_slice(), self.series.shift(), cell.key.center());
-        for (ids, side) in ids.chunks(LANES).zip(sides.iter_mut()) {
+        for (ids, group) in ids.chunks(LANES).zip(lanes.iter_mut()) {
             // Lanes without a candidate repeat the last one.
             let mut padded = [ids[ids.len() - 1]; LANES];
             padded[..ids.len()].copy_from_slice(ids);
-            begin(&Chosen { rows, ids: padded, center, shift }, side, self.level);
-            if side.kind == Kind::Real {
+            gather(&Selection { rows, ids: padded, center, shift }, group, self.level);
+            if group.kind == Kind::Real {
                 for (lane, id) in padded.into_iter().enumerate() {
                     let second = &seconds[located.second[id as usize] as usize];
                     for f in 0..FUNCTIONS {
-                        side.others[f][lane] = second[0][f];
-                        side.errors[f][lane] = second[1][f].max(cell.error[f]);
+                        group.others[f][lane] = second[0][f];
+                        group.errors[f][lane] = second[1][f].max(cell.error[f]);
                     }
                 }
             }
         }
         let used = ids.len().div_ceil(LANES);
-        for side in &mut sides[..used] {
-            for (of, values) in cell.polynomials.iter().zip(&mut side.values) {
-                polynomials(of, &side.v, values, self.level);
+        for group in &mut lanes[..used] {
+            for (of, values) in cell.polynomials.iter().zip(&mut group.values) {
+                polynomials(of, &group.v, values, self.level);
             }
         }
-        for (ids, side) in ids.chunks(LANES).zip(sides.iter()) {
+        for (ids, group) in ids.chunks(LANES).zip(lanes.iter()) {
             let mut results = [[[0.0; LANES]; 2]; 2];
-            squared_errors(self.series, side, &mut results, self.level);
+            squared_errors(self.series, group, &mut results, self.level);
             let [values, errors] = &results;
             for (lane, id) in ids.iter().enumerate() {
                 let own = |c: usize| Bounded::new(values[c][lane], errors[c][lane]);

@@ -22,10 +22,10 @@ impl Bounded {
         Self::new(value, f64::EPSILON * value.abs())
     }
 
-    /// Returns the number itself, or another one if it is not chosen.
+    /// Returns the first number if a condition holds, else the other.
     #[inline(always)]
-    pub fn or(self, is_chosen: bool, other: Self) -> Self {
-        Self::new(if is_chosen { self.value } else { other.value }, if is_chosen { self.error } else { other.error })
+    pub fn select(holds: bool, first: Self, other: Self) -> Self {
+        Self::new(if holds { first.value } else { other.value }, if holds { first.error } else { other.error })
     }
 }
 

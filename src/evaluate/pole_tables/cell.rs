@@ -1,7 +1,7 @@
 //! A cell: polynomials of a recording's functions about a point of the plane of poles.
 
 use super::geometry::{Key, NODES, RADIUS};
-use super::nodes::{Rows, TOGETHER, Values, rows_that_count, values};
+use super::nodes::{PointValues, Rows, SEQUENCES, rows_that_count, values};
 use super::response::FUNCTIONS;
 use super::series::Series;
 use crate::evaluate::cpu::Level;
@@ -16,7 +16,7 @@ const CHECKED: [[f64; 2]; 4] = [[0.05, 1.0], [0.33, 0.97], [0.61, 1.0], [0.87, 0
 const ROUNDING: f64 = 2.0 * f64::EPSILON;
 
 /// Polynomials of the functions of one set, `[coefficient][real parts, imaginary parts]`.
-pub(super) type Polynomials = [Values; NODES];
+pub(super) type Polynomials = [PointValues; NODES];
 
 /// A cell of the tables.
 #[derive(Debug)]
@@ -68,7 +68,7 @@ impl Cell {
             for (w, value) in w.iter().zip(&values).skip(NODES) {
                 let error = errors(&polynomials, (*w, rounding), value);
                 for (n, error) in error.into_iter().enumerate() {
-                    let own = &mut cell.error[set * TOGETHER + n];
+                    let own = &mut cell.error[set * SEQUENCES + n];
                     *own = own.max(error);
                 }
             }
@@ -82,38 +82,38 @@ impl Cell {
 }
 
 /// Returns the coefficients of the polynomials in `w/r` through values on the circle.
-fn transformed(values: &[Values], is_real: bool) -> Polynomials {
+fn transformed(values: &[PointValues], is_real: bool) -> Polynomials {
     let twiddles = &*TWIDDLES;
     std::array::from_fn(|k| {
-        let mut sums = [0.0; 2 * TOGETHER];
+        let mut sums = [0.0; 2 * SEQUENCES];
         for (n, value) in values.iter().enumerate() {
             let [re, im] = twiddles[k * n % NODES];
-            for f in 0..TOGETHER {
-                sums[f] += value[f] * re - value[TOGETHER + f] * im;
-                sums[TOGETHER + f] += value[f] * im + value[TOGETHER + f] * re;
+            for f in 0..SEQUENCES {
+                sums[f] += value[f] * re - value[SEQUENCES + f] * im;
+                sums[SEQUENCES + f] += value[f] * im + value[SEQUENCES + f] * re;
             }
         }
         if is_real {
-            sums[TOGETHER..].fill(0.0);
+            sums[SEQUENCES..].fill(0.0);
         }
         sums
     })
 }
 
 /// Returns the distance of each polynomial from the value at w, and at least the error of rounding.
-fn errors(polynomials: &Polynomials, (w, rounding): ([f64; 2], f64), value: &Values) -> [f64; TOGETHER] {
+fn errors(polynomials: &Polynomials, (w, rounding): ([f64; 2], f64), value: &PointValues) -> [f64; SEQUENCES] {
     let [x, y] = w.map(|part| part / RADIUS);
-    let mut sums = [0.0; 2 * TOGETHER];
+    let mut sums = [0.0; 2 * SEQUENCES];
     for row in polynomials.iter().rev() {
-        for f in 0..TOGETHER {
-            let (re, im) = (sums[f], sums[TOGETHER + f]);
+        for f in 0..SEQUENCES {
+            let (re, im) = (sums[f], sums[SEQUENCES + f]);
             sums[f] = re * x - im * y + row[f];
-            sums[TOGETHER + f] = re * y + im * x + row[TOGETHER + f];
+            sums[SEQUENCES + f] = re * y + im * x + row[SEQUENCES + f];
         }
     }
     std::array::from_fn(|f| {
-        let size = value[f].hypot(value[TOGETHER + f]);
-        let distance = (sums[f] - value[f]).hypot(sums[TOGETHER + f] - value[TOGETHER + f]);
+        let size = value[f].hypot(value[SEQUENCES + f]);
+        let distance = (sums[f] - value[f]).hypot(sums[SEQUENCES + f] - value[SEQUENCES + f]);
         // NaN becomes an infinite error.
         if size.is_finite() && distance.is_finite() { distance.max(rounding * size) } else { f64::INFINITY }
     })

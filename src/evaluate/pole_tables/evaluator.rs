@@ -13,8 +13,8 @@ use rayon::prelude::*;
 
 /// Bound of the relative error of a total above which the kernel computes the cost.
 const TOLERANCE: f64 = 1e-9;
-/// Factor on the bounds, which count only the largest errors of rounding: the largest error of 10⁵ motors over four decades was 2.5
-/// times its bound.
+/// Factor on the bounds, which count only the largest errors of rounding: against a simulation in twice the precision the largest error
+/// of 30,000 motors over four decades was 2.5 times its bound.
 pub(super) const SAFETY: f64 = 4.0;
 /// Candidates that are evaluated at once, which bounds the memory and the number of their cells.
 const CHUNK: usize = 1 << 14;
@@ -23,9 +23,8 @@ const CHUNK: usize = 1 << 14;
 ///
 /// It serves linear motors with a voltage and without load torque on even clocks, zero- or first-order hold, known initial states and
 /// criteria of unweighted squares. Other problems, and candidates whose cost could be wrong by more than 1e-9 of it, go to [`Simd`]:
-/// those near the optimum of a recording without noise, and poles with a growth above 2/T, a frequency above 65,000 times their decay, or a step of more than 10⁸
-/// time constants. Tables are
-/// shared by all evaluators of the process. Reference: the sums solve a Stein equation; see `response.rs`.
+/// those near the optimum of a recording without noise, and motors that grow faster than 2/T, oscillate more than 65,000 times as fast as
+/// they decay, or have time constants below 10⁻⁸ of a step. Tables are shared by all evaluators of the process.
 #[derive(Debug, Clone, Copy)]
 pub struct PoleTables {
     level: Level,
@@ -84,14 +83,15 @@ impl PoleTables {
         }
         let mut uncertain = Vec::new();
         for (n, (total, error)) in totals.into_iter().zip(errors).enumerate() {
-            let least = problem.cost(total - error);
-            let is_certain = error.is_finite() && error <= TOLERANCE * total;
+            if error.is_finite() && error <= TOLERANCE * total {
+                costs[n] = problem.cost(total);
+                continue;
+            }
             // Any value between the cutoff and the cost will do. A total below its error may be zero.
-            let is_known = error.is_finite() && total > error;
-            let is_above = || is_known && group.candidates.cutoffs().get(n).is_some_and(|cutoff| least >= *cutoff);
-            match is_certain || is_above() {
-                true => costs[n] = if is_certain { problem.cost(total) } else { least },
-                false => uncertain.push(n),
+            let least = (error.is_finite() && total > error).then(|| problem.cost(total - error));
+            match (least, group.candidates.cutoffs().get(n)) {
+                (Some(least), Some(cutoff)) if least >= *cutoff => costs[n] = least,
+                _ => uncertain.push(n),
             }
         }
         self.by_kernel(group, &uncertain, costs)

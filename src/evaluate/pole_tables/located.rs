@@ -20,14 +20,14 @@ pub(super) struct Located {
 }
 
 /// Poles of candidates side by side.
-struct Side {
+struct PoleLanes {
     codes: [u32; LANES],
     larger: Lane,
     larger_codes: [u32; LANES],
 }
 
 #[inline(always)]
-fn side_by_side(rows: &[[f64; 5]; LANES], shift: f64, side: &mut Side) {
+fn side_by_side(rows: &[[f64; 5]; LANES], shift: f64, lanes: &mut PoleLanes) {
     let mut parameters = [[0.0; LANES]; 5];
     for lane in 0..LANES {
         for p in 0..5 {
@@ -39,22 +39,22 @@ fn side_by_side(rows: &[[f64; 5]; LANES], shift: f64, side: &mut Side) {
     let matrices = std::hint::black_box(&matrices);
     for lane in 0..LANES {
         let poles = Poles::new(&matrices.at(lane), shift);
-        side.codes[lane] = poles.code();
-        side.larger[lane] = poles.larger();
-        side.larger_codes[lane] = real_code(poles.larger());
+        lanes.codes[lane] = poles.code();
+        lanes.larger[lane] = poles.larger();
+        lanes.larger_codes[lane] = real_code(poles.larger());
     }
 }
 
 at_level! {
-    fn avx512(rows: &[[f64; 5]; LANES], shift: f64, side: &mut Side) = avx512 { side_by_side(rows, shift, side) } else avx2
+    fn avx512(rows: &[[f64; 5]; LANES], shift: f64, lanes: &mut PoleLanes) = avx512 { side_by_side(rows, shift, lanes) } else avx2
 }
 
 at_level! {
-    fn avx2(rows: &[[f64; 5]; LANES], shift: f64, side: &mut Side) = avx2 { side_by_side(rows, shift, side) } else portable
+    fn avx2(rows: &[[f64; 5]; LANES], shift: f64, lanes: &mut PoleLanes) = avx2 { side_by_side(rows, shift, lanes) } else portable
 }
 
-fn portable(rows: &[[f64; 5]; LANES], shift: f64, side: &mut Side) {
-    side_by_side(rows, shift, side);
+fn portable(rows: &[[f64; 5]; LANES], shift: f64, lanes: &mut PoleLanes) {
+    side_by_side(rows, shift, lanes);
 }
 
 impl Located {
@@ -68,17 +68,17 @@ impl Located {
         self.codes.clear();
         self.seconds.clear();
         self.second.clear();
-        let mut side = Side { codes: [0; LANES], larger: [0.0; LANES], larger_codes: [0; LANES] };
+        let mut lanes = PoleLanes { codes: [0; LANES], larger: [0.0; LANES], larger_codes: [0; LANES] };
         let rows = std::mem::take(&mut self.rows);
         for rows in rows.as_chunks::<LANES>().0 {
             match level {
-                Level::Avx512 => avx512(rows, shift, &mut side),
-                Level::Avx2 => avx2(rows, shift, &mut side),
-                Level::Portable => portable(rows, shift, &mut side),
+                Level::Avx512 => avx512(rows, shift, &mut lanes),
+                Level::Avx2 => avx2(rows, shift, &mut lanes),
+                Level::Portable => portable(rows, shift, &mut lanes),
             }
-            self.codes.extend_from_slice(&side.codes);
-            if side.codes.iter().any(|code| Code(*code).is_real()) {
-                self.add_seconds(&side);
+            self.codes.extend_from_slice(&lanes.codes);
+            if lanes.codes.iter().any(|code| Code(*code).is_real()) {
+                self.add_seconds(&lanes);
             }
         }
         self.rows = rows;
@@ -87,7 +87,7 @@ impl Located {
     }
 
     /// Adds the second poles of candidates side by side, the last ones located.
-    fn add_seconds(&mut self, side: &Side) {
+    fn add_seconds(&mut self, lanes: &PoleLanes) {
         let first = self.codes.len() - LANES;
         self.second.resize(first + LANES, u32::MAX);
         for lane in 0..LANES {
@@ -95,12 +95,12 @@ impl Located {
             if *code == Code::NOWHERE.0 || !Code(*code).is_real() {
                 continue;
             }
-            if side.larger_codes[lane] == Code::NOWHERE.0 {
+            if lanes.larger_codes[lane] == Code::NOWHERE.0 {
                 *code = Code::NOWHERE.0;
                 continue;
             }
             self.second[first + lane] = u32::try_from(self.seconds.len()).unwrap_or(u32::MAX);
-            self.seconds.push((side.larger[lane], side.larger_codes[lane]));
+            self.seconds.push((lanes.larger[lane], lanes.larger_codes[lane]));
         }
     }
 }

@@ -5,8 +5,9 @@
 //! `cell.rs`), computed where candidates come (`tables.rs`). From their values the sums follow exactly (`response.rs`), together with a
 //! bound of their error; a cost that may be wrong by more than 1e-9 of it is left to the SIMD kernel (`evaluator.rs`).
 //!
-//! A candidate takes the same time whatever the length of the recording: 450 multiply–adds in the polynomials of four functions and
-//! some 800 operations in the sums and their bounds. A cell takes as long as some 50 candidates of the kernel.
+//! A candidate takes the same time whatever the length of the recording: 448 multiply–adds in the polynomials of four functions and
+//! some 800 operations in the sums and their bounds. A cell takes as long as 45 to 80 candidates of the
+//! kernel.
 
 mod block;
 mod bounded;

@@ -8,11 +8,11 @@ use crate::motor::multiply_add;
 use crate::numeric::count;
 
 /// Number of sequences that are summed together.
-pub(super) const TOGETHER: usize = 4;
+pub(super) const SEQUENCES: usize = 4;
 /// Coefficients of four sequences, one row for each power.
-pub(super) type Rows = [[f64; TOGETHER]];
+pub(super) type Rows = [[f64; SEQUENCES]];
 /// Values of four functions at a point: real parts, then imaginary parts.
-pub(super) type Values = [f64; 2 * TOGETHER];
+pub(super) type PointValues = [f64; 2 * SEQUENCES];
 
 /// Powers between two exact ones, and those between two products of an exact one with that of so many steps. The errors of the others
 /// grow with the root of their number.
@@ -30,8 +30,8 @@ pub(super) fn rows_that_count(rows: &Rows, decay: f64) -> usize {
 }
 
 /// Returns the sums at points `λ = exp(x + iy)`, given by x and y.
-pub(super) fn values(rows: &Rows, points: &[[f64; 2]], level: Level) -> Vec<Values> {
-    let mut values = vec![[0.0; 2 * TOGETHER]; points.len()];
+pub(super) fn values(rows: &Rows, points: &[[f64; 2]], level: Level) -> Vec<PointValues> {
+    let mut values = vec![[0.0; 2 * SEQUENCES]; points.len()];
     match level {
         Level::Avx512 => avx512(rows, points, &mut values),
         Level::Avx2 => avx2(rows, points, &mut values),
@@ -41,22 +41,22 @@ pub(super) fn values(rows: &Rows, points: &[[f64; 2]], level: Level) -> Vec<Valu
 }
 
 at_level! {
-    fn avx512(rows: &Rows, points: &[[f64; 2]], values: &mut [Values]) = avx512 { all::<16, true>(rows, points, values) } else avx2
+    fn avx512(rows: &Rows, points: &[[f64; 2]], values: &mut [PointValues]) = avx512 { all::<16, true>(rows, points, values) } else avx2
 }
 
 at_level! {
-    fn avx2(rows: &Rows, points: &[[f64; 2]], values: &mut [Values]) = avx2 { all::<4, true>(rows, points, values) } else portable
+    fn avx2(rows: &Rows, points: &[[f64; 2]], values: &mut [PointValues]) = avx2 { all::<4, true>(rows, points, values) } else portable
 }
 
-fn portable(rows: &Rows, points: &[[f64; 2]], values: &mut [Values]) {
+fn portable(rows: &Rows, points: &[[f64; 2]], values: &mut [PointValues]) {
     all::<4, false>(rows, points, values);
 }
 
 #[inline(always)]
-fn all<const L: usize, const FMA: bool>(rows: &Rows, points: &[[f64; 2]], values: &mut [Values]) {
+fn all<const L: usize, const FMA: bool>(rows: &Rows, points: &[[f64; 2]], values: &mut [PointValues]) {
     for (points, values) in points.chunks(L).zip(values.chunks_mut(L)) {
         let own = |part: usize| std::array::from_fn(|lane| points[lane.min(points.len() - 1)][part]);
-        let sums = together::<L, FMA>(rows, &[own(0), own(1)]);
+        let sums = sums_at::<L, FMA>(rows, &[own(0), own(1)]);
         for (lane, values) in values.iter_mut().enumerate() {
             *values = std::array::from_fn(|n| sums[n][lane]);
         }
@@ -70,7 +70,7 @@ struct Powers<const L: usize> {
 }
 
 #[inline(always)]
-fn together<const L: usize, const FMA: bool>(rows: &Rows, points: &[[f64; L]; 2]) -> [[f64; L]; 2 * TOGETHER] {
+fn sums_at<const L: usize, const FMA: bool>(rows: &Rows, points: &[[f64; L]; 2]) -> [[f64; L]; 2 * SEQUENCES] {
     let mut powers = Powers { power: [[0.0; L]; 2], factor: [[0.0; L]; 2] };
     for lane in 0..L {
         let (x, y) = (points[0][lane], points[1][lane]);
@@ -78,7 +78,7 @@ fn together<const L: usize, const FMA: bool>(rows: &Rows, points: &[[f64; L]; 2]
         powers.factor[0][lane] = x.exp_m1() * y.cos() - 2.0 * sine * sine;
         powers.factor[1][lane] = x.exp() * y.sin();
     }
-    let mut sums = [[0.0; L]; 2 * TOGETHER];
+    let mut sums = [[0.0; L]; 2 * SEQUENCES];
     let exact = |steps: usize, lane: usize| {
         let (size, angle) = ((count(steps) * points[0][lane]).exp(), count(steps) * points[1][lane]);
         [size * angle.cos(), size * angle.sin()]
@@ -106,16 +106,16 @@ fn together<const L: usize, const FMA: bool>(rows: &Rows, points: &[[f64; L]; 2]
 }
 
 #[inline(always)]
-fn add<const L: usize, const FMA: bool>(rows: &Rows, powers: &mut Powers<L>, sums: &mut [[f64; L]; 2 * TOGETHER]) {
+fn add<const L: usize, const FMA: bool>(rows: &Rows, powers: &mut Powers<L>, sums: &mut [[f64; L]; 2 * SEQUENCES]) {
     // The black box forces the lanes through memory; otherwise the compiler splits them into scalars.
     let powers = std::hint::black_box(powers);
     let Powers { power: [mut re, mut im], factor } = *powers;
-    let mut own = [[0.0; L]; 2 * TOGETHER];
+    let mut own = [[0.0; L]; 2 * SEQUENCES];
     for row in rows {
-        for n in 0..TOGETHER {
+        for n in 0..SEQUENCES {
             for lane in 0..L {
                 own[n][lane] = multiply_add::<FMA>(row[n], re[lane], own[n][lane]);
-                own[TOGETHER + n][lane] = multiply_add::<FMA>(row[n], im[lane], own[TOGETHER + n][lane]);
+                own[SEQUENCES + n][lane] = multiply_add::<FMA>(row[n], im[lane], own[SEQUENCES + n][lane]);
             }
         }
         for lane in 0..L {

@@ -6,12 +6,12 @@
 //! before it is `H + u_last e`.
 
 use super::bounded::Bounded;
-use super::nodes::TOGETHER;
+use super::nodes::SEQUENCES;
 use super::series::{Form, Series};
 use super::transition::{Matrix, Transition};
 
 /// Functions of both sets at most.
-pub(super) const FUNCTIONS: usize = 2 * TOGETHER;
+pub(super) const FUNCTIONS: usize = 2 * SEQUENCES;
 
 /// Functions of the matrix A: each is `α I + β X`.
 #[derive(Debug, Clone, Copy)]
@@ -79,7 +79,7 @@ pub(super) fn sums<const GENERAL: bool>(
         if !GENERAL {
             return own;
         }
-        let other = functions.times(TOGETHER + n, free_too);
+        let other = functions.times(SEQUENCES + n, free_too);
         [own[0] + other[0], own[1] + other[1]]
     };
     let measured = [sum(0)[0], sum(1)[1]];
@@ -101,7 +101,7 @@ pub(super) fn sums<const GENERAL: bool>(
     let is_changes = series.form == Form::Changes;
     let from_changes = solved(&step.e, [source(0), source(1)]);
     let from_voltage = |c: usize| before[c] + end[c] * products.last_voltage;
-    let with_voltage = |c: usize| from_changes[c].or(is_changes, from_voltage(c));
+    let with_voltage = |c: usize| Bounded::select(is_changes, from_changes[c], from_voltage(c));
     let total = |c: usize| {
         let square = Bounded::rounded(products.measured[c]);
         let constants = [direct[c] * direct[c] * products.voltage, -2.0 * direct[c] * products.with_voltage[c]];

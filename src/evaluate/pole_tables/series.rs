@@ -4,7 +4,7 @@
 //! before, or its change. Then `Σ y[m] z[m] = p(Φ) b + q(Φ) x₀` with the power series `p(λ) = Σ c[k] λᵏ` of the correlation
 //! `c[k] = Σ y[m] v[m−k]`, and `q(λ) = Σ y[m] λᵐ`. `Σ v[m] z[m−1]` and the last state are such sums too.
 
-use super::nodes::TOGETHER;
+use super::nodes::SEQUENCES;
 use crate::numeric::count;
 use realfft::RealFftPlanner;
 
@@ -29,7 +29,7 @@ pub(super) struct Recorded<'a> {
 }
 
 /// Ratio of the sums of squares of the changes and of the voltage below which the changes are more accurate: measured with steps (0),
-/// sines of a hundredth of the sampling rate (4e-3) and binary sequences of several samples (0.1 and above).
+/// sines of three thousandths of the sampling rate (4e-4) and binary sequences of seven samples (0.1 and above).
 const SLOW: f64 = 1e-2;
 
 /// Sums of products over the recording.
@@ -59,9 +59,9 @@ pub(super) struct Series {
     pub initial: [f64; 2],
     pub products: Products,
     /// Standard deviation of the rounding errors of the coefficients, of the first set.
-    pub rounding: [f64; TOGETHER],
+    pub rounding: [f64; SEQUENCES],
     /// Coefficients of the series with current, speed, v, and of the last state; then the same of the free motion, if there is one.
-    pub sets: Vec<Vec<[f64; TOGETHER]>>,
+    pub sets: Vec<Vec<[f64; SEQUENCES]>>,
 }
 
 impl Series {
@@ -173,7 +173,7 @@ fn correlations(signals: [&[f64]; 3], sequence: &[f64]) -> [Vec<f64>; 3] {
         let mut products = spectrum(signal);
         products.iter_mut().zip(&of_sequence).for_each(|(a, b)| *a *= b.conj());
         let mut sums = inverse.make_output_vec();
-        // The transform complains of imaginary parts there, which only rounding leaves.
+        // These are real but for rounding, and the transform refuses other numbers.
         products[0].im = 0.0;
         products[size / 2].im = 0.0;
         let _ = inverse.process(&mut products, &mut sums);

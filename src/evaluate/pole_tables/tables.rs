@@ -1,6 +1,6 @@
 //! The tables of one recording: cells, built when candidates first come there, and dropped when there are too many.
 
-use super::block::{Block, Scratch, UNSERVED};
+use super::block::{Scratch, TableBlock, UNSERVED};
 use super::bounded::Bounded;
 use super::cell::Cell;
 use super::cells::Cells;
@@ -44,7 +44,7 @@ impl Tables {
         let batch = self.batches.fetch_add(1, Ordering::Relaxed);
         loop {
             let cells = self.cells.read().unwrap_or_else(PoisonError::into_inner).clone();
-            let block = Block { series: &self.series, cells: &cells, level: self.level };
+            let block = TableBlock { series: &self.series, cells: &cells, level: self.level };
             // One block after the other, so that its rows are in the cache.
             each(&mut blocks, |(n, (scratch, own))| {
                 let candidates = (n * BLOCK..n * BLOCK + own.len()).map(&parameters);

@@ -49,8 +49,7 @@ fn motors(truth: [f64; 5], count: usize) -> Vec<[f64; 5]> {
     (0..count).map(|n| std::array::from_fn(|p| one(n, p, numbers.random::<f64>()))).collect()
 }
 
-/// Sums of squared errors, in double precision with the sums compensated by their order: the errors of the oracle are those of its
-/// step map, some 1e-13 of the sums.
+/// Returns the sums of squared errors of the scalar simulation.
 fn oracle(motor: &[f64; 5], recorded: &Recorded<'_>, hold: Discretization) -> [f64; 2] {
     let simulated = response(&Parameters::from_array(*motor), recorded.voltage, recorded.initial, hold);
     [0, 1].map(|c| recorded.measured.iter().zip(&simulated[c]).map(|(y, x)| (y[c] - x).powi(2)).sum())
@@ -116,7 +115,7 @@ fn sums_are_within_their_bounds_of_the_oracle() {
 }
 
 #[test]
-fn equal_poles_are_no_exception() {
+fn sums_of_motors_with_equal_poles_are_accurate() {
     // K² = L J (R/L − B/J)²/4 gives a double pole; others differ by a relative 1e-12 to 1e-1.
     let voltage = &voltages()[1];
     let measured: Vec<[f64; 2]> = (0..SAMPLES).map(|n| [(0.01 * n as f64).sin(), (0.02 * n as f64).cos()]).collect();
@@ -142,7 +141,7 @@ fn equal_poles_are_no_exception() {
 }
 
 #[test]
-fn a_corrupted_table_is_seen() {
+fn a_corrupted_table_has_wrong_sums() {
     let voltage = &voltages()[1];
     let [current, speed] = response(&Parameters::M2, voltage, [0.0; 2], Discretization::Zoh);
     let measured: Vec<[f64; 2]> = current.iter().zip(&speed).map(|(i, w)| [*i + 0.1, *w + 1.0]).collect();
