@@ -52,11 +52,12 @@ fn time(evaluator: &mut dyn Evaluator, problem: &Arc<Problem>, values: &[f64]) -
     seconds(|| evaluate(evaluator, problem, values, &mut costs))
 }
 
-/// Returns the time of the first evaluation, whose tables are new: each problem has recordings of its own \[s\].
+/// Returns the time of the first evaluation, whose tables are new \[s\].
 fn first_time(level: Level, record: &Record, values: &[f64]) -> f64 {
     let mut times = Vec::new();
     for _ in 0..5 {
         let problem = problem(record);
+        PoleTables::clear();
         times.push(time(&mut PoleTables::at(level), &problem, values));
     }
     median(times)
@@ -120,6 +121,7 @@ fn searches(samples: usize) {
             let mut same = 0;
             for _ in 0..5 {
                 let problem = problem(&record);
+                PoleTables::clear();
                 let (own, best) = searched(Box::new(PoleTables::default()), &problem, runs);
                 let (other, expected) = searched(Box::new(Simd::default()), &problem, runs);
                 ratios.push(other / own);

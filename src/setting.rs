@@ -84,6 +84,7 @@ settings! {
     PerRecording "per_recording" List "Parameters that are estimated for each recording separately."
     Device "device" Word "The device that evaluates candidates."
     Precision "precision" Word "The floating-point precision of the evaluation."
+    Evaluator "evaluator" Word "The evaluator of costs on the CPU."
     Threads "threads" Number "The number of threads."
     Runs "runs" Number "The number of runs of each method."
     Budgets "budgets" List "The budgets of a run in a suite \\[evaluations\\]."

@@ -335,7 +335,13 @@ fn evaluate_gives_costs_of_any_candidates() {
         (&["--slice", "R,R"], 2, "two different"),
         (&["--slice", "R,L", "--fix", "R=0.9"], 2, "R is fixed"),
         (&["--slice", "R,L", "--sample", "lhs:9"], 2, "grid:N"),
-        (&[], 2, "--candidates <FILE>|--sample <SAMPLE>|--slice <P,Q>"),
+        (&["--profile", "--sample", "lhs:9"], 2, "cannot be used with"),
+        (&["--profile", "--polish", "none"], 2, "unexpected argument"),
+        (&["--profile", "--model", "pmsm"], 2, "serves the DC motor only"),
+        (&["--sample", "lhs:9", "--svg", "x.svg"], 2, "required"),
+        (&["--sample", "lhs:9", "--evaluator", "tables", "--device", "gpu"], 2, "--evaluator applies to the CPU"),
+        (&["--sample", "lhs:9", "--evaluator", "table"], 2, "auto, kernel, tables"),
+        (&[], 2, "--candidates <FILE>|--sample <SAMPLE>|--slice <P,Q>|--profile"),
         (&["--candidates", "nowhere.csv"], 3, "cannot be read"),
         (&["--candidates", "x.parquet"], 3, if cfg!(feature = "parquet") { "cannot be read" } else { "Parquet" }),
     ] {
@@ -347,6 +353,59 @@ fn evaluate_gives_costs_of_any_candidates() {
     }
     let wrong = folder.file("wrong.csv", "R,L,K,B,J\n1,2,x,4,5\n");
     fails(&["evaluate", EXAMPLE, "--top", "1", "--candidates", &wrong], 3, "line 2, column K: found \"x\"");
+}
+
+#[test]
+fn the_evaluator_is_chosen_by_the_work_and_named() {
+    let sample = ["evaluate", EXAMPLE, "--bounds", "table2", "--top", "20", "--json", "--sample"];
+    let with = |own: &[&str]| json(&[&sample[..], own].concat());
+    let kernel = with(&["sobol:1e5", "--evaluator", "kernel"]);
+    let tables = with(&["sobol:1e5", "--evaluator", "tables"]);
+    let auto = with(&["sobol:1e5"]);
+    let named = |of: &Value| of["device"]["evaluator"].as_str().unwrap().to_owned();
+    assert_eq!([&kernel, &tables, &auto].map(named), ["kernel", "tables", "tables"]);
+    assert_eq!(named(&with(&["sobol:2000"])), "kernel", "too few candidates for tables");
+    assert_eq!(tables["best"], auto["best"]);
+    for n in 0..20 {
+        let [a, b] = [&kernel, &tables].map(|of| &of["best"][n]);
+        assert_eq!(a["parameters"], b["parameters"]);
+        assert!((a["cost"].as_f64().unwrap() / b["cost"].as_f64().unwrap() - 1.0).abs() < 1e-9);
+    }
+    // The kernel evaluates what tables do not serve, with a warning if they were requested.
+    let unserved = with(&["sobol:1e5", "--criterion", "iae"]);
+    assert_eq!((named(&unserved), unserved["warnings"].as_array().unwrap().len()), ("kernel".to_owned(), 0));
+    let unserved = with(&["sobol:100", "--criterion", "iae", "--evaluator", "tables"]);
+    assert_eq!((named(&unserved).as_str(), &unserved["warnings"][0]["code"]), ("kernel", &"tables_unsuited".into()));
+    // A search has the same optimum with both.
+    let search = ["identify", EXAMPLE, "--method", "gwo", "--polish", "none", "--json", "--evaluator"];
+    let [kernel, tables] = ["kernel", "tables"].map(|of| json(&[&search[..], &[of]].concat()));
+    assert_eq!([&kernel, &tables].map(named), ["kernel", "tables"]);
+    let [a, b] = [&kernel, &tables].map(|of| of["cost"].as_f64().unwrap());
+    assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+}
+
+#[test]
+fn profiles_have_intervals_beside_those_of_the_standard_errors() {
+    let folder = Folder::new();
+    let svg = folder.path("profile.svg");
+    let args = ["-q", "evaluate", EXAMPLE, "--profile"];
+    let text = ok(&args);
+    assert!(text.contains("95 % by likelihood") && text.contains("motor constant"), "{text}");
+    let document = json(&[&args[..], &["--json", "--svg", &svg]].concat());
+    let profiles = document["profiles"].as_array().unwrap();
+    assert_eq!(profiles.len(), 5);
+    for of in profiles {
+        let ends = |key: &str| [0, 1].map(|n| of[key][n].as_f64().unwrap());
+        let [normal, own] = ["ci95", "likelihood95"].map(ends);
+        // With 3001 samples and 40 dB both agree to a part of their width.
+        let width = normal[1] - normal[0];
+        assert!((0..2).all(|n| (normal[n] - own[n]).abs() < 0.01 * width), "{of}");
+        assert!(of["points"].as_array().unwrap().len() > 10);
+    }
+    let plot = std::fs::read_to_string(&svg).unwrap();
+    assert!(plot.starts_with("<svg") && plot.contains("likelihood ratio over inertia"));
+    let drawn = ok(&[&args[..], &["--fix", "L=0.0078,B=0.00068", "--svg", "-"]].concat());
+    assert!(drawn.starts_with("<svg") && !drawn.contains("inductance"));
 }
 
 #[test]

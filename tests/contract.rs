@@ -70,7 +70,10 @@ fn tables_of_poles_agree_with_the_oracle_at_every_level() {
 
 #[test]
 fn costs_of_tables_depend_on_the_candidate_alone() {
-    let new = || problem(&[m2_record()], Model::default(), Criterion::default());
+    let new = || {
+        PoleTables::clear();
+        problem(&[m2_record()], Model::default(), Criterion::default())
+    };
     let values = uniform(20_000, 21);
     let together = costs(&mut PoleTables::default(), &new(), &values);
     // The tables serve them: their rounding differs from the kernel's.
@@ -88,6 +91,26 @@ fn costs_of_tables_depend_on_the_candidate_alone() {
     for (n, candidate) in values.chunks(5).enumerate().rev().step_by(397) {
         assert_eq!(costs(&mut PoleTables::default(), &other, candidate)[0].to_bits(), together[n].to_bits());
     }
+    // In a batch with groups of the same problem and of another one, some of them with cutoffs that no cost reaches.
+    let unserved = problem(&[m2_record()], Model::default(), Criterion { norm: Norm::Iae, ..Criterion::default() });
+    let cutoffs = vec![f64::INFINITY; 3000];
+    let group = |problem, from: usize, to: usize| {
+        let candidates = Candidates::new(&values[5 * from..5 * to], 5);
+        let candidates = if to - from == 3000 { candidates.with_cutoffs(&cutoffs) } else { candidates };
+        Group { problem, candidates, reference: None }
+    };
+    let (shared, others) = (new(), costs(&mut Simd::default(), &unserved, &values[..500]));
+    let groups = [
+        group(&shared, 0, 100),
+        group(&unserved, 0, 50),
+        group(&shared, 100, 3100),
+        group(&shared, 3100, 3100),
+        group(&unserved, 50, 100),
+        group(&shared, 3100, 3101),
+    ];
+    let found = batch(&mut PoleTables::default(), &groups).unwrap();
+    let expected = [&together[..100], &others[..50], &together[100..3100], &others[50..100], &together[3100..3101]];
+    assert!(found == expected.concat());
 }
 
 #[test]

@@ -28,7 +28,7 @@ fn costs(records: &[Record], method: Method, device: &DeviceSpec, precision: Pre
         };
         let found = identify(records, &spec).unwrap();
         if *device == DeviceSpec::Gpu {
-            assert_eq!(found.device_kind, "gpu");
+            assert_eq!(found.device.kind, "gpu");
             // The reported cost is computed by the oracle, as that of the leaders in the search.
             let last = found.history[found.history.len() - 1];
             assert!((found.cost / last - 1.0).abs() < 1e-9, "{} {last}", found.cost);

@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 
 use motorfit::criterion::{Norm, Scale};
-use motorfit::device::PrecisionSpec;
+use motorfit::device::{EvaluatorSpec, PrecisionSpec};
 use motorfit::evaluate::Initial;
 use motorfit::identify::{IdentifySpec, Method, Polish, REASONS, TrustLevel};
 use motorfit::limit::Limit;
@@ -264,6 +264,7 @@ fn python_lists_the_choices_of_the_tables() {
         ("discretization", "_Discretization", choices::<Discretization>()),
         ("initial", "_Initial", choices::<Initial>()),
         ("precision", "_Precision", choices::<PrecisionSpec>()),
+        ("evaluator", "_Evaluator", choices::<EvaluatorSpec>()),
         ("polish", "_Polish", choices::<Polish>()),
         ("bad_rows", "_BadRows", choices::<BadRows>()),
         ("gaps", "_Gaps", choices::<Gaps>()),

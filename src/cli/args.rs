@@ -274,7 +274,8 @@ pub(crate) struct CompareArgs {
 }
 
 #[derive(Args)]
-#[command(group(ArgGroup::new("points").args(["candidates", "sample", "slice"]).required(true).multiple(true)))]
+#[command(group(ArgGroup::new("points").args(["candidates", "sample", "slice", "profile"]).required(true).multiple(true)))]
+#[command(group(ArgGroup::new("drawn").args(["slice", "profile"])))]
 pub(crate) struct EvaluateArgs {
     #[command(flatten)]
     pub recordings: Recordings,
@@ -282,18 +283,22 @@ pub(crate) struct EvaluateArgs {
     pub model: OwnModel,
     /// File of candidates, CSV or .parquet, with a column for each free parameter in SI units (R,L,K,B,J; with
     /// --per-recording R: R[0],R[1]); - reads CSV from stdin
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["sample", "slice"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["sample", "slice", "profile"])]
     pub candidates: Option<PathBuf>,
-    /// Sample candidates within the bounds: uniform:N, lhs:N (Latin hypercube), or grid:N (N values per parameter)
+    /// Sample candidates within the bounds: uniform:N, lhs:N (Latin hypercube), sobol:N (Sobol' sequence), or grid:N (N values per parameter)
     #[arg(long, value_name = "SAMPLE")]
     pub sample: Option<String>,
     /// Compute the cost over two parameters, as R,L, around the identified optimum; --sample grid:N sets the points per
     /// axis
     #[arg(long, value_name = "P,Q", conflicts_with_all = ["top", "json"])]
     pub slice: Option<String>,
+    /// Profile likelihood of every free parameter around the identified optimum, with its 95 % interval beside that of the standard
+    /// error
+    #[arg(long, conflicts_with_all = ["sample", "slice", "top"])]
+    pub profile: bool,
     /// With --slice: write the heat map (SVG), with the optimum and its 95 % confidence ellipse, to this file instead of the
-    /// costs as CSV to stdout; - writes it to stdout
-    #[arg(long, value_name = "FILE", requires = "slice")]
+    /// costs as CSV to stdout; with --profile: write the curves; - writes to stdout
+    #[arg(long, value_name = "FILE", requires = "drawn")]
     pub svg: Option<PathBuf>,
     /// Print only the K candidates of lowest cost, the best first [default: all; with --json: 10]
     #[arg(long, value_name = "K")]
@@ -301,7 +306,7 @@ pub(crate) struct EvaluateArgs {
     /// Seed of the random sample
     #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     pub seed: u64,
-    /// Print one JSON document with the best candidates
+    /// Print one JSON document with the best candidates, or with --profile with the points
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]

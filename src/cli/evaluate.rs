@@ -5,6 +5,7 @@ use super::candidates::{self, Sampled, Source, sampling};
 use super::output::is_read;
 use super::prelude::*;
 use motorfit::candidates::Candidates;
+use motorfit::device::DeviceUsed;
 use motorfit::identify::BatchCosts;
 use motorfit::numeric::count_u64;
 use motorfit::optimize::{Progress, Sample, Sampling};
@@ -26,6 +27,9 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     if let Some(slice) = &args.slice {
         return super::slice::run(args, slice, style);
     }
+    if args.profile {
+        return super::profile::run(args, style);
+    }
     let mut spec = inputs::spec(&args.problem, &args.device, style)?;
     let sampled = sample(args)?;
     let records = inputs::records(&args.recordings.records, &args.recordings.reading.0.and(&args.problem.0))?;
@@ -39,6 +43,8 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     let expected = usize::try_from(expected).unwrap_or(usize::MAX);
     spec.population = batch(records.iter().map(Record::len).sum()).min(expected);
     spec.generations = expected.div_ceil(spec.population);
+    // Costs of given candidates do not depend on their number.
+    let spec = if sampled.is_none() { spec.by_kernel() } else { spec };
     with_threads(spec.threads, || {
         let costs = BatchCosts::new(&records, &spec)?;
         let bounds = || costs.problem().space().bounds();
@@ -79,8 +85,8 @@ pub(super) trait Costs {
     /// Returns the names of the free parameters.
     fn names(&self) -> Vec<String>;
 
-    /// Returns the number of samples that a candidate is simulated for.
-    fn samples(&self) -> usize;
+    /// Returns the number of steps of the kernel that take as long as the evaluation of a candidate.
+    fn steps(&self) -> usize;
 
     /// Submits candidates; a device may compute their costs until they are asked for.
     fn begin(&mut self, values: &[f64]) -> Result<()>;
@@ -88,8 +94,8 @@ pub(super) trait Costs {
     /// Returns the costs of the oldest candidates that were submitted.
     fn finish(&mut self, values: &[f64], costs: &mut [f64]) -> Result<()>;
 
-    /// Returns the name and the precision of the device.
-    fn device(&self) -> (String, &'static str);
+    /// Returns the device.
+    fn device(&self) -> DeviceUsed;
 
     fn warnings(&self) -> &[Warning];
 
@@ -102,8 +108,8 @@ impl Costs for BatchCosts {
         self.problem().space().free().iter().map(|axis| axis.scope.name(axis.parameter)).collect()
     }
 
-    fn samples(&self) -> usize {
-        self.problem().active()
+    fn steps(&self) -> usize {
+        Self::steps(self)
     }
 
     fn begin(&mut self, values: &[f64]) -> Result<()> {
@@ -114,9 +120,8 @@ impl Costs for BatchCosts {
         Self::finish(self, values, costs)
     }
 
-    fn device(&self) -> (String, &'static str) {
-        let (_, name, precision) = Self::device(self);
-        (name, precision)
+    fn device(&self) -> DeviceUsed {
+        Self::device(self)
     }
 
     fn warnings(&self) -> &[Warning] {
@@ -146,7 +151,7 @@ struct Evaluation<'a> {
 impl Evaluation<'_> {
     fn run(mut self, records: &[Record]) -> Result<Outcome> {
         let width = self.names.len();
-        let most = batch(self.costs.samples());
+        let most = batch(self.costs.steps());
         let known = self.costs.warnings().len();
         let top = self.args.top.or(self.args.json.then_some(10));
         // The next batch is read while a GPU evaluates the current one.
@@ -196,12 +201,12 @@ impl Evaluation<'_> {
         if done == 0 {
             return Err(Error::data("there are no candidates", "Give a file with at least one row below its heading."));
         }
-        let (device, precision) = self.costs.device();
+        let device = self.costs.device();
         let seconds = started.elapsed().as_secs_f64();
         let rate = significant(count_u64(done) / seconds, 3);
         let [whole, busy] = [seconds, busy.as_secs_f64()].map(|seconds| engineering(seconds, "s", 3));
         self.style.note(&format!(
-            "{done} candidates in {whole} (evaluation {busy}), {rate} per second, on {device}, {precision}; lowest cost {}",
+            "{done} candidates in {whole} (evaluation {busy}), {rate} per second, on {device}; lowest cost {}",
             significant(lowest, 6)
         ));
         shorten(&mut best, top.unwrap_or(0));

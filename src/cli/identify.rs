@@ -306,7 +306,7 @@ fn lines(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Vec
         ("cost", format!("{} ({}, scale {})", significant(found.cost, 4), criterion, scale)),
         ("method", format!("{method}{polish}")),
         ("search", verdict(found)),
-        ("device", format!("{}, {}", found.device, found.precision)),
+        ("device", found.device.to_string()),
         ("time", engineering(found.seconds, "s", 3)),
     ]);
     lines

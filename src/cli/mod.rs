@@ -22,6 +22,7 @@ mod next;
 mod out;
 mod output;
 mod plot;
+mod profile;
 mod progress;
 mod shell;
 mod signals;

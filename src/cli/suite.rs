@@ -21,6 +21,7 @@ pub(super) fn run(suite: Suite, args: &CompareArgs, style: &Style) -> Result<Out
         seed: args.seed,
         device: device.device,
         precision: device.precision,
+        evaluator: device.evaluator,
         throughput_profile: device.throughput_profile,
     };
     let ioh = args.out.as_deref().map(|folder| folder.join("ioh"));
@@ -77,10 +78,10 @@ fn report(args: &CompareArgs, result: &SuiteResult, document: String) -> Vec<(St
 }
 
 fn text(result: &SuiteResult) -> String {
-    let SuiteResult { evaluations, seconds, device: (_, device, precision), version, .. } = result;
+    let SuiteResult { evaluations, seconds, device, version, .. } = result;
     let rate = significant(count_u64(*evaluations) / seconds, 3);
     let mut text = format!(
-        "suite {}, version {version}: {} problems\n{evaluations} evaluations in {}, {rate} a second\non {device}, {precision}\n",
+        "suite {}, version {version}: {} problems\n{evaluations} evaluations in {}, {rate} a second\non {device}\n",
         result.spec.suite.name(),
         result.problems.len(),
         engineering(*seconds, "s", 3)

@@ -1,6 +1,7 @@
 //! The cost function of [`minimize`](crate::optimize::minimize): evaluates the populations of many searches as one batch.
 
 use super::select::{DeviceSettings, OnLoss, SelectedDevice, taken_over};
+use super::used::DeviceUsed;
 use crate::candidates::Candidates;
 use crate::estimate::descend;
 use crate::evaluate::{Batch, Evaluator, Group, Pending, Problem, Scalar};
@@ -58,10 +59,7 @@ impl BatchSearchEvaluator {
     /// # Errors
     /// Returns a device error if the requested device is not available, and a usage error without problems.
     pub fn open(settings: impl Into<DeviceSettings>, problems: Vec<Arc<Problem>>) -> Result<Self> {
-        let Some(first) = problems.first() else {
-            return Err(crate::Error::usage("there is nothing to search", "Give at least one problem."));
-        };
-        Ok(Self::on(SelectedDevice::for_search(&settings.into(), first)?, problems))
+        Ok(Self::on(SelectedDevice::for_search(&settings.into(), &problems)?, problems))
     }
 
     /// Opens the requested device, or the CPU for `auto`: for a computation without a population.
@@ -89,14 +87,19 @@ impl BatchSearchEvaluator {
     /// Returns the number of candidates between two calls of the observer.
     #[must_use]
     pub fn slice(&self) -> usize {
-        let longest = self.problems.0.iter().map(|problem| problem.active()).max().unwrap_or(1);
+        let longest = self.problems.0.iter().map(|problem| self.opened.steps(problem)).max().unwrap_or(1);
         (self.opened.slice_steps / longest.max(1)).max(1)
     }
 
-    /// Returns the kind of the device (`cpu` or `gpu`), its name and its precision.
+    /// Returns the description of the device.
     #[must_use]
-    pub fn device(&self) -> (&'static str, String, &'static str) {
-        (self.opened.kind, self.opened.evaluator.name(), self.opened.precision())
+    pub fn device(&self) -> DeviceUsed {
+        self.opened.used(&self.problems.0)
+    }
+
+    /// Returns the number of steps of the kernel that take as long as the evaluation of a candidate of a problem.
+    pub(crate) fn steps(&self, problem: &Problem) -> usize {
+        self.opened.steps(problem).max(1)
     }
 
     /// Returns warnings about the device.
@@ -322,7 +325,7 @@ mod tests {
                 _ => &[],
             };
             assert_eq!(codes, expected);
-            assert_eq!(searches.device().0, if on_loss == OnLoss::ReopenOrCpu { "cpu" } else { "gpu" });
+            assert_eq!(searches.device().kind, if on_loss == OnLoss::ReopenOrCpu { "cpu" } else { "gpu" });
         }
     }
 
@@ -342,7 +345,7 @@ mod tests {
             assert_eq!(done.is_ok(), auto);
             if auto {
                 searches.finish(&populations, &mut costs).unwrap();
-                assert_eq!((searches.device().0, searches.device().2), ("cpu", "f64"));
+                assert_eq!((searches.device().kind, searches.device().precision), ("cpu", "f64"));
                 assert_eq!(searches.warnings().len(), 1);
                 assert_eq!(searches.warnings()[0].code, "gpu_failed");
                 assert!((costs[0] / Scalar::cost(&problem, &values) - 1.0).abs() < 1e-12);

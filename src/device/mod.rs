@@ -2,15 +2,19 @@
 
 mod awake;
 mod batch_search;
+mod evaluator_spec;
 mod model;
 mod select;
 mod throughput_profile;
+mod used;
 
 pub(crate) use awake::with_threads_awake;
 pub use batch_search::BatchSearchEvaluator;
+pub use evaluator_spec::EvaluatorSpec;
 pub use model::ModelDevice;
 pub use select::{DeviceSettings, DeviceSpec, OnLoss, PrecisionSpec};
 pub use throughput_profile::{AdapterThroughput, ThroughputCurve, ThroughputProfile, Work};
+pub use used::DeviceUsed;
 
 use crate::limit::{Limit, limit_of};
 use crate::setting::text;

@@ -1,6 +1,7 @@
 //! Selection of the device that evaluates the populations of a model.
 
 use super::select::{DeviceSpec, PrecisionSpec};
+use super::used::DeviceUsed;
 use crate::Error;
 #[cfg(not(feature = "gpu"))]
 use crate::ErrorKind;
@@ -29,6 +30,13 @@ impl ModelDevice {
     #[must_use]
     pub fn cpu() -> Self {
         Self { evaluator: Box::new(ModelSimd), kind: "cpu", warnings: Vec::new() }
+    }
+
+    /// Returns the description of the device.
+    #[must_use]
+    pub fn used(&self) -> DeviceUsed {
+        let evaluator = if self.kind == "gpu" { "shader" } else { "kernel" };
+        DeviceUsed { kind: self.kind, name: self.evaluator.name(), precision: self.evaluator.precision(), evaluator }
     }
 
     /// Opens the requested device; `auto` is the CPU. A problem that shaders cannot evaluate is evaluated on the CPU, with a warning.

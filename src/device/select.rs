@@ -1,15 +1,19 @@
 //! Selection of the device of a search: the CPU, or a GPU if one is requested or the work is large enough for it to be faster.
 
+use super::evaluator_spec::{EvaluatorSpec, Expected, STEPS};
 use super::throughput_profile::ThroughputProfile;
 #[cfg(feature = "gpu")]
 use super::throughput_profile::{AdapterThroughput, Work};
-use crate::evaluate::{Evaluator, Problem, Simd};
+use super::used::DeviceUsed;
+use crate::evaluate::{Evaluator, PoleTables, Problem, Simd};
 use crate::named::named;
+use crate::numeric::whole;
 use crate::setting::text;
 use crate::text::excerpt;
 use crate::warning::Warning;
 use crate::{Error, ErrorKind, Result};
 use std::str::FromStr;
+use std::sync::Arc;
 use std::time::Duration;
 
 #[cfg(feature = "gpu")]
@@ -71,6 +75,8 @@ pub struct DeviceSettings {
     pub device: DeviceSpec,
     /// The requested precision.
     pub precision: PrecisionSpec,
+    /// The requested evaluator on the CPU.
+    pub evaluator: EvaluatorSpec,
     /// Throughput measured on this machine, for `auto`; with `None` fixed limits on the work decide.
     pub throughput_profile: Option<ThroughputProfile>,
     /// Number of threads; `None` uses the rayon pool of the caller.
@@ -79,6 +85,8 @@ pub struct DeviceSettings {
     pub population: usize,
     /// Number of generations, the initial population included.
     pub generations: usize,
+    /// True if every cost is needed; false for searches, whose cutoffs may end simulations early.
+    pub needs_all_costs: bool,
 }
 
 /// Smallest number of candidate-steps in one generation for which `auto` opens a GPU that was not measured: a smaller batch
@@ -127,6 +135,8 @@ pub(super) struct SelectedDevice {
     pub reopen: Option<Reopen>,
     /// Number of times that the evaluator was replaced.
     pub replaced: usize,
+    /// True if the evaluator has tables of poles.
+    pub has_tables: bool,
     /// Number of candidate-steps between two calls of the observer.
     pub slice_steps: usize,
     pub warnings: Vec<Warning>,
@@ -147,6 +157,7 @@ impl SelectedDevice {
             on_loss: OnLoss::Fail,
             reopen: None,
             replaced: 0,
+            has_tables: false,
             slice_steps: SLICE_STEPS,
             warnings: Vec::new(),
             simd: Simd::default(),
@@ -176,33 +187,83 @@ impl SelectedDevice {
         true
     }
 
-    /// Selects the device for a search on a problem.
-    pub(super) fn for_search(settings: &DeviceSettings, problem: &Problem) -> Result<Self> {
+    /// Selects the device for searches on problems.
+    pub(super) fn for_search(settings: &DeviceSettings, problems: &[Arc<Problem>]) -> Result<Self> {
+        let Some(first) = problems.first() else {
+            return Err(Error::usage("there is nothing to search", "Give at least one problem."));
+        };
         if settings.precision == PrecisionSpec::F32 && matches!(settings.device, DeviceSpec::Auto | DeviceSpec::Cpu) {
             let message = "f32 is available on GPUs only; the CPU evaluates in f64 only";
             return Err(Error::usage(message, text!("Add " [Device = "gpu"] ", or leave " [Precision] " out.")));
         }
-        let mut opened = open(settings, problem)?;
-        if settings.threads == Some(1) {
-            opened.simd = Simd::alone();
-            if opened.kind == "cpu" {
-                opened.evaluator = Box::new(opened.simd);
-            }
+        let is_gpu = !matches!(settings.device, DeviceSpec::Auto | DeviceSpec::Cpu);
+        if settings.evaluator != EvaluatorSpec::Auto && is_gpu {
+            let message = text!([Evaluator] " applies to the CPU, and a GPU is requested");
+            return Err(Error::usage(message, text!("Leave it out, or give " [Device = "cpu"] ".")));
         }
-        Ok(opened)
+        if settings.evaluator == EvaluatorSpec::Tables {
+            return Ok(Self::on_cpu(settings, problems));
+        }
+        match open(settings, first)? {
+            opened if opened.kind == "cpu" => {
+                let warnings = opened.warnings;
+                Ok(Self { warnings, ..Self::on_cpu(settings, problems) })
+            }
+            opened => Ok(Self { simd: simd(settings), ..opened }),
+        }
+    }
+
+    /// Selects the evaluator on the CPU.
+    fn on_cpu(settings: &DeviceSettings, problems: &[Arc<Problem>]) -> Self {
+        let simd = simd(settings);
+        let kernel = Self { simd, ..Self::given(Box::new(simd)) };
+        let expected = Expected {
+            population: settings.population / problems.len().max(1),
+            generations: settings.generations,
+            has_cutoffs: !settings.needs_all_costs,
+        };
+        let is_served = |problem: &Arc<Problem>| PoleTables::serves(problem);
+        let warnings = match settings.evaluator {
+            EvaluatorSpec::Auto if problems.iter().any(|problem| expected.prefers_tables(problem)) => Vec::new(),
+            EvaluatorSpec::Auto | EvaluatorSpec::Kernel => return kernel,
+            EvaluatorSpec::Tables if problems.iter().any(is_served) => Vec::new(),
+            // Later problems may be served.
+            EvaluatorSpec::Tables => vec![unsuited()],
+        };
+        Self { evaluator: Box::new(PoleTables::default()), has_tables: true, warnings, ..kernel }
     }
 
     /// Selects the device for a computation without a population: the CPU unless a GPU is requested.
-    pub(super) fn for_check(settings: &DeviceSettings, problem: &Problem) -> Result<Self> {
+    pub(super) fn for_check(settings: &DeviceSettings, problem: &Arc<Problem>) -> Result<Self> {
         if settings.device == DeviceSpec::Auto {
             return Ok(Self::cpu(Vec::new()));
         }
-        Self::for_search(settings, problem)
+        // Without a population the kernel is chosen.
+        let settings = DeviceSettings { evaluator: EvaluatorSpec::Auto, population: 0, ..settings.clone() };
+        Self::for_search(&settings, std::slice::from_ref(problem))
     }
 
-    /// Returns the precision of the evaluation.
-    pub(super) fn precision(&self) -> &'static str {
-        if self.evaluator.is_exact() { "f64" } else { "f32" }
+    /// Returns the description of the device.
+    pub(super) fn used(&self, problems: &[Arc<Problem>]) -> DeviceUsed {
+        DeviceUsed {
+            kind: self.kind,
+            name: self.evaluator.name(),
+            precision: if self.evaluator.is_exact() { "f64" } else { "f32" },
+            evaluator: match self.kind {
+                "cpu" if problems.iter().any(|problem| self.serves_by_tables(problem)) => "tables",
+                "cpu" => "kernel",
+                _ => "shader",
+            },
+        }
+    }
+
+    fn serves_by_tables(&self, problem: &Problem) -> bool {
+        self.has_tables && PoleTables::serves(problem)
+    }
+
+    /// Returns the number of steps of the kernel that take as long as the evaluation of a candidate of a problem.
+    pub(super) fn steps(&self, problem: &Problem) -> usize {
+        if self.serves_by_tables(problem) { whole(STEPS) * problem.signals().len() } else { problem.active() }
     }
 }
 
@@ -256,6 +317,17 @@ fn open(settings: &DeviceSettings, _: &Problem) -> Result<SelectedDevice> {
     }
     let hint = text!("Build with the feature gpu, or use " [Device = "cpu"] ".");
     Err(Error::new(ErrorKind::Device, "this build has no GPU evaluation", hint))
+}
+
+fn unsuited() -> Warning {
+    let message = "tables serve linear motors on even clocks with a recorded voltage and criteria of squares without time weights, masks or \
+         torques; the kernel evaluates instead";
+    Warning::new("tables_unsuited", message)
+}
+
+/// Returns the kernel for the requested threads.
+fn simd(settings: &DeviceSettings) -> Simd {
+    if settings.threads == Some(1) { Simd::alone() } else { Simd::default() }
 }
 
 pub(super) fn taken_over(error: &Error) -> Warning {

@@ -8,7 +8,7 @@ use super::spec::IdentifySpec;
 use super::start::{around, on_any_clock};
 use crate::Result;
 use crate::candidates::Candidates;
-use crate::device::BatchSearchEvaluator;
+use crate::device::{BatchSearchEvaluator, DeviceSettings, DeviceUsed};
 use crate::estimate::fit_problem;
 use crate::evaluate::Problem;
 use crate::motor::Space;
@@ -33,7 +33,8 @@ impl BatchCosts {
     pub fn new(records: &[Record], spec: &IdentifySpec) -> Result<Self> {
         let space = search_space(records, spec)?;
         let problem = Arc::new(Problem::new(records, spec.model, space, spec.criterion)?);
-        let evaluation = BatchSearchEvaluator::open(spec, vec![problem.clone()])?;
+        let device = DeviceSettings { needs_all_costs: true, ..spec.into() };
+        let evaluation = BatchSearchEvaluator::open(device, vec![problem.clone()])?;
         Ok(Self { problem, evaluation })
     }
 
@@ -80,9 +81,15 @@ impl BatchCosts {
         Ok(Candidates::new(values, width))
     }
 
-    /// Returns the kind of the device, `cpu` or `gpu`, its name and its precision.
+    /// Returns the number of steps of the kernel that take as long as the evaluation of a candidate, for the size of batches.
     #[must_use]
-    pub fn device(&self) -> (&'static str, String, &'static str) {
+    pub fn steps(&self) -> usize {
+        self.evaluation.steps(&self.problem)
+    }
+
+    /// Returns the device.
+    #[must_use]
+    pub fn device(&self) -> DeviceUsed {
         self.evaluation.device()
     }
 

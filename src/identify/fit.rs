@@ -23,6 +23,7 @@ use super::verify::{Verification, verify};
 use super::warnings;
 use crate::Result;
 use crate::analysis::{FitMetrics, fit_percent};
+use crate::device::DeviceUsed;
 use crate::evaluate::{Model, Problem, Scalar};
 use crate::optimize::Stop;
 use crate::record::Record;
@@ -78,8 +79,8 @@ pub struct SearchRun<'a> {
     pub values: &'a [f64],
     /// Number of evaluated candidates.
     pub evaluations: u64,
-    /// Kind of the device, `cpu` or `gpu`, and its precision.
-    pub device: [&'static str; 2],
+    /// Device that evaluated.
+    pub device: &'a DeviceUsed,
 }
 
 /// A population search that is run by the caller, possibly in one batch with others.
@@ -155,9 +156,9 @@ impl PreparedSearch {
         spec: &IdentifySpec,
         run: SearchRun<'_>,
     ) -> Result<Identification> {
-        let SearchRun { values, evaluations, device: [device_kind, precision] } = run;
+        let SearchRun { values, evaluations, device } = run;
         let found = SearchResult::new(spec.method.name(), values.to_vec(), Stop::BudgetSpent, evaluations);
-        let found = SearchResult { device_kind, precision, ..found };
+        let found = SearchResult { device: device.clone(), ..found };
         let spec = IdentifySpec { model: self.model, ..spec.clone() };
         let prepared = Prepared::new(self.masked.as_deref().unwrap_or(records), Cow::Owned(spec))?;
         let left_out = left_out(records, prepared.records);

@@ -4,6 +4,7 @@
 
 use super::prepare::Prepared;
 use super::refine::Fit;
+use super::spec::IdentifySpec;
 use crate::Result;
 use crate::analysis::variance_inflation;
 use crate::estimate::{Refined, refine_on};
@@ -104,7 +105,7 @@ pub(super) fn profile(prepared: &Prepared<'_>, fit: &Fit, all: &[FixedParameter]
         prepared,
         profiled,
         released: all.iter().filter(|other| other.name() != profiled.name()).collect(),
-        others: fit.space.free().iter().map(|axis| wider(prepared, axis)).collect(),
+        others: fit.space.free().iter().map(|axis| wider(&prepared.spec, axis)).collect(),
         fixed: fixed.copied().collect(),
         sigma: &fit.refined.sigmas,
         lowest: 0.0,
@@ -124,8 +125,8 @@ pub(super) fn profile(prepared: &Prepared<'_>, fit: &Fit, all: &[FixedParameter]
 }
 
 /// Returns an axis with automatic bounds widened.
-fn wider(prepared: &Prepared<'_>, axis: &Axis) -> Axis {
-    match prepared.spec.auto_bounds.contains(&axis.parameter) && !axis.parameter.is_extension() {
+pub(super) fn wider(spec: &IdentifySpec, axis: &Axis) -> Axis {
+    match spec.auto_bounds.contains(&axis.parameter) && !axis.parameter.is_extension() {
         true => Axis { min: axis.min / WIDER, max: axis.max * WIDER, ..*axis },
         false => *axis,
     }
@@ -139,7 +140,7 @@ impl Profile<'_> {
         let mut rest = start.refined.values.clone();
         if !released.is_empty() {
             let (parameter, scope) = self.profiled.name();
-            let wide = self.released.iter().map(|other| wider(self.prepared, &other.axis));
+            let wide = self.released.iter().map(|other| wider(&self.prepared.spec, &other.axis));
             let free = self.others.iter().copied().chain(wide);
             let fixed = self.fixed.iter().copied().chain([(parameter, scope, value)]).collect();
             let space = Space::new(free.collect(), fixed)?;

@@ -7,6 +7,7 @@ use super::spec::IdentifySpec;
 use super::trust_level::Trust;
 use super::verify::Verification;
 use crate::analysis::{self, FittedMotor, NoiseFloor, Regression, ResidualTests, Validation, noise_floor};
+use crate::device::DeviceUsed;
 use crate::estimate::{Refined, Uncertainty};
 use crate::evaluate::{Model, Problem, Scalar};
 use crate::motor::{Axis, Input, Parameter, Parameters, Scope, Space};
@@ -114,12 +115,8 @@ pub struct Identification {
     pub evaluations: u64,
     /// Lowest cost after each generation; empty without a population search.
     pub history: Vec<f64>,
-    /// Kind of the device that evaluated: `cpu` or `gpu`.
-    pub device_kind: &'static str,
-    /// Name of the device.
-    pub device: String,
-    /// Precision of the evaluation: `f32` or `f64`.
-    pub precision: &'static str,
+    /// Device that evaluated.
+    pub device: DeviceUsed,
     /// Cost of the best candidate on the device minus that of the scalar evaluator; `None` on the CPU.
     pub cost_difference: Option<f64>,
     /// Fit of held-out recordings, if there are any.
@@ -175,9 +172,7 @@ impl Identification {
             stop: found.stop,
             evaluations: found.evaluations,
             history: found.history,
-            device_kind: found.device_kind,
             device: found.device,
-            precision: found.precision,
             cost_difference: found.cost_difference,
             validation: None,
             residual_tests: Vec::new(),

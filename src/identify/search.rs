@@ -1,7 +1,7 @@
 //! The first optimum of a method: the Steiglitz–McBride estimate, a start from a grid, or the result of a population search.
 
 use super::spec::IdentifySpec;
-use crate::device::{BatchSearchEvaluator, with_threads_awake};
+use crate::device::{BatchSearchEvaluator, DeviceUsed, with_threads_awake};
 use crate::estimate::Estimate;
 use crate::evaluate::{Problem, Scalar};
 use crate::motor::Axis;
@@ -20,9 +20,7 @@ pub(super) struct SearchResult {
     pub stop: Stop,
     pub evaluations: u64,
     pub history: Vec<f64>,
-    pub device_kind: &'static str,
-    pub device: String,
-    pub precision: &'static str,
+    pub device: DeviceUsed,
     pub cost_difference: Option<f64>,
     pub warnings: Vec<Warning>,
     /// True if a population search was run, also if its result was not used.
@@ -38,9 +36,7 @@ impl SearchResult {
             stop,
             evaluations,
             history: Vec::new(),
-            device_kind: "cpu",
-            device: String::new(),
-            precision: "f64",
+            device: DeviceUsed::default(),
             cost_difference: None,
             warnings: Vec::new(),
             has_population: false,
@@ -57,8 +53,8 @@ impl SearchResult {
     /// Adds the description of the device, and the difference of its cost to that of the scalar oracle.
     fn on(self, mut evaluation: BatchSearchEvaluator) -> Self {
         let cost_difference = evaluation.cost_difference(0, &self.values);
-        let (device_kind, device, precision) = evaluation.device();
-        Self { cost_difference, device_kind, device, precision, warnings: evaluation.take_warnings(), ..self }
+        let device = evaluation.device();
+        Self { cost_difference, device, warnings: evaluation.take_warnings(), ..self }
     }
 }
 
@@ -87,7 +83,7 @@ pub(super) fn population(
     let mut runs = [Run::new(spec.method.optimizer(spec.search(problem.space()))?)];
     let mut evaluation = BatchSearchEvaluator::open(spec, vec![problem.clone()])?;
     let slice = evaluation.slice();
-    let is_on_cpu = evaluation.device().0 == "cpu";
+    let is_on_cpu = evaluation.device().kind == "cpu";
     let steps = if is_on_cpu { spec.population.saturating_mul(problem.active()) } else { 0 };
     let mut search = || minimize(&mut runs, Budget { generations, slice }, &mut evaluation, &mut *observe);
     let stop = with_threads_awake(steps, &mut search)?;

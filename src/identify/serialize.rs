@@ -24,7 +24,7 @@ impl Serialize for Identification {
             "discretization": self.model.discretization.name(),
             "left_out": self.left_out,
             "bounds": bounds(&self.space),
-            "device": {"kind": self.device_kind, "name": self.device, "precision": self.precision},
+            "device": self.device,
             "parameters": estimates::document(&self.estimates()),
             "with": self.extensions(),
             "ladder": self.selection,

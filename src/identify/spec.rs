@@ -2,7 +2,7 @@
 
 use super::method::{Method, Polish};
 use crate::criterion::Criterion;
-use crate::device::{DeviceSettings, DeviceSpec, PrecisionSpec, ThroughputProfile};
+use crate::device::{DeviceSettings, DeviceSpec, EvaluatorSpec, PrecisionSpec, ThroughputProfile};
 use crate::evaluate::Model;
 use crate::motor::{Parameter, Space, With};
 use crate::optimize::SearchSettings;
@@ -39,6 +39,8 @@ pub struct IdentifySpec {
     pub device: DeviceSpec,
     /// Floating-point precision of the evaluation.
     pub precision: PrecisionSpec,
+    /// Evaluator of costs on the CPU.
+    pub evaluator: EvaluatorSpec,
     /// Throughput measured on this machine, used to select a device automatically; `None` uses conservative limits.
     pub throughput_profile: Option<ThroughputProfile>,
     /// Number of threads; `None` uses the rayon pool of the caller.
@@ -62,6 +64,7 @@ impl Default for IdentifySpec {
             per_recording: Vec::new(),
             device: DeviceSpec::default(),
             precision: PrecisionSpec::default(),
+            evaluator: EvaluatorSpec::default(),
             throughput_profile: None,
             threads: None,
         }
@@ -79,6 +82,17 @@ impl IdentifySpec {
     #[must_use]
     pub fn is_polished(&self) -> bool {
         self.polish == Polish::LevenbergMarquardt
+    }
+
+    /// Returns the spec with the kernel in place of an automatic choice of the evaluator on the CPU: for few candidates at a time, or
+    /// where the last digits of costs count.
+    #[must_use]
+    pub fn by_kernel(self) -> Self {
+        let is_on_cpu = matches!(self.device, DeviceSpec::Auto | DeviceSpec::Cpu);
+        match self.evaluator {
+            EvaluatorSpec::Auto if is_on_cpu => Self { evaluator: EvaluatorSpec::Kernel, ..self },
+            _ => self,
+        }
     }
 
     /// Returns the settings of a population search over `space`.
@@ -99,10 +113,12 @@ impl From<&IdentifySpec> for DeviceSettings {
         Self {
             device: spec.device.clone(),
             precision: spec.precision,
+            evaluator: spec.evaluator,
             throughput_profile: spec.throughput_profile.clone(),
             threads: spec.threads,
             population: spec.population,
             generations: spec.generations,
+            needs_all_costs: false,
         }
     }
 }

@@ -269,6 +269,23 @@ impl Space {
         values
     }
 
+    /// Returns where a candidate has the value of each of the five parameters for one recording: its place, or the value where it is
+    /// fixed.
+    pub(crate) fn places(&self, recording: u32) -> [std::result::Result<usize, f64>; 5] {
+        let mut places = [Err(f64::NAN); 5];
+        for &(parameter, scope, value) in &self.fixed {
+            if let Some(own) = places.get_mut(parameter as usize).filter(|_| scope.covers(recording)) {
+                *own = Err(value);
+            }
+        }
+        for (place, axis) in self.free.iter().enumerate() {
+            if let Some(own) = places.get_mut(axis.parameter as usize).filter(|_| axis.scope.covers(recording)) {
+                *own = Ok(place);
+            }
+        }
+        places
+    }
+
     /// Returns the motor with its extensions of one recording for a candidate.
     #[must_use]
     pub fn motor(&self, candidate: &[f64], recording: u32) -> Extended {

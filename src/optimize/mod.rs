@@ -27,6 +27,7 @@ mod rule;
 mod run;
 mod sample;
 mod search_settings;
+mod sobol;
 mod table;
 mod transformed_search;
 
@@ -49,6 +50,7 @@ pub use pso::{PsoOptions, Wall};
 pub use run::{Best, LocalOptimum, LocalSearch, LocalSearches, Optimizer, Progress, Run, Stop};
 pub use sample::{POINTS_MAX, Sample, Sampling};
 pub use search_settings::SearchSettings;
+pub use sobol::SOBOL_AXES_MAX;
 pub use table::{Hyperparameter, Range, Search, SearchOptions, Values};
 
 /// Size limits of searches and samples.

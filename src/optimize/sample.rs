@@ -1,6 +1,7 @@
-//! Samples of a box: uniform, Latin hypercube, grid. Each point is a function of its index, so that samples of 10⁸ points
+//! Samples of a box: uniform, Latin hypercube, Sobol' sequence, grid. Each point is a function of its index, so that samples of 10⁸ points
 //! need no memory and do not depend on the number of threads.
 
+use super::sobol::{SOBOL_AXES_MAX, SobolAxis};
 use crate::{Error, Result};
 use rand::{Rng as _, SeedableRng as _};
 use rand_xoshiro::SplitMix64;
@@ -13,6 +14,9 @@ pub enum Sampling {
     Uniform,
     /// Latin hypercube: each axis is cut into as many intervals as there are points, and each interval holds one point.
     LatinHypercube,
+    /// Sobol' sequence with a random digital shift: any number of successive points fills the box evenly. At most
+    /// [`SOBOL_AXES_MAX`] axes.
+    Sobol,
     /// Full factorial grid from bound to bound with equally many points on each axis, or the middle for a single point; the
     /// last axis varies fastest.
     Grid,
@@ -30,6 +34,8 @@ pub struct Sample {
     rectangle: [u64; 2],
     /// Random keys of each axis: for the position within an interval, and for the order of the intervals.
     keys: Vec<[u64; 2]>,
+    /// The sequence on each axis; empty for other schemes.
+    sobol: Vec<SobolAxis>,
 }
 
 /// Largest number of points of a sample; indices up to it are exact in double precision.
@@ -43,8 +49,8 @@ impl Sample {
     /// Makes a sample of `number` points of the box, or of a grid with `number` points on each axis.
     ///
     /// # Errors
-    /// Returns `Usage` if the sample has no points or more than [`POINTS_MAX`], the box has no axis, or bounds are not finite
-    /// or reversed.
+    /// Returns `Usage` if the sample has no points or more than [`POINTS_MAX`], the box has no axis or too many for a Sobol'
+    /// sequence, or bounds are not finite or reversed.
     pub fn new(sampling: Sampling, number: u64, bounds: Vec<(f64, f64)>, seed: u64) -> Result<Self> {
         let axes = u32::try_from(bounds.len()).unwrap_or(u32::MAX);
         let count = if sampling == Sampling::Grid { number.checked_pow(axes) } else { Some(number) };
@@ -63,9 +69,14 @@ impl Sample {
         }
         let mut generator = SplitMix64::seed_from_u64(seed);
         let keys = bounds.iter().map(|_| [generator.next_u64(), generator.next_u64()]).collect();
+        let sequences = if sampling == Sampling::Sobol { bounds.len() } else { 0 };
+        let Some(sobol) = (0..sequences).map(SobolAxis::new).collect() else {
+            let message = format!("a Sobol' sequence has at most {SOBOL_AXES_MAX} axes, this box has {}", bounds.len());
+            return Err(Error::usage(message, "Take a Latin hypercube, or fix parameters."));
+        };
         let height = count.isqrt();
         let rectangle = [height, count.div_ceil(height)];
-        Ok(Self { sampling, bounds, count, side: number, rectangle, keys })
+        Ok(Self { sampling, bounds, count, side: number, rectangle, keys, sobol })
     }
 
     /// Returns the number of points.
@@ -95,6 +106,16 @@ impl Sample {
                         self.column(axis, first, own, |index| self.stratum::<8>(index, axis));
                     }
                     Sampling::LatinHypercube => self.column(axis, first, own, |index| self.stratum::<2>(index, axis)),
+                    Sampling::Sobol => {
+                        let (sequence, shift) = (&self.sobol[axis], self.keys[axis][0] >> 11);
+                        let mut point = sequence.at(first);
+                        self.column(axis, first, own, |index| {
+                            if index > first {
+                                point = sequence.next(point, index);
+                            }
+                            real(point ^ shift) / real(1 << 53)
+                        });
+                    }
                     Sampling::Grid => self.column(axis, first, own, |index| self.step(index, axis)),
                 }
             }
@@ -108,7 +129,7 @@ impl Sample {
         axis: usize,
         first: u64,
         values: impl Iterator<Item = &'v mut f64>,
-        share: impl Fn(u64) -> f64,
+        mut share: impl FnMut(u64) -> f64,
     ) {
         let (min, max) = self.bounds[axis];
         for (index, value) in (first..).zip(values) {
@@ -260,7 +281,7 @@ mod tests {
 
     #[test]
     fn rows_do_not_depend_on_others_and_a_grid_spans_the_bounds() {
-        for sampling in [Sampling::Uniform, Sampling::LatinHypercube, Sampling::Grid] {
+        for sampling in [Sampling::Uniform, Sampling::LatinHypercube, Sampling::Sobol, Sampling::Grid] {
             let sample = Sample::new(sampling, 100, vec![(0.0, 1.0), (10.0, 20.0)], 3).unwrap();
             let (mut all, mut late) = (vec![0.0; 200], vec![0.0; 20]);
             sample.fill(0, &mut all);
@@ -271,6 +292,7 @@ mod tests {
         assert_eq!(grid.len(), 9);
         assert_eq!((&grid[0], &grid[1], &grid[8]), (&vec![0.0, 10.0], &vec![0.0, 15.0], &vec![1.0, 20.0]));
         assert!(Sample::new(Sampling::Grid, 1 << 30, vec![(0.0, 1.0); 2], 1).is_err());
+        assert!(Sample::new(Sampling::Sobol, 9, vec![(0.0, 1.0); SOBOL_AXES_MAX + 1], 1).is_err());
         assert!(Sample::new(Sampling::Uniform, 0, vec![(0.0, 1.0)], 1).is_err());
     }
 }

@@ -114,7 +114,6 @@ impl EvaluateDocument {
         best: impl Iterator<Item = (f64, &'a [f64])>,
     ) -> Value {
         let problem = costs.problem();
-        let (kind, name, precision) = costs.device();
         let entry = |(cost, values): (f64, &[f64])| value!({"cost": cost, "parameters": by_name(problem, values)});
         value!({
             "motorfit": env!("CARGO_PKG_VERSION"),
@@ -122,7 +121,7 @@ impl EvaluateDocument {
             "criterion": problem.criterion().norm.name(),
             "scale": problem.criterion().scale.name(),
             "bounds": bounds(problem.space()),
-            "device": {"kind": kind, "name": name, "precision": precision},
+            "device": costs.device(),
             "candidates": self.candidates,
             "stop": self.stop(),
             "seconds": self.seconds,

@@ -51,7 +51,7 @@ pub fn identify_page(records: &[Record], spec: &IdentifySpec, found: &Identifica
     if let (Some(of), None) = (&found.noise_floor, &found.validation) {
         sections.push(section("Noise floor", vec![Part::Text(format!("{}.", noise_floor_text(of)))]));
     }
-    sections.push(reproduce(records, how, Some((&found.device, found.precision))));
+    sections.push(reproduce(records, how, Some(found.device.to_string())));
     let name = records.first().and_then(|record| record.source().file_name());
     let name = name.unwrap_or_else(|| "a recording".to_owned());
     Page {

@@ -17,6 +17,9 @@ mod identified_tables;
 #[cfg(feature = "report")]
 mod identify_page;
 mod inspect;
+mod likelihood;
+#[cfg(feature = "report")]
+mod likelihood_chart;
 mod model;
 #[cfg(feature = "report")]
 mod notebook;
@@ -47,6 +50,9 @@ pub use identify_page::{identify_page, identify_parts};
 pub use inspect::{SignalFacts, SignalStatistics, inspect_document};
 #[cfg(feature = "report")]
 pub use inspect::{inspect_page, record_figure};
+pub use likelihood::likelihood_document;
+#[cfg(feature = "report")]
+pub use likelihood_chart::likelihood_chart;
 #[cfg(feature = "report")]
 pub use model::{ModelInspection, model_check_page, model_figure, model_inspect_page, model_page};
 pub use model::{ModelSignalFacts, model_inspect_document};

@@ -39,10 +39,10 @@ pub(super) fn warnings(list: &[Warning], spelling: Spelling) -> Vec<Part> {
 pub(super) fn reproduce<'a>(
     records: impl IntoIterator<Item = &'a Record>,
     how: &Reproduced,
-    device: Option<(&str, &str)>,
+    device: Option<String>,
 ) -> Section {
     let mut list = vec![("version".to_owned(), format!("motorfit {}", env!("CARGO_PKG_VERSION")))];
-    list.extend(device.map(|(name, precision)| ("device".to_owned(), format!("{name}, {precision}"))));
+    list.extend(device.map(|device| ("device".to_owned(), device)));
     for record in records {
         let source = record.source();
         let path = source.path.as_ref().map_or("simulated".to_owned(), |path| path.display().to_string());
@@ -113,8 +113,7 @@ pub fn compare_page(comparison: &Comparison, paper: bool, how: &Reproduced) -> P
     }
     let correlations = correlations(comparison).map(|figure| vec![Part::Figure(figure)]);
     sections.extend(correlations.map(|parts| section("Correlation of the refined estimate", parts)));
-    let device = (comparison.device.1.as_str(), comparison.device.2);
-    sections.push(reproduce(&comparison.subject.records, how, Some(device)));
+    sections.push(reproduce(&comparison.subject.records, how, Some(comparison.device.to_string())));
     let of = comparison.subject.model().map_or(String::new(), |of| format!(": {}", of.model.name()));
     Page { title: format!("Methods compared{of}"), answer: answer(comparison), sections, ..Page::default() }
 }

@@ -4,6 +4,7 @@ use super::given::{Fault, Given};
 use super::parse;
 use super::read::{Read, device, reading};
 use crate::criterion::{Criterion, Noise};
+use crate::device::EvaluatorSpec;
 use crate::evaluate::Initial;
 use crate::evaluate::model::signal_requests;
 use crate::identify::model::ModelSpec;
@@ -75,6 +76,10 @@ pub fn model_spec(given: &Given) -> Read<ModelSpec> {
         return wrong(Setting::Noise, message, text!("Give a ratio for all outputs, as " [Noise = "40dB"] "."));
     }
     let device = device(given)?;
+    if device.evaluator == EvaluatorSpec::Tables {
+        let message = text!([Evaluator] " is tables, which serve the DC motor only");
+        return wrong(Setting::Evaluator, message, "Leave it out for a model.".into());
+    }
     Ok(ModelSpec {
         device: device.device,
         precision: device.precision,

@@ -91,7 +91,7 @@ pub fn problem(given: &Given) -> Read<IdentifySpec> {
     })
 }
 
-/// Returns a spec with device, precision and threads set, without a throughput profile; the other fields have their defaults.
+/// Returns a spec with device, precision, evaluator and threads set, without a throughput profile; the other fields have their defaults.
 ///
 /// # Errors
 /// Returns a usage error if a value is invalid.
@@ -101,6 +101,7 @@ pub fn device(given: &Given) -> Read<IdentifySpec> {
     Ok(IdentifySpec {
         device: given.read(Setting::Device, str::parse)?.unwrap_or_default(),
         precision: given.choice(Setting::Precision)?.unwrap_or_default(),
+        evaluator: given.choice(Setting::Evaluator)?.unwrap_or_default(),
         threads: count,
         ..IdentifySpec::default()
     })

@@ -1,7 +1,7 @@
 //! The table of the settings that front ends share.
 
 use crate::criterion::{Norm, Scale};
-use crate::device::PrecisionSpec;
+use crate::device::{EvaluatorSpec, PrecisionSpec};
 use crate::evaluate::Initial;
 use crate::identify::{Method, Polish};
 use crate::motor::{Discretization, Extension, Parameter};
@@ -60,7 +60,7 @@ pub const PROBLEM: [Setting; 10] = {
     [Bounds, Fix, Criterion, Scale, Noise, TimeOrigin, With, PerRecording, Discretization, Initial]
 };
 /// Settings of the device that evaluates candidates.
-pub const DEVICE: [Setting; 3] = [Setting::Device, Setting::Precision, Setting::Threads];
+pub const DEVICE: [Setting; 4] = [Setting::Device, Setting::Precision, Setting::Evaluator, Setting::Threads];
 
 fn choice<T: Named>() -> Kind {
     Kind::Choice(T::all().iter().map(|row| (row.name(), row.text())).collect())
@@ -164,5 +164,8 @@ table! {
          population search uses the first measured sample)";
     Device: Word, "Device", "DEVICE" ["auto"] "cpu", "Device that evaluates candidates: auto, cpu, gpu, gpu:INDEX or gpu:NAME";
     Precision: choice::<PrecisionSpec>(), "Device", "PRECISION" ["auto"] "f64", "Floating-point precision of the evaluation";
+    Evaluator: choice::<EvaluatorSpec>(), "Device", "EVALUATOR" ["auto"] "kernel",
+        "Evaluation of costs on the CPU: the kernel simulates every candidate; tables of poles take the same time whatever the \
+         length of the recording; auto: the faster for the candidates to come";
     Threads: Count, "Device", "N" [] "4", "Number of CPU threads [default: all]";
 }

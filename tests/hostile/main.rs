@@ -56,7 +56,7 @@ fn planner() -> (tempfile::TempDir, impl Fn(&str, &str) -> motorfit::Result<(Swe
 #[test]
 fn invalid_boxes_give_no_sample() {
     for bounds in [(f64::NAN, 1.0), (0.0, f64::NAN), (2.0, 1.0), (0.0, f64::INFINITY), (-f64::MAX, f64::MAX)] {
-        for sampling in [Sampling::Uniform, Sampling::LatinHypercube, Sampling::Grid] {
+        for sampling in [Sampling::Uniform, Sampling::LatinHypercube, Sampling::Sobol, Sampling::Grid] {
             refused(Sample::new(sampling, 3, vec![(0.0, 1.0), bounds], 1), "of axis 1");
         }
     }
@@ -64,7 +64,7 @@ fn invalid_boxes_give_no_sample() {
     let mut values = [0.0; 4];
     Sample::new(Sampling::Uniform, 2, vec![(1.0, 1.0), (0.0, 0.0)], 1).unwrap().fill(0, &mut values);
     assert_eq!(values, [1.0, 0.0, 1.0, 0.0]);
-    for sampling in [Sampling::Uniform, Sampling::LatinHypercube, Sampling::Grid] {
+    for sampling in [Sampling::Uniform, Sampling::LatinHypercube, Sampling::Sobol, Sampling::Grid] {
         for number in [u64::MAX, u64::MAX - 1, (1 << 53) + 1] {
             refused(Sample::new(sampling, number, vec![(0.0, 1.0)], 1), "empty or too large");
         }
@@ -310,7 +310,7 @@ fn results_are_read_from_regular_files_only() {
 #[test]
 fn rows_beyond_a_sample_are_not_drawn() {
     // Beyond the last row the walk of the permutation would not terminate.
-    for sampling in [Sampling::Uniform, Sampling::LatinHypercube, Sampling::Grid] {
+    for sampling in [Sampling::Uniform, Sampling::LatinHypercube, Sampling::Sobol, Sampling::Grid] {
         let sample = Sample::new(sampling, 100, vec![(0.0, 1.0)], 1).unwrap();
         for (first, rows) in [(100, 1), (99, 2), (u64::MAX - 1, 1), (u64::MAX, 2)] {
             let fill = || sample.fill(first, &mut vec![0.0; rows]);

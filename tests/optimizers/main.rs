@@ -6,6 +6,7 @@
 #![allow(clippy::cast_possible_truncation, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
 
 mod golden;
+mod sobol;
 #[path = "../support/mod.rs"]
 mod support;
 

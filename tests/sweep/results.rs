@@ -106,7 +106,13 @@ fn a_run_equals_that_of_identify() {
 
 #[test]
 fn shards_and_threads_change_no_byte() {
-    let (folder, study) = with_study(STUDY);
+    no_byte_changes(STUDY);
+    // The kernel evaluates the criterion that tables do not serve.
+    no_byte_changes(&format!("{STUDY}evaluator = \"tables\"\n"));
+}
+
+fn no_byte_changes(study: &str) {
+    let (folder, study) = with_study(study);
     let whole = folder.path("whole");
     done(&[&study, "--out", &whole, "--threads", "1"]);
     for (shards, threads) in [(1, "2"), (2, "1"), (7, "2")] {
@@ -120,6 +126,29 @@ fn shards_and_threads_change_no_byte() {
         assert!(bytes(&dir) == bytes(&whole), "{shards} shards");
         assert_eq!(ids(&dir).len(), RUNS, "none twice");
     }
+}
+
+#[test]
+fn the_plan_pins_the_evaluator() {
+    let folder = Folder::new();
+    program::simulated(&folder.path("a.csv"), M2, "step:10.5@0.05", ["3", "1"]);
+    let pinned = |keys: &str| {
+        let study = format!("recordings = [\"a.csv\"]\nmethods = [\"gwo\"]\nbounds = \"table2\"\n{keys}");
+        let (study, dir) = (folder.file("study.toml", study), folder.path("out"));
+        let _ = std::fs::remove_dir_all(&dir);
+        let out = done(&["plan", &study, "--out", &dir]);
+        let manifest: Value = serde_json::from_slice(&std::fs::read(format!("{dir}/manifest.json")).unwrap()).unwrap();
+        let tables = manifest["device"]["tables"] == true;
+        assert_eq!(out.contains("with tables of poles"), tables, "{out}");
+        tables
+    };
+    // Fifty searches on one recording pay for its tables; one does not, and neither do searches with a recording of their own each.
+    assert!(pinned("seeds = \"1..50\""));
+    assert!(!pinned("seeds = \"1..50\"\nevaluator = \"kernel\""));
+    assert!(!pinned("seeds = [1]"));
+    assert!(pinned("seeds = [1]\nevaluator = \"tables\""));
+    assert!(!pinned("seeds = \"1..50\"\nnoise = [\"40dB\"]"));
+    assert!(!pinned("seeds = \"1..50\"\ncriterion = [\"iae\"]"));
 }
 
 #[test]

@@ -17,7 +17,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 /// Keyword arguments of `compare`.
-const COMPARE: [&str; 17] = [
+const COMPARE: [&str; 18] = [
     "preset",
     "methods",
     "runs",
@@ -34,10 +34,11 @@ const COMPARE: [&str; 17] = [
     "discretization",
     "device",
     "precision",
+    "evaluator",
     "threads",
 ];
 /// Keyword arguments of `compare` that `Model.compare` does not have.
-const OF_MOTOR: [&str; 2] = ["preset", "noise_records"];
+const OF_MOTOR: [&str; 3] = ["preset", "noise_records", "evaluator"];
 /// Methods that are compared by default, for the DC motor and for a model.
 const METHODS: [&str; 4] = ["gwo", "jaya", "ga", "sm"];
 const METHODS_OF_MODEL: [&str; 3] = ["gwo", "jaya", "ga"];
@@ -78,7 +79,7 @@ const OF_PRESET: [&str; 8] = ["methods", "criteria", "population", "generations"
 ///     As for `identify`; by default "table2" without recordings, else "auto".
 /// fix : str, sequence or mapping
 ///     Fixed parameters in SI units, {"R": 0.92}.
-/// discretization, device, precision, threads
+/// discretization, device, precision, evaluator, threads
 ///     As for `identify`.
 ///
 /// Returns
@@ -102,7 +103,7 @@ const OF_PRESET: [&str; 8] = ["methods", "criteria", "population", "generations"
 #[pyo3(
     text_signature = "(records=None, *, progress=None, preset=None, methods='gwo,jaya,ga,sm', runs=50, criteria='nrmse:std', \
     population=100, generations=100, set=None, transform=None, seed=1, noise_records=200, target=None, bounds=None, fix=None, \
-    discretization=None, device='auto', precision='auto', threads=None)"
+    discretization=None, device='auto', precision='auto', evaluator='auto', threads=None)"
 )]
 pub fn compare(
     py: Python<'_>,
@@ -209,6 +210,7 @@ fn spec(keys: &Keywords<'_, '_>, paper: bool) -> PyResult<(Option<usize>, Compar
         target: keys.value("target")?,
         device: device.device,
         precision: device.precision,
+        evaluator: device.evaluator,
         throughput_profile: device.throughput_profile,
         ..usual
     };

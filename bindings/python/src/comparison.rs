@@ -37,7 +37,10 @@ result! {
         /// Steiglitz–McBride estimate, in SI units; `None` if it was not requested or failed.
         steiglitz_mcbride = |of, py| by_name(py, &of.compared, of.steiglitz());
         /// Device of the evaluation: kind (cpu or gpu), name and precision.
-        device = |of, py| given(py, of.compared.device.clone());
+        device = |of, py| {
+            let of = &of.compared.device;
+            given(py, (of.kind, of.name.clone(), of.precision))
+        };
         /// Number of candidates evaluated.
         evaluations = |of, py| given(py, of.compared.evaluations);
         /// Wall-clock time of all runs, evaluated as one batch [s].

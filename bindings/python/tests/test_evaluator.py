@@ -162,6 +162,12 @@ def test_empty_tables_have_no_costs(evaluator):
         evaluator(np.empty((0,)))
 
 
+def test_tables_have_the_costs_of_the_kernel(record, evaluator):
+    tables = motorfit.Evaluator(record, evaluator="tables")
+    assert (tables.evaluator, evaluator.evaluator) == ("tables", "kernel")
+    np.testing.assert_allclose(tables(candidates(5000)), evaluator(candidates(5000)), rtol=1e-9)
+
+
 def test_a_cost_does_not_depend_on_the_table(evaluator):
     """Large tables are evaluated in pieces; the oracle is a small table."""
     values = candidates(300_000)

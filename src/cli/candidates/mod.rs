@@ -57,16 +57,20 @@ fn open(path: &Path) -> Result<File> {
     File::open(path).map_err(|e| Error::data(format!("cannot be read: {e}"), "Check the path.").in_file(path))
 }
 
-/// Parses `uniform:N`, `lhs:N` or `grid:N`.
+/// Parses `uniform:N`, `lhs:N`, `sobol:N` or `grid:N`.
 pub(super) fn sampling(text: &str) -> Result<(Sampling, u64)> {
     let bad = || {
         let message = format!("--sample: \"{}\" is not a kind of sample", excerpt(text));
-        Error::usage(message, "Write uniform:N, lhs:N (N candidates) or grid:N (N values of each free parameter).")
+        Error::usage(
+            message,
+            "Write uniform:N, lhs:N, sobol:N (N candidates) or grid:N (N values of each free parameter).",
+        )
     };
     let (kind, number) = text.split_once(':').ok_or_else(bad)?;
     let kind = match kind {
         "uniform" => Sampling::Uniform,
         "lhs" => Sampling::LatinHypercube,
+        "sobol" => Sampling::Sobol,
         "grid" => Sampling::Grid,
         _ => return Err(bad()),
     };

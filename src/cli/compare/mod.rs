@@ -63,10 +63,10 @@ fn text(args: &CompareArgs, comparison: &Comparison) -> String {
             }
         }
     }
-    let Comparison { evaluations, batch_seconds, device: (_, device, precision), .. } = comparison;
+    let Comparison { evaluations, batch_seconds, device, .. } = comparison;
     let rate = significant(count_u64(*evaluations) / batch_seconds, 3);
     let seconds = engineering(*batch_seconds, "s", 3);
-    let _ = writeln!(text, "{evaluations} evaluations in {seconds}, {rate} a second\non {device}, {precision}");
+    let _ = writeln!(text, "{evaluations} evaluations in {seconds}, {rate} a second\non {device}");
     let add = |text: &mut String, tables: &[Table]| {
         for table in tables {
             let _ = write!(text, "\n{}", table.text(terminal::table_width(WIDTH)));

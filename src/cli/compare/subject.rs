@@ -64,6 +64,7 @@ pub(super) fn spec(args: &CompareArgs, requested: &CompareSettings, device: Iden
         target: args.target,
         device: device.device,
         precision: device.precision,
+        evaluator: device.evaluator,
         throughput_profile: device.throughput_profile,
         ..base
     })

@@ -5,6 +5,7 @@ use crate::cli::candidates::{Sampled, Source};
 use crate::cli::evaluate::{Costs, evaluate, sample};
 use crate::cli::prelude::*;
 use crate::cli::slice;
+use motorfit::device::DeviceUsed;
 use motorfit::evaluate::model::{ModelAxis, ModelRecording};
 use motorfit::identify::model::ModelCosts;
 use motorfit::model::Model;
@@ -16,6 +17,10 @@ use motorfit::warning::Warning;
 use serde_json::Value;
 
 pub(in crate::cli) fn run(args: &EvaluateArgs, path: &Path, style: &Style) -> Result<Outcome> {
+    if args.profile {
+        let hint = "Leave --profile out, or identify the model: its result has the standard errors.";
+        return Err(Error::usage("--profile serves the DC motor only, not a model", hint));
+    }
     let model = Model::open(path)?;
     let given = args.problem.0.and(&args.device.0);
     let spec = settings::model_spec(&given)?;
@@ -63,8 +68,8 @@ impl Costs for ModelCosts {
         Self::names(self)
     }
 
-    fn samples(&self) -> usize {
-        self.steps()
+    fn steps(&self) -> usize {
+        Self::steps(self)
     }
 
     /// The costs are computed when they are asked for.
@@ -76,9 +81,8 @@ impl Costs for ModelCosts {
         self.evaluate(values, costs)
     }
 
-    fn device(&self) -> (String, &'static str) {
-        let device = Self::device(self);
-        (device.name, device.precision)
+    fn device(&self) -> DeviceUsed {
+        Self::device(self)
     }
 
     fn warnings(&self) -> &[Warning] {

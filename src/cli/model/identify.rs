@@ -89,7 +89,7 @@ fn report(
         ("method", found.searched.method.to_owned()),
         ("seed", spec.seed.to_string()),
         ("integration", found.method.described()),
-        ("device", format!("{}, {}", found.device.name, found.device.precision)),
+        ("device", found.device.to_string()),
         ("evaluations", found.evaluations.to_string()),
         ("time", engineering(found.seconds, "s", 3)),
     ]);
@@ -212,7 +212,7 @@ fn lines(model: &Model, spec: &ModelSpec, found: &ModelIdentification) -> Vec<(&
         ),
         ("steps", found.method.described()),
         ("search", search),
-        ("device", format!("{}, {}", found.device.name, found.device.precision)),
+        ("device", found.device.to_string()),
         ("time", engineering(found.seconds, "s", 3)),
     ]);
     lines

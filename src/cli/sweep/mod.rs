@@ -78,7 +78,8 @@ fn planned(sweep: &Sweep, folder: &Path, again: bool) -> String {
     let manifest = sweep.manifest();
     let (runs, device, motors) = (manifest.runs, &manifest.device, manifest.motors.len());
     let [name, folder] = [&manifest.name, &folder.display().to_string()].map(|text| printable(text));
-    let on = format!("motor{} on {} {}", if motors == 1 { "" } else { "s" }, device.kind, device.precision);
+    let tables = if device.tables { " with tables of poles" } else { "" };
+    let on = format!("motor{} on {} {}{tables}", if motors == 1 { "" } else { "s" }, device.kind, device.precision);
     let planned = if again { "as planned" } else { "planned" };
     let runs = counted(index(runs), "run");
     format!("{name}: {runs} of {motors} {on}, {planned} in {folder}\n")
@@ -149,8 +150,8 @@ fn tally_text(shard: Shard, tally: &Tally) -> String {
     if tally.trust.is_known() {
         let _ = write!(text, "; trust: {}", level_text(&tally.trust));
     }
-    if let Some((name, precision)) = &tally.device {
-        let _ = write!(text, "\non {}, {precision}", printable(name));
+    if let Some(device) = &tally.device {
+        let _ = write!(text, "\non {}", printable(&device.to_string()));
     }
     if tally.interrupted {
         text.push_str("\ninterrupted: finished runs are kept; run the command again to continue");

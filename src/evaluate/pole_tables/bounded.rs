@@ -21,12 +21,6 @@ impl Bounded {
     pub fn rounded(value: f64) -> Self {
         Self::new(value, f64::EPSILON * value.abs())
     }
-
-    /// Returns the first number if a condition holds, else the other.
-    #[inline(always)]
-    pub fn select(holds: bool, first: Self, other: Self) -> Self {
-        Self::new(if holds { first.value } else { other.value }, if holds { first.error } else { other.error })
-    }
 }
 
 impl Add for Bounded {

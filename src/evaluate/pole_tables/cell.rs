@@ -1,8 +1,9 @@
 //! A cell: polynomials of a recording's functions about a point of the plane of poles.
 
 use super::geometry::{Key, NODES, RADIUS};
-use super::nodes::{PointValues, Rows, SEQUENCES, rows_that_count, values};
+use super::moments::values;
 use super::response::FUNCTIONS;
+use super::sequences::{PointValues, Rows, SEQUENCES, rows_that_count};
 use super::series::Series;
 use crate::evaluate::cpu::Level;
 use crate::numeric::count;
@@ -22,7 +23,9 @@ pub(super) type Polynomials = [PointValues; NODES];
 #[derive(Debug)]
 pub(super) struct Cell {
     pub key: Key,
-    pub polynomials: Vec<Polynomials>,
+    /// Polynomials of the forced motion, and of the free one if there is any.
+    pub forced: Polynomials,
+    free: Option<Box<Polynomials>>,
     /// Bound of the error of each function: the largest at the points that were checked, and rounding.
     pub error: [f64; FUNCTIONS],
     /// The last batch that used it.
@@ -38,6 +41,15 @@ static TWIDDLES: LazyLock<[[f64; 2]; NODES]> = LazyLock::new(|| {
 });
 
 impl Cell {
+    /// Returns the polynomials of a set.
+    #[inline(always)]
+    pub fn polynomials(&self, set: usize) -> &Polynomials {
+        match &self.free {
+            Some(free) if set == 1 => free,
+            _ => &self.forced,
+        }
+    }
+
     /// Computes the functions of a recording at the nodes of a cell, and their polynomials.
     pub fn new(series: &Series, key: Key, level: Level) -> Self {
         let on_circle = (0..NODES).map(|n| [count(n) / count(NODES), 1.0]);
@@ -58,7 +70,8 @@ impl Cell {
         // The root of Σ |λ|²ᵏ: independent errors of the coefficients add up by squares.
         let powers = if decay > 0.0 { 1.0 / -(-2.0 * decay).exp_m1() } else { f64::INFINITY };
         let spread = powers.min(count(series.samples)).sqrt();
-        let mut cell = Self { key, polynomials: Vec::new(), error: [0.0; FUNCTIONS], used: AtomicU64::new(0) };
+        let (forced, used) = ([[0.0; 2 * SEQUENCES]; NODES], AtomicU64::new(0));
+        let mut cell = Self { key, forced, free: None, error: [0.0; FUNCTIONS], used };
         for (set, rows) in series.sets.iter().enumerate() {
             let rows: &Rows = &rows[..rows_that_count(rows, decay)];
             let values = values(rows, &exponents, level);
@@ -72,7 +85,11 @@ impl Cell {
                     *own = own.max(error);
                 }
             }
-            cell.polynomials.push(polynomials);
+            if set == 0 {
+                cell.forced = polynomials;
+            } else {
+                cell.free = Some(Box::new(polynomials));
+            }
         }
         for (error, rounding) in cell.error.iter_mut().zip(series.rounding) {
             *error += rounding * spread;

@@ -54,112 +54,76 @@ impl Key {
     }
 }
 
-/// Kind of the poles of a motor in a cell.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    /// Two poles close to each other, evaluated together.
-    Pair,
-    Complex,
-    /// The first of two real poles, each in a cell of its own.
-    Real,
-}
+/// Number in place of a cell's for poles that are in no cell, and for a second pole where there is none.
+pub(super) const NOWHERE: u64 = u64::MAX;
 
-/// A cell and the kind of poles in it, as a number: that of the [`Key`] twice, and 1 more for real poles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Code(pub u32);
+/// Slope of the errors of a pair of poles, in those of the functions per real part of the point of the cell.
+const PAIR_SLOPE: f64 = 8.0;
 
-impl Code {
-    /// Poles that are in no cell.
-    pub const NOWHERE: Self = Self(u32::MAX);
-
-    pub fn key(self) -> Key {
-        Key(self.0 >> 1)
-    }
-
-    pub fn is_real(self) -> bool {
-        self.0 & 1 == 1
-    }
-}
-
-/// Poles `q̄ ± √d` of a motor.
+/// The cells of the poles `q̄ ± √d` of a motor, and their points in them. A polynomial in `w/r` with the coefficients a is evaluated by
+/// `(α, β) ← (α v₀ + β v₁ + Re a, α v₂ + β v₀ + Im a)`.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Poles {
-    /// Mean q̄ of the poles.
-    pub mean: f64,
-    /// Square d of half their distance; negative for complex poles.
-    pub square: f64,
-    /// The root of |d|.
-    pub half: f64,
-    /// The smaller q of two real poles, without cancellation.
-    pub smaller: f64,
+pub(super) struct Place {
+    /// The key of the cell of both poles, or of the smaller of two real ones.
+    pub key: u64,
+    /// The key of the cell of the larger of two real poles.
+    pub second_key: u64,
+    pub v: [f64; 3],
+    /// The point of the larger of two real poles.
+    pub second: f64,
+    /// Factor by which the function's β is that of X.
+    pub inverse: f64,
+    /// Ratio of the errors of β and α.
+    pub slope: f64,
 }
 
-impl Poles {
+impl Place {
     #[inline(always)]
     pub fn new(of: &Matrix, shift: f64) -> Self {
-        let half = of.square.abs().sqrt();
+        let (mean, half) = (of.decay + shift, of.square.abs().sqrt());
+        // The smaller of two real poles, without cancellation.
         let smaller = of.determinant() / (of.decay + half) + shift;
-        Self { mean: of.decay + shift, square: of.square, half, smaller }
-    }
-
-    /// Returns the code of the cell of the poles, or of the first of two real ones.
-    #[inline(always)]
-    pub fn code(&self) -> u32 {
-        let is_pair = self.half < PAIR * power_below(self.mean);
-        let is_real = !is_pair && self.square >= 0.0;
-        let q = if is_real { self.smaller } else { self.mean };
-        let rows = (self.half / power_below(q)).floor();
-        let row = if is_pair || is_real { 0.0 } else { rows + 1.0 };
+        let larger = mean + half;
+        let is_pair = half < PAIR * power_below(mean);
+        let is_real = !is_pair & (of.square >= 0.0);
+        let is_complex = !is_pair & !is_real;
+        let q = if is_real { smaller } else { mean };
+        let side = power_below(q);
+        let above = (half * inverse_of_power(side)).floor();
+        let row = if is_complex { above + 1.0 } else { 0.0 };
+        let is_inside = (octave(q) < OCTAVES) & (row <= ROW_MAX) & (!is_real | (octave(larger) < OCTAVES));
         // The integer is in the low bits of the sum with 2⁵².
         let row_bits = (row + 4_503_599_627_370_496.0).to_bits() & 0xffff;
-        let code = ((octave(q) << 16 | row_bits) << 1) + u64::from(is_real);
-        let is_inside = octave(q) < EXPONENTS[1] - EXPONENTS[0] && row <= ROW_MAX;
-        low(if is_inside { code } else { u64::MAX })
-    }
-
-    /// Returns the second of two real poles.
-    #[inline(always)]
-    pub fn larger(&self) -> f64 {
-        self.mean + self.half
-    }
-
-    /// Returns the point of the poles in a cell of their kind: a polynomial in `w/r` with the coefficients a is evaluated by
-    /// `(α, β) ← (α v₀ + β v₁ + Re a, α v₂ + β v₀ + Im a)`.
-    #[inline(always)]
-    pub fn point(&self, [center, height]: [f64; 2], kind: Kind) -> [f64; 3] {
-        let (is_pair, is_complex) = (kind == Kind::Pair, kind == Kind::Complex);
-        let q = if kind == Kind::Real { self.smaller } else { self.mean };
-        let above = if is_complex { self.half - height } else { 0.0 };
-        let distance = if is_pair { -self.square } else { above * above };
+        let center = CENTER * side;
+        let above = if is_complex { half - (above + 0.5) * side } else { 0.0 };
+        let distance = if is_pair { -of.square } else { above * above };
         let sum = q + center;
         let inverse = 1.0 / ((sum * sum + distance) * RADIUS);
         let slope = 2.0 * center * inverse;
-        [
-            (q * q - center * center + distance) * inverse,
-            if is_pair { slope * self.square } else { -slope * above },
-            if is_pair { slope } else { slope * above },
-        ]
+        let second_center = CENTER * power_below(larger);
+        let per_half = 1.0 / half;
+        Self {
+            key: if is_inside { octave(q) << 16 | row_bits } else { NOWHERE },
+            second_key: if is_inside & is_real { octave(larger) << 16 } else { NOWHERE },
+            v: [
+                (q * q - center * center + distance) * inverse,
+                if is_pair { slope * of.square } else { -slope * above },
+                if is_pair { slope } else { slope * above },
+            ],
+            second: (larger - second_center) / ((larger + second_center) * RADIUS),
+            inverse: if is_pair { 1.0 } else { per_half },
+            slope: if is_pair { PAIR_SLOPE / center } else { per_half },
+        }
     }
 }
 
-/// Returns the code of the cell of a real pole.
-#[inline(always)]
-pub(super) fn real_code(q: f64) -> u32 {
-    let is_inside = octave(q) < EXPONENTS[1] - EXPONENTS[0];
-    low(if is_inside { (octave(q) << 17) + 1 } else { u64::MAX })
-}
+/// Number of octaves.
+const OCTAVES: u64 = EXPONENTS[1] - EXPONENTS[0];
 
-/// Returns the point of a real pole in its cell.
+/// Returns the inverse of a power of two.
 #[inline(always)]
-pub(super) fn real_point(q: f64, center: f64) -> f64 {
-    (q - center) / ((q + center) * RADIUS)
-}
-
-/// Returns the low bits of a code.
-#[inline(always)]
-#[expect(clippy::cast_possible_truncation, reason = "codes have 24 bits")]
-fn low(code: u64) -> u32 {
-    code as u32
+fn inverse_of_power(power: f64) -> f64 {
+    f64::from_bits((2046_u64 << 52).wrapping_sub(power.to_bits()))
 }
 
 /// Returns the power of two below a positive number.
@@ -172,4 +136,11 @@ fn power_below(q: f64) -> f64 {
 #[inline(always)]
 fn octave(q: f64) -> u64 {
     (q.to_bits() >> 52).wrapping_sub(EXPONENTS[0])
+}
+
+/// Returns the low bits of a key.
+#[inline(always)]
+#[expect(clippy::cast_possible_truncation, reason = "keys have 23 bits")]
+pub(super) fn low(key: u64) -> u32 {
+    key as u32
 }

@@ -5,10 +5,10 @@
 #![expect(clippy::needless_range_loop, reason = "a lane indexes several arrays alike; that is what vectorizes")]
 
 use super::cell::Polynomials;
-use super::geometry::{Kind, Poles};
-use super::nodes::SEQUENCES;
+use super::geometry::{NODES, NOWHERE, Place};
 use super::response::{FUNCTIONS, Functions, sums};
-use super::series::Series;
+use super::sequences::{PointValues, SEQUENCES};
+use super::series::{Form, Series};
 use super::transition::{Matrices, Transitions};
 use crate::evaluate::at_level::at_level;
 use crate::evaluate::cpu::Level;
@@ -18,11 +18,107 @@ use crate::motor::multiply_add;
 pub(super) const LANES: usize = 8;
 /// A number of each candidate.
 pub(super) type Lane = [f64; LANES];
-/// Real parts of the functions of a set, then imaginary parts.
-pub(super) type LaneValues = [Lane; 2 * SEQUENCES];
 
-/// Evaluates the polynomials of a set at the points of candidates.
-pub(super) fn polynomials(of: &Polynomials, v: &[Lane; 3], values: &mut LaneValues, level: Level) {
+/// Candidates side by side.
+#[repr(C, align(64))]
+pub(super) struct CandidateLanes {
+    pub matrices: Matrices<LANES>,
+    /// Keys of the cells of the first poles, and of second real ones.
+    pub keys: [[u64; LANES]; 2],
+    /// The points of the first poles.
+    pub v: [Lane; 3],
+    /// The points of second real poles.
+    pub second: Lane,
+    /// Factor of β.
+    pub inverse: Lane,
+    /// Ratio of the errors of β and α.
+    pub slope: Lane,
+    /// α and β of the functions at the poles; β still lacks its factor.
+    pub functions: [[Lane; FUNCTIONS]; 2],
+    /// Bounds of the errors of the functions; infinite ones where there is no cell.
+    pub errors: [Lane; FUNCTIONS],
+}
+
+impl Default for CandidateLanes {
+    fn default() -> Self {
+        Self {
+            matrices: Matrices::new(&[[1.0; LANES]; 5]),
+            keys: [[NOWHERE; LANES]; 2],
+            v: [[0.0; LANES]; 3],
+            second: [0.0; LANES],
+            inverse: [0.0; LANES],
+            slope: [0.0; LANES],
+            functions: [[[0.0; LANES]; FUNCTIONS]; 2],
+            errors: [[0.0; LANES]; FUNCTIONS],
+        }
+    }
+}
+
+/// Number of groups of candidates that are evaluated together, stage by stage: the divisions and roots of one take long, but do not wait
+/// for those of another.
+pub(super) const GROUPS: usize = 4;
+/// Number of candidates that are evaluated together.
+pub(super) const CANDIDATES: usize = GROUPS * LANES;
+/// Groups that are evaluated together.
+pub(super) type Groups = [CandidateLanes; GROUPS];
+/// R, L, K, B and J of the candidates of the groups.
+pub(super) type GroupRows = [[f64; 5]; CANDIDATES];
+
+/// Computes the matrices of candidates and the places of their poles.
+pub(super) fn place(rows: &GroupRows, shift: f64, groups: &mut Groups, level: Level) {
+    match level {
+        Level::Avx512 => place_avx512(rows, shift, groups),
+        Level::Avx2 => place_avx2(rows, shift, groups),
+        Level::Portable => place_portable(rows, shift, groups),
+    }
+}
+
+#[inline(always)]
+fn placed(rows: &GroupRows, shift: f64, groups: &mut Groups) {
+    for (rows, lanes) in rows.as_chunks::<LANES>().0.iter().zip(groups) {
+        let mut parameters = [[0.0; LANES]; 5];
+        for lane in 0..LANES {
+            for p in 0..5 {
+                parameters[p][lane] = rows[lane][p];
+            }
+        }
+        // The black box forces the lanes through memory; otherwise the compiler splits them into scalars.
+        let parameters = std::hint::black_box(&parameters);
+        lanes.matrices = Matrices::new(parameters);
+        let lanes = std::hint::black_box(lanes);
+        for lane in 0..LANES {
+            let Place { key, second_key, v, second, inverse, slope } = Place::new(&lanes.matrices.at(lane), shift);
+            (lanes.keys[0][lane], lanes.keys[1][lane]) = (key, second_key);
+            (lanes.v[0][lane], lanes.v[1][lane], lanes.v[2][lane]) = (v[0], v[1], v[2]);
+            (lanes.second[lane], lanes.inverse[lane], lanes.slope[lane]) = (second, inverse, slope);
+        }
+    }
+}
+
+at_level! {
+    fn place_avx512(rows: &GroupRows, shift: f64, groups: &mut Groups) = avx512 { placed(rows, shift, groups) } else place_avx2
+}
+
+at_level! {
+    fn place_avx2(rows: &GroupRows, shift: f64, groups: &mut Groups) = avx2 { placed(rows, shift, groups) } else place_portable
+}
+
+fn place_portable(rows: &GroupRows, shift: f64, groups: &mut Groups) {
+    placed(rows, shift, groups);
+}
+
+/// Number of points at which polynomials are evaluated together: those of several cells do not wait for each other.
+pub(super) const TOGETHER: usize = 8;
+/// Polynomials of the functions of one set in the cells of some points.
+pub(super) type CellPolynomials<'a> = [&'a Polynomials; TOGETHER];
+
+/// Evaluates polynomials at points.
+pub(super) fn polynomials(
+    of: &CellPolynomials<'_>,
+    v: &[[f64; 3]; TOGETHER],
+    values: &mut [PointValues; TOGETHER],
+    level: Level,
+) {
     match level {
         Level::Avx512 => polynomials_avx512(of, v, values),
         Level::Avx2 => polynomials_avx2(of, v, values),
@@ -30,17 +126,74 @@ pub(super) fn polynomials(of: &Polynomials, v: &[Lane; 3], values: &mut LaneValu
     }
 }
 
+/// Evaluates polynomials at `P` points at a time, even and odd powers apart: their sums do not wait for each other.
 #[inline(always)]
-fn horner<const FMA: bool>(of: &Polynomials, v: &[Lane; 3], values: &mut LaneValues) {
-    let mut sums = [[0.0; LANES]; 2 * SEQUENCES];
-    for row in of.iter().rev() {
-        for f in 0..SEQUENCES {
-            for lane in 0..LANES {
-                let (a, b) = (sums[f][lane], sums[SEQUENCES + f][lane]);
-                let re = multiply_add::<FMA>(a, v[0][lane], row[f]);
-                let im = multiply_add::<FMA>(b, v[0][lane], row[SEQUENCES + f]);
-                sums[f][lane] = multiply_add::<FMA>(b, v[1][lane], re);
-                sums[SEQUENCES + f][lane] = multiply_add::<FMA>(a, v[2][lane], im);
+fn horner<const FMA: bool, const P: usize>(
+    of: &CellPolynomials<'_>,
+    v: &[[f64; 3]; TOGETHER],
+    values: &mut [PointValues; TOGETHER],
+) {
+    for first in (0..TOGETHER).step_by(P) {
+        let mut sums = [[[0.0; 2 * SEQUENCES]; 2]; P];
+        for k in (0..NODES / 2).rev() {
+            for p in 0..P {
+                let [x, y, z] = v[first + p];
+                let square = [x * x + y * z, 2.0 * x * y, 2.0 * x * z];
+                for half in 0..2 {
+                    sums[p][half] = next::<FMA>(&sums[p][half], square, &of[first + p][2 * k + half]);
+                }
+            }
+        }
+        for p in 0..P {
+            values[first + p] = next::<FMA>(&sums[p][1], v[first + p], &sums[p][0]);
+        }
+    }
+}
+
+/// Returns values times a point plus a coefficient.
+#[inline(always)]
+fn next<const FMA: bool>(sum: &PointValues, [x, y, z]: [f64; 3], row: &PointValues) -> PointValues {
+    let mut next = [0.0; 2 * SEQUENCES];
+    for f in 0..SEQUENCES {
+        let (a, b) = (sum[f], sum[SEQUENCES + f]);
+        next[f] = multiply_add::<FMA>(b, y, multiply_add::<FMA>(a, x, row[f]));
+        next[SEQUENCES + f] = multiply_add::<FMA>(a, z, multiply_add::<FMA>(b, x, row[SEQUENCES + f]));
+    }
+    next
+}
+
+at_level! {
+    fn polynomials_avx512(of: &CellPolynomials<'_>, v: &[[f64; 3]; TOGETHER], values: &mut [PointValues; TOGETHER]) = avx512 { horner::<true, 4>(of, v, values) } else polynomials_avx2
+}
+
+at_level! {
+    fn polynomials_avx2(of: &CellPolynomials<'_>, v: &[[f64; 3]; TOGETHER], values: &mut [PointValues; TOGETHER]) = avx2 { horner::<true, 2>(of, v, values) } else polynomials_portable
+}
+
+fn polynomials_portable(of: &CellPolynomials<'_>, v: &[[f64; 3]; TOGETHER], values: &mut [PointValues; TOGETHER]) {
+    horner::<false, 4>(of, v, values);
+}
+
+/// Values of four functions at real points.
+pub(super) type RealValues = [[f64; SEQUENCES]; TOGETHER];
+
+/// Evaluates polynomials at real points.
+pub(super) fn real_polynomials(of: &CellPolynomials<'_>, v: &[f64; TOGETHER], values: &mut RealValues, level: Level) {
+    match level {
+        Level::Avx512 => real_avx512(of, v, values),
+        Level::Avx2 => real_avx2(of, v, values),
+        Level::Portable => real_portable(of, v, values),
+    }
+}
+
+#[inline(always)]
+fn real_horner<const FMA: bool>(of: &CellPolynomials<'_>, v: &[f64; TOGETHER], values: &mut RealValues) {
+    let mut sums = [[0.0; SEQUENCES]; TOGETHER];
+    for k in (0..NODES).rev() {
+        for p in 0..TOGETHER {
+            let row = &of[p][k];
+            for f in 0..SEQUENCES {
+                sums[p][f] = multiply_add::<FMA>(sums[p][f], v[p], row[f]);
             }
         }
     }
@@ -48,105 +201,22 @@ fn horner<const FMA: bool>(of: &Polynomials, v: &[Lane; 3], values: &mut LaneVal
 }
 
 at_level! {
-    fn polynomials_avx512(of: &Polynomials, v: &[Lane; 3], values: &mut LaneValues) = avx512 { horner::<true>(of, v, values) } else polynomials_avx2
+    fn real_avx512(of: &CellPolynomials<'_>, v: &[f64; TOGETHER], values: &mut RealValues) = avx512 { real_horner::<true>(of, v, values) } else real_avx2
 }
 
 at_level! {
-    fn polynomials_avx2(of: &Polynomials, v: &[Lane; 3], values: &mut LaneValues) = avx2 { horner::<true>(of, v, values) } else polynomials_portable
+    fn real_avx2(of: &CellPolynomials<'_>, v: &[f64; TOGETHER], values: &mut RealValues) = avx2 { real_horner::<true>(of, v, values) } else real_portable
 }
 
-fn polynomials_portable(of: &Polynomials, v: &[Lane; 3], values: &mut LaneValues) {
-    horner::<false>(of, v, values);
-}
-
-/// Candidates side by side in a cell.
-#[repr(C, align(64))]
-pub(super) struct CellLanes {
-    pub matrices: Matrices<LANES>,
-    /// The points of their poles in the cell.
-    pub v: [Lane; 3],
-    /// LaneValues at the first pole, of both sets.
-    pub values: [LaneValues; 2],
-    /// LaneValues at the second real pole.
-    pub others: [Lane; FUNCTIONS],
-    /// Bounds of the errors of the values.
-    pub errors: [Lane; FUNCTIONS],
-    pub kind: Kind,
-    /// Ratio of the errors of β and α for two poles close to each other.
-    pub pair_slope: f64,
-}
-
-impl CellLanes {
-    pub fn new() -> Self {
-        Self {
-            matrices: Matrices::new(&[[1.0; LANES]; 5]),
-            v: [[0.0; LANES]; 3],
-            values: [[[0.0; LANES]; 2 * SEQUENCES]; 2],
-            others: [[0.0; LANES]; FUNCTIONS],
-            errors: [[0.0; LANES]; FUNCTIONS],
-            kind: Kind::Complex,
-            pair_slope: 0.0,
-        }
-    }
-}
-
-/// Candidates of a block, given by R, L, K, B and J, and the numbers of those that are side by side in a cell about a point; the poles of a
-/// recording are shifted by 2/T.
-pub(super) struct Selection<'a> {
-    pub rows: &'a [[f64; 5]],
-    pub ids: [u32; LANES],
-    pub center: [f64; 2],
-    pub shift: f64,
-}
-
-/// Computes the matrices of candidates and the points of their poles.
-pub(super) fn gather(of: &Selection<'_>, lanes: &mut CellLanes, level: Level) {
-    match level {
-        Level::Avx512 => gather_avx512(of, lanes),
-        Level::Avx2 => gather_avx2(of, lanes),
-        Level::Portable => gather_portable(of, lanes),
-    }
-}
-
-#[inline(always)]
-fn gather_lanes(of: &Selection<'_>, lanes: &mut CellLanes) {
-    let row = |lane: usize| &of.rows[of.ids[lane] as usize];
-    let rows = [row(0), row(1), row(2), row(3), row(4), row(5), row(6), row(7)];
-    // Written out, the numbers become vectors without a way through memory.
-    let all = |p: usize| {
-        let [a, b, c, d, e, f, g, h] = rows;
-        [a[p], b[p], c[p], d[p], e[p], f[p], g[p], h[p]]
-    };
-    let parameters = [all(0), all(1), all(2), all(3), all(4)];
-    lanes.matrices = Matrices::new(&parameters);
-    // The black box forces the lanes through memory; otherwise the compiler splits them into scalars.
-    let lanes = std::hint::black_box(lanes);
-    for lane in 0..LANES {
-        let poles = Poles::new(&lanes.matrices.at(lane), of.shift);
-        let v = poles.point(of.center, lanes.kind);
-        for p in 0..3 {
-            lanes.v[p][lane] = v[p];
-        }
-    }
-}
-
-at_level! {
-    fn gather_avx512(of: &Selection<'_>, lanes: &mut CellLanes) = avx512 { gather_lanes(of, lanes) } else gather_avx2
-}
-
-at_level! {
-    fn gather_avx2(of: &Selection<'_>, lanes: &mut CellLanes) = avx2 { gather_lanes(of, lanes) } else gather_portable
-}
-
-fn gather_portable(of: &Selection<'_>, lanes: &mut CellLanes) {
-    gather_lanes(of, lanes);
+fn real_portable(of: &CellPolynomials<'_>, v: &[f64; TOGETHER], values: &mut RealValues) {
+    real_horner::<false>(of, v, values);
 }
 
 /// The sums of squared errors of current and speed, and their bounds.
 pub(super) type Sums = [[Lane; 2]; 2];
 
 /// Computes the sums of squared errors.
-pub(super) fn squared_errors(series: &Series, lanes: &CellLanes, results: &mut Sums, level: Level) {
+pub(super) fn squared_errors(series: &Series, lanes: &CandidateLanes, results: &mut Sums, level: Level) {
     match level {
         Level::Avx512 => sums_avx512(series, lanes, results),
         Level::Avx2 => sums_avx2(series, lanes, results),
@@ -155,50 +225,48 @@ pub(super) fn squared_errors(series: &Series, lanes: &CellLanes, results: &mut S
 }
 
 at_level! {
-    fn sums_avx512(series: &Series, lanes: &CellLanes, results: &mut Sums) = avx512 { all::<true>(series, lanes, results) } else sums_avx2
+    fn sums_avx512(series: &Series, lanes: &CandidateLanes, results: &mut Sums) = avx512 { all::<true>(series, lanes, results) } else sums_avx2
 }
 
 at_level! {
-    fn sums_avx2(series: &Series, lanes: &CellLanes, results: &mut Sums) = avx2 { all::<true>(series, lanes, results) } else sums_portable
+    fn sums_avx2(series: &Series, lanes: &CandidateLanes, results: &mut Sums) = avx2 { all::<true>(series, lanes, results) } else sums_portable
 }
 
-fn sums_portable(series: &Series, lanes: &CellLanes, results: &mut Sums) {
+fn sums_portable(series: &Series, lanes: &CandidateLanes, results: &mut Sums) {
     all::<false>(series, lanes, results);
 }
 
 #[inline(always)]
-fn all<const FMA: bool>(series: &Series, lanes: &CellLanes, results: &mut Sums) {
-    if series.sets.len() > 1 || series.is_first_order_hold {
-        each::<FMA, true>(series, lanes, results);
-    } else {
-        each::<FMA, false>(series, lanes, results);
+fn all<const FMA: bool>(series: &Series, lanes: &CandidateLanes, results: &mut Sums) {
+    let is_general = series.sets.len() > 1 || series.is_first_order_hold;
+    match (is_general, series.form) {
+        (true, Form::Voltage) => each::<FMA, true, false>(series, lanes, results),
+        (true, Form::Changes) => each::<FMA, true, true>(series, lanes, results),
+        (false, Form::Voltage) => each::<FMA, false, false>(series, lanes, results),
+        (false, Form::Changes) => each::<FMA, false, true>(series, lanes, results),
     }
 }
 
 #[inline(always)]
-fn each<const FMA: bool, const GENERAL: bool>(series: &Series, lanes: &CellLanes, results: &mut Sums) {
+fn each<const FMA: bool, const GENERAL: bool, const CHANGES: bool>(
+    series: &Series,
+    lanes: &CandidateLanes,
+    results: &mut Sums,
+) {
     let steps = Transitions::new::<FMA, GENERAL>(&lanes.matrices, series.step_s);
     // The black box forces the lanes through memory; otherwise the compiler splits them into scalars.
     let steps = std::hint::black_box(&steps);
-    let (is_real, is_pair) = (lanes.kind == Kind::Real, lanes.kind == Kind::Pair);
     for lane in 0..LANES {
         let matrix = lanes.matrices.at(lane);
         let step = steps.at(lane);
-        let root = matrix.square.abs().sqrt();
-        let inverse = if is_pair { 1.0 } else { 1.0 / root };
         let zero = [0.0; FUNCTIONS];
-        let slope = if is_pair { lanes.pair_slope } else { inverse };
-        let mut functions = Functions { alpha: zero, beta: zero, error: zero, slope };
+        let mut functions = Functions { alpha: zero, beta: zero, error: zero, slope: lanes.slope[lane] };
         for f in 0..if GENERAL { FUNCTIONS } else { SEQUENCES } {
-            let (set, own) = (f / SEQUENCES, f % SEQUENCES);
-            let (re, im) = (lanes.values[set][own][lane], lanes.values[set][SEQUENCES + own][lane]);
-            let other = lanes.others[f][lane];
-            // In q the matrix X has the other sign.
-            functions.alpha[f] = if is_real { 0.5 * (re + other) } else { re };
-            functions.beta[f] = inverse * if is_real { 0.5 * (re - other) } else { -im };
+            functions.alpha[f] = lanes.functions[0][f][lane];
+            functions.beta[f] = lanes.inverse[lane] * lanes.functions[1][f][lane];
             functions.error[f] = lanes.errors[f][lane];
         }
-        let sums = sums::<GENERAL>(series, &matrix, &step, &functions);
+        let sums = sums::<GENERAL, CHANGES>(series, &matrix, &step, &functions);
         for c in 0..2 {
             results[0][c][lane] = sums[c].value;
             results[1][c][lane] = sums[c].error;

@@ -6,8 +6,8 @@
 //! bound of their error; a cost that may be wrong by more than 1e-9 of it is left to the SIMD kernel (`evaluator.rs`).
 //!
 //! A candidate takes the same time whatever the length of the recording: 448 multiply–adds in the polynomials of four functions and
-//! some 800 operations in the sums and their bounds. A cell takes as long as 45 to 80 candidates of the
-//! kernel.
+//! some 700 operations in the sums and their bounds. A cell takes as long as 20 to 50 candidates of
+//! the kernel.
 
 mod block;
 mod bounded;
@@ -16,9 +16,10 @@ mod cells;
 mod evaluator;
 mod geometry;
 mod lanes;
-mod located;
-mod nodes;
+mod moments;
 mod response;
+mod same_problem;
+mod sequences;
 mod series;
 mod shared;
 mod tables;

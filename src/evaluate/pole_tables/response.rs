@@ -6,8 +6,8 @@
 //! before it is `H + u_last e`.
 
 use super::bounded::Bounded;
-use super::nodes::SEQUENCES;
-use super::series::{Form, Series};
+use super::sequences::SEQUENCES;
+use super::series::Series;
 use super::transition::{Matrix, Transition};
 
 /// Functions of both sets at most.
@@ -47,32 +47,31 @@ struct Drive {
 
 impl Drive {
     #[inline(always)]
-    fn new<const GENERAL: bool>(series: &Series, of: &Matrix, step: &Transition) -> Self {
+    fn new<const GENERAL: bool, const CHANGES: bool>(series: &Series, of: &Matrix, step: &Transition) -> Self {
         let ramp = if GENERAL && series.is_first_order_hold { step.ramp } else { [0.0; 2] };
         let start = series.products.first_voltage;
         let free = [series.initial[0] - ramp[0] * start, series.initial[1] - ramp[1] * start];
-        let is_changes = series.form == Form::Changes;
         let scale = of.per_inductance / of.determinant();
         let at_rest = [of.mechanical * scale, of.torque * scale];
         // With a first-order hold u[m−1] has the gain Γ − ramp, and Φ ramp from z = x − ramp u.
         let [a, b, c, d] = step.e;
         let turned = [a * ramp[0] + b * ramp[1], c * ramp[0] + d * ramp[1]];
-        let forced = |c: usize| if is_changes { ramp[c] - at_rest[c] } else { step.gain[c] + turned[c] };
-        let direct = |c: usize| if is_changes { at_rest[c] } else { ramp[c] };
+        let forced = |c: usize| if CHANGES { ramp[c] - at_rest[c] } else { step.gain[c] + turned[c] };
+        let direct = |c: usize| if CHANGES { at_rest[c] } else { ramp[c] };
         Self { forced: [forced(0), forced(1)], direct: [direct(0), direct(1)], free }
     }
 }
 
 /// Returns the sums of squared errors of current and speed; `GENERAL` with a first-order hold or a motor that moves at the first sample.
 #[inline(always)]
-pub(super) fn sums<const GENERAL: bool>(
+pub(super) fn sums<const GENERAL: bool, const CHANGES: bool>(
     series: &Series,
     of: &Matrix,
     step: &Transition,
     functions: &Functions,
 ) -> Pair {
     let products = &series.products;
-    let Drive { forced, direct, free } = Drive::new::<GENERAL>(series, of, step);
+    let Drive { forced, direct, free } = Drive::new::<GENERAL, CHANGES>(series, of, step);
     let (forced_too, free_too) = ([forced, of.times(forced)], [free, of.times(free)]);
     let sum = |n: usize| {
         let own = functions.times(n, forced_too);
@@ -98,12 +97,15 @@ pub(super) fn sums<const GENERAL: bool>(
         let constant = forced[c] * products.mixed + if GENERAL { free[c] * products.first_voltage } else { 0.0 };
         delayed[c] - last[c] * products.last_voltage + Bounded::rounded(constant)
     };
-    let is_changes = series.form == Form::Changes;
     let from_changes = solved(&step.e, [source(0), source(1)]);
     let from_voltage = |c: usize| before[c] + end[c] * products.last_voltage;
-    let with_voltage = |c: usize| Bounded::select(is_changes, from_changes[c], from_voltage(c));
+    let with_voltage = |c: usize| if CHANGES { from_changes[c] } else { from_voltage(c) };
     let total = |c: usize| {
         let square = Bounded::rounded(products.measured[c]);
+        // With a zero-order hold and the voltage D is zero.
+        if !GENERAL && !CHANGES {
+            return square + measured[c] * -2.0 + squares[c];
+        }
         let constants = [direct[c] * direct[c] * products.voltage, -2.0 * direct[c] * products.with_voltage[c]];
         let own = Bounded::rounded(constants[0]) + Bounded::rounded(constants[1]);
         square + measured[c] * -2.0 + squares[c] + with_voltage(c) * (2.0 * direct[c]) + own

@@ -4,7 +4,7 @@
 //! before, or its change. Then `Σ y[m] z[m] = p(Φ) b + q(Φ) x₀` with the power series `p(λ) = Σ c[k] λᵏ` of the correlation
 //! `c[k] = Σ y[m] v[m−k]`, and `q(λ) = Σ y[m] λᵐ`. `Σ v[m] z[m−1]` and the last state are such sums too.
 
-use super::nodes::SEQUENCES;
+use super::sequences::SEQUENCES;
 use crate::numeric::count;
 use realfft::RealFftPlanner;
 
@@ -115,6 +115,11 @@ impl Series {
             rounding,
             sets,
         }
+    }
+
+    /// Returns the memory \[bytes\].
+    pub fn bytes(&self) -> usize {
+        self.sets.iter().map(|rows| size_of_val(&rows[..])).sum()
     }
 
     /// Returns 2/T, by which poles are shifted.

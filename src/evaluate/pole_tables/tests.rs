@@ -4,11 +4,16 @@ use super::block::UNSERVED;
 use super::bounded::Bounded;
 use super::evaluator::SAFETY;
 use super::series::{Recorded, Series};
+use super::shared::tables;
 use super::tables::Tables;
+use crate::criterion::{Criterion, Norm};
 use crate::evaluate::cpu::Level;
-use crate::motor::{Discretization, Parameters, SimulationInput, simulate};
+use crate::evaluate::problem::{Model, Problem};
+use crate::motor::{Discretization, Parameters, SimulationInput, Space, simulate};
+use crate::record::{Record, Samples};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
+use std::sync::Arc;
 
 const STEP_S: f64 = 1e-3;
 const SAMPLES: usize = 1501;
@@ -55,6 +60,12 @@ fn oracle(motor: &[f64; 5], recorded: &Recorded<'_>, hold: Discretization) -> [f
     [0, 1].map(|c| recorded.measured.iter().zip(&simulated[c]).map(|(y, x)| (y[c] - x).powi(2)).sum())
 }
 
+/// Computes the sums of motors by tables.
+fn sums_of(tables: &Tables, motors: &[[f64; 5]], sums: &mut [[Bounded; 2]]) {
+    let rows = |first: usize, rows: &mut [[f64; 5]]| rows.copy_from_slice(&motors[first..first + rows.len()]);
+    tables.sums(rows, |sums, own| *sums = own, sums);
+}
+
 /// Compares the sums with the oracle at every level; returns the number of channels that are accurate enough.
 fn compared(motors: &[[f64; 5]], recorded: &Recorded<'_>, hold: Discretization) -> usize {
     let expected: Vec<[f64; 2]> = motors.iter().map(|motor| oracle(motor, recorded, hold)).collect();
@@ -63,7 +74,7 @@ fn compared(motors: &[[f64; 5]], recorded: &Recorded<'_>, hold: Discretization) 
     for level in Level::available() {
         let tables = Tables::new(Series::new(recorded), level);
         let mut sums = vec![UNSERVED; motors.len()];
-        tables.sums(|n| motors[n], &mut sums);
+        sums_of(&tables, motors, &mut sums);
         served = 0;
         for ((motor, sums), expected) in motors.iter().zip(&sums).zip(&expected) {
             for c in 0..2 {
@@ -131,7 +142,7 @@ fn sums_of_motors_with_equal_poles_are_accurate() {
         .collect();
     let tables = Tables::new(Series::new(&recorded), Level::best());
     let mut sums = vec![UNSERVED; motors.len()];
-    tables.sums(|n| motors[n], &mut sums);
+    sums_of(&tables, &motors, &mut sums);
     for (motor, sums) in motors.iter().zip(&sums) {
         for (own, expected) in sums.iter().zip(oracle(motor, &recorded, Discretization::Zoh)) {
             assert!(own.error < 1e-9 * expected, "{motor:?}: {own:?}");
@@ -151,7 +162,7 @@ fn a_corrupted_table_has_wrong_sums() {
     let tables = Tables::new(Series::new(&recorded), Level::best());
     let mut sums = vec![UNSERVED; motors.len()];
     let mut wrong = || {
-        tables.sums(|n| motors[n], &mut sums);
+        sums_of(&tables, &motors, &mut sums);
         let is_wrong = |(motor, sums): &(&[f64; 5], &[Bounded; 2])| {
             let expected = oracle(motor, &recorded, Discretization::Zoh);
             (0..2).any(|c| (sums[c].value - expected[c]).abs() > 1e-8 * expected[c])
@@ -161,4 +172,35 @@ fn a_corrupted_table_has_wrong_sums() {
     assert_eq!(wrong(), 0);
     tables.corrupt(1e-6);
     assert!(wrong() > 50);
+}
+
+#[test]
+fn recordings_with_the_same_samples_share_tables() {
+    let record = |shift: f64| {
+        let all = |f: &dyn Fn(f64) -> f64| Some((0..100).map(|n| f(f64::from(n))).collect::<Vec<f64>>());
+        let samples = Samples {
+            time_s: all(&|n| 0.001 * n).unwrap_or_default(),
+            voltage: vec![5.0; 100],
+            current: all(&|n| (0.1 * n + shift).sin()),
+            speed: all(&|n| (0.2 * n).cos()),
+            ..Samples::default()
+        };
+        Record::new(samples).unwrap()
+    };
+    let problem = |shift: f64, discretization, norm| {
+        let (model, criterion) =
+            (Model { discretization, ..Model::default() }, Criterion { norm, ..Criterion::default() });
+        Problem::new(&[record(shift)], model, Space::table2(), criterion).unwrap()
+    };
+    let of = |problem: &Problem, level| tables(problem, &problem.signals()[0], level);
+    let first = problem(0.0, Discretization::Zoh, Norm::Nrmse);
+    let same = [first.clone(), problem(0.0, Discretization::Zoh, Norm::Ise)];
+    let others = [problem(1e-9, Discretization::Zoh, Norm::Nrmse), problem(0.0, Discretization::Foh, Norm::Nrmse)];
+    let level = Level::Portable;
+    let own = of(&first, level);
+    assert!(same.iter().all(|problem| Arc::ptr_eq(&own, &of(problem, level))));
+    assert!(others.iter().all(|problem| !Arc::ptr_eq(&own, &of(problem, level))));
+    // They stay when the problem is gone.
+    drop((first, same));
+    assert!(Arc::ptr_eq(&own, &of(&problem(0.0, Discretization::Zoh, Norm::Nrmse), level)));
 }

@@ -1,9 +1,8 @@
 //! Costs of given candidates of a model on the device of a spec.
 
 use super::pipeline::ModelSpec;
-use super::result::ModelDeviceUsed;
 use crate::candidates::Candidates;
-use crate::device::ModelDevice;
+use crate::device::{DeviceUsed, ModelDevice};
 use crate::evaluate::model::{ModelProblem, ModelRecording};
 use crate::model::Model;
 use crate::setting::text;
@@ -68,9 +67,8 @@ impl ModelCosts {
 
     /// Returns the device.
     #[must_use]
-    pub fn device(&self) -> ModelDeviceUsed {
-        let (name, precision) = (self.device.evaluator.name(), self.device.evaluator.precision());
-        ModelDeviceUsed { kind: self.device.kind, name, precision }
+    pub fn device(&self) -> DeviceUsed {
+        self.device.used()
     }
 
     /// Returns the warnings of the device.

@@ -12,6 +12,6 @@ mod trust;
 
 pub use batch_costs::ModelCosts;
 pub use pipeline::{ModelProgress, ModelSpec, hold_out_model, identify_model};
-pub use result::{ModelDeviceUsed, ModelEstimate, ModelFit, ModelIdentification, ModelSearch, ModelVerification};
+pub use result::{ModelEstimate, ModelFit, ModelIdentification, ModelSearch, ModelVerification};
 #[cfg(feature = "report")]
 pub(crate) use tests_of_residuals::fit_percent;

@@ -4,12 +4,12 @@ use super::combinations::described;
 use super::estimates::estimates;
 use super::fine_steps::{better_than, squares, with_fine_steps};
 use super::islands::islands;
-use super::result::{ModelDeviceUsed, ModelIdentification, ModelSearch, ModelVerification};
+use super::result::{ModelIdentification, ModelSearch, ModelVerification};
 use super::tests_of_residuals::{fitted, over_all};
 use super::trust::trust;
 use crate::candidates::Candidates;
 use crate::criterion::Criterion;
-use crate::device::{DeviceSpec, ModelDevice, PrecisionSpec};
+use crate::device::{DeviceSpec, DeviceUsed, ModelDevice, PrecisionSpec};
 use crate::estimate::model::{
     ARRIVALS, ModelOptima, ModelRefined, ModelStarts, ModelWeights, model_optima, refine_model, refine_model_near,
     rounds_max,
@@ -160,8 +160,7 @@ pub fn identify_model(
         false => (problem, None),
     };
     let mut result = result(&problem, spec, (found, verification), refined);
-    let (name, precision) = (device.evaluator.name(), device.evaluator.precision());
-    result.device = ModelDeviceUsed { kind: device.kind, name, precision };
+    result.device = device.used();
     result.warnings.extend(device.warnings);
     result.seconds = begin.elapsed().as_secs_f64();
     Ok(result)
@@ -352,7 +351,7 @@ fn result(
         evaluations: found.evaluations + refined.as_ref().map_or(0, |refined| refined.evaluations as u64),
         history: found.history,
         seconds: 0.0,
-        device: ModelDeviceUsed::default(),
+        device: DeviceUsed::default(),
     };
     result.trust = trust(problem, &result, spec.is_polished);
     result

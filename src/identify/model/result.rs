@@ -1,6 +1,7 @@
 //! The result of an identification with a user's model.
 
 use crate::analysis::ResidualTest;
+use crate::device::DeviceUsed;
 use crate::estimate::model::ModelUncertainty;
 use crate::evaluate::model::{ModelMethod, ModelSpace};
 use crate::identify::trust_level::Trust;
@@ -52,17 +53,6 @@ pub struct ModelFit {
     pub residuals: Vec<Option<ResidualTest>>,
     /// Initial values of the states that are measured or free, in their units.
     pub initial: Vec<f64>,
-}
-
-/// The device that evaluated populations.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
-pub struct ModelDeviceUsed {
-    /// Kind: `cpu` or `gpu`.
-    pub kind: &'static str,
-    /// Name.
-    pub name: String,
-    /// Precision, `f32` or `f64`.
-    pub precision: &'static str,
 }
 
 /// The first optimum, before the refinement.
@@ -125,7 +115,7 @@ pub struct ModelIdentification {
     /// Comparison with other starts.
     pub verification: ModelVerification,
     /// Device that evaluated populations.
-    pub device: ModelDeviceUsed,
+    pub device: DeviceUsed,
     /// Warnings and remarks.
     pub warnings: Vec<Warning>,
     /// Reason for which the search ended.

@@ -58,7 +58,7 @@ pub fn compare_document(comparison: &Comparison, paper: bool) -> Value {
         "runs": spec.runs,
         "seed": spec.seed,
         "bounds": bounds.collect::<Map<String, Value>>(),
-        "device": {"kind": device.0, "name": device.1, "precision": device.2},
+        "device": device,
         "blocks": comparison.blocks.iter().map(|block| self::block(comparison, block)).collect::<Value>(),
         "invariance": comparison.invariance.iter().filter_map(|test| invariance(comparison, test)).collect::<Value>(),
         "steiglitz_mcbride": comparison.steiglitz.as_ref().map(|sm| value!({

@@ -142,7 +142,7 @@ fn times(comparison: &Comparison, pairs: &[Pair]) -> Table {
         let ratio = seconds.map_or_else(dash, |s| significant(60.0 * printed.minutes / s, 2));
         table.named_row(printed.method, [printed.minutes.to_string(), milliseconds, ratio]);
     }
-    table.note(format!("On {}, {}.", comparison.device.1, comparison.device.2));
+    table.note(format!("On {}.", comparison.device));
     noted(&mut table, "e");
     table
 }

@@ -8,7 +8,6 @@ use serde_json::{Value, json as value};
 /// Returns the JSON document of a suite.
 #[must_use]
 pub fn suite_document(result: &SuiteResult) -> Value {
-    let (kind, name, precision) = &result.device;
     let budgets = result.spec.budgets.iter().enumerate().map(|(n, evaluations)| budget(result, n, *evaluations));
     value!({
         "motorfit": env!("CARGO_PKG_VERSION"),
@@ -17,7 +16,7 @@ pub fn suite_document(result: &SuiteResult) -> Value {
         "runs": result.spec.runs,
         "seed": result.spec.seed,
         "gap": GAP,
-        "device": {"kind": kind, "name": name, "precision": precision},
+        "device": result.device,
         "methods": (0..result.spec.entrants.len()).map(|n| entrant(result, n)).collect::<Value>(),
         "problems": result.problems.iter().map(problem).collect::<Value>(),
         "budgets": budgets.collect::<Value>(),

@@ -24,7 +24,7 @@ pub fn suite_page(result: &SuiteResult, how: &Reproduced) -> Page {
     sections.push(section("Results by budget", tables));
     sections.push(profiles(result));
     sections.push(section("Results by problem", by_problem.into_iter().collect()));
-    sections.push(reproduce(&[], how, Some((&result.device.1, result.device.2))));
+    sections.push(reproduce(&[], how, Some(result.device.to_string())));
     let title = format!("Searches on the suite {}, version {}", result.spec.suite.name(), result.version);
     Page { title, answer: answer(result), sections, ..Page::default() }
 }

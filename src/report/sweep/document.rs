@@ -52,7 +52,7 @@ pub fn tally_document(shard: Shard, tally: &Tally) -> Value {
         "trust": tally.trust,
         "failures": tally.failures.named,
         "warnings": tally.warnings.iter().map(warning).collect::<Value>(),
-        "device": tally.device.as_ref().map(|(name, precision)| value!({"name": name, "precision": precision})),
+        "device": tally.device,
         "stop": if tally.interrupted { "interrupted" } else { "done" },
         "seconds": tally.seconds,
     })

@@ -106,5 +106,5 @@ fn made(summary: &SweepSummary, how: &Reproduced) -> Section {
     ];
     let facts = facts.map(|(name, value)| (name.to_owned(), value));
     how.options.splice(0..0, facts);
-    reproduce([], &how, Some((&summary.device[0], &summary.device[1])))
+    reproduce([], &how, Some(summary.device.join(", ")))
 }

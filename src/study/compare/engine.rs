@@ -4,6 +4,7 @@ use super::model_engine::ModelEngine;
 use super::motor_engine::MotorEngine;
 use super::{CompareSpec, ComparedMachine, ComparedParameter, ComparisonSubject, Reference};
 use crate::Result;
+use crate::device::DeviceUsed;
 use crate::optimize::Evaluate;
 use crate::setting::Text;
 use crate::warning::Warning;
@@ -43,7 +44,7 @@ pub(super) trait Engine {
     fn reference_work(&self) -> usize;
 
     /// Returns the kind (`cpu` or `gpu`), the name and the precision of the device.
-    fn device(&self) -> (&'static str, String, &'static str);
+    fn device(&self) -> DeviceUsed;
 
     /// Returns the warnings about the device.
     fn warnings(&self) -> Vec<Warning>;

@@ -34,6 +34,7 @@ pub use subject::{ComparedMachine, ComparedModel, ComparisonSubject};
 pub use targets::{Reached, reached};
 
 use crate::analysis::warnings_of_records;
+use crate::device::DeviceUsed;
 use crate::identify::Method;
 use crate::optimize::Progress;
 use crate::record::Record;
@@ -98,8 +99,8 @@ pub struct Comparison {
     pub reference: std::result::Result<Reference, Text>,
     /// Initial state `[i, ω]` of a DC motor in each recording in the searches \[A, rad/s\]; empty for a model.
     pub initial: Vec<[f64; 2]>,
-    /// Kind (`cpu` or `gpu`), name and precision of the device that evaluated.
-    pub device: (&'static str, String, &'static str),
+    /// Device that evaluated.
+    pub device: DeviceUsed,
     /// Warnings about the recordings, the device and the box.
     pub warnings: Vec<Warning>,
     /// Tests of each method in other coordinates; empty without any.

@@ -4,7 +4,7 @@ use super::engine::{Engine, Look};
 use super::{CompareSpec, ComparedModel, ComparedParameter, Reference};
 use crate::candidates::Candidates;
 use crate::criterion::Criterion;
-use crate::device::{DeviceSpec, ModelDevice, PrecisionSpec};
+use crate::device::{DeviceSpec, DeviceUsed, ModelDevice, PrecisionSpec};
 use crate::evaluate::model::ModelProblem;
 use crate::identify::Method;
 use crate::identify::model::{ModelProgress, ModelSpec, identify_model};
@@ -151,9 +151,8 @@ impl Engine for ModelEngine<'_> {
         usize::MAX
     }
 
-    fn device(&self) -> (&'static str, String, &'static str) {
-        let device = &self.prepared[0].device;
-        (device.kind, device.evaluator.name(), device.evaluator.precision())
+    fn device(&self) -> DeviceUsed {
+        self.prepared[0].device.used()
     }
 
     fn warnings(&self) -> Vec<Warning> {

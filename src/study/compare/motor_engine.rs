@@ -3,7 +3,7 @@
 use super::engine::{Engine, Look};
 use super::{CompareSpec, ComparedParameter, ComparisonSetting, Reference};
 use crate::Result;
-use crate::device::{BatchSearchEvaluator, DeviceSpec};
+use crate::device::{BatchSearchEvaluator, DeviceSpec, DeviceUsed};
 use crate::evaluate::{Problem, Scalar};
 use crate::identify::{Identification, IdentifySpec, identify, needs_voltage};
 use crate::motor::{Parameters, Space};
@@ -100,7 +100,7 @@ impl Engine for MotorEngine<'_> {
         samples.saturating_mul(REFERENCE)
     }
 
-    fn device(&self) -> (&'static str, String, &'static str) {
+    fn device(&self) -> DeviceUsed {
         self.searches.device()
     }
 

@@ -1,7 +1,7 @@
 //! Settings and subjects of a comparison.
 
 use crate::criterion::{Criterion, Norm, Scale};
-use crate::device::{DeviceSpec, PrecisionSpec, ThroughputProfile};
+use crate::device::{DeviceSpec, EvaluatorSpec, PrecisionSpec, ThroughputProfile};
 use crate::evaluate::{Initial, Model};
 use crate::identify::{IdentifySpec, Method};
 use crate::motor::{Discretization, Space};
@@ -76,6 +76,8 @@ pub struct CompareSpec {
     pub device: DeviceSpec,
     /// Floating-point precision of the evaluation.
     pub precision: PrecisionSpec,
+    /// Evaluator of costs on the CPU.
+    pub evaluator: EvaluatorSpec,
     /// Throughput measured on this machine, by which `auto` chooses the device.
     pub throughput_profile: Option<ThroughputProfile>,
 }
@@ -95,6 +97,7 @@ impl Default for CompareSpec {
             target: None,
             device: DeviceSpec::default(),
             precision: PrecisionSpec::default(),
+            evaluator: EvaluatorSpec::default(),
             throughput_profile: None,
         }
     }
@@ -118,6 +121,7 @@ impl CompareSpec {
             generations,
             device: self.device.clone(),
             precision: self.precision,
+            evaluator: self.evaluator,
             throughput_profile: self.throughput_profile.clone(),
             ..IdentifySpec::default()
         }

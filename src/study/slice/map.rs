@@ -37,6 +37,8 @@ pub struct CostMap {
 /// A function that writes the costs of candidates, shape `[candidates, parameters]`.
 pub(super) type CostsOf<'a> = dyn FnMut(&[f64], &mut [f64]) -> Result<()> + 'a;
 
+/// Least number of candidates that are evaluated at once, but for the last.
+const TOGETHER: usize = 1 << 14;
 /// Half-width of a map without given bounds \[standard errors\].
 const REACH: f64 = 8.0;
 /// The 95 % quantile of χ² with two degrees of freedom.
@@ -57,17 +59,20 @@ impl CostMap {
     /// Fills in the costs of a map: `optimum` has the values of all free parameters, of which those at `places` vary.
     pub(super) fn filled(mut self, (optimum, places): (&[f64], [usize; 2]), costs: &mut CostsOf<'_>) -> Result<Self> {
         let side = self.costs.len();
-        for row in 0..side {
-            let mut values = Vec::with_capacity(side * optimum.len());
-            for column in 0..side {
+        let rows: Vec<usize> = (0..side).collect();
+        for rows in rows.chunks((TOGETHER / side).max(1)) {
+            let mut values = Vec::with_capacity(rows.len() * side * optimum.len());
+            for (row, column) in rows.iter().flat_map(|row| (0..side).map(move |column| (*row, column))) {
                 let mut candidate = optimum.to_vec();
                 candidate[places[0]] = self.value(0, column);
                 candidate[places[1]] = self.value(1, row);
                 values.extend(candidate);
             }
-            let mut line = vec![0.0; side];
-            costs(&values, &mut line)?;
-            self.costs[row] = line;
+            let mut lines = vec![0.0; rows.len() * side];
+            costs(&values, &mut lines)?;
+            for (row, line) in rows.iter().zip(lines.chunks(side)) {
+                self.costs[*row] = line.to_vec();
+            }
         }
         Ok(self)
     }

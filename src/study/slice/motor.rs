@@ -51,7 +51,13 @@ pub fn cost_map(records: &[Record], spec: &IdentifySpec, parameters: [Parameter;
         ellipse: ellipse(of_optimum, known()),
         warnings: found.warnings.clone(),
     };
-    let around = IdentifySpec { space: found.space.clone(), auto_bounds: Vec::new(), ..spec.clone() };
+    let around = IdentifySpec {
+        space: found.space.clone(),
+        auto_bounds: Vec::new(),
+        population: side,
+        generations: side,
+        ..spec.clone()
+    };
     let mut costs = BatchCosts::new(records, &around)?;
     let optimum: Vec<f64> = axes.iter().map(|axis| found.parameters.get(axis.parameter)).collect();
     map.filled((&optimum, places), &mut |values, line| costs.evaluate(values, line))

@@ -2,7 +2,7 @@
 
 use super::entrant::{Entrant, POPULATION};
 use super::{Suite, SuiteProblem};
-use crate::device::{BatchSearchEvaluator, DeviceSpec, PrecisionSpec, ThroughputProfile};
+use crate::device::{BatchSearchEvaluator, DeviceSpec, DeviceUsed, EvaluatorSpec, PrecisionSpec, ThroughputProfile};
 use crate::identify::IdentifySpec;
 use crate::numeric::index;
 use crate::optimize::{Budget, Coordinates, Progress, Run, SearchSettings, Stop, minimize};
@@ -34,6 +34,8 @@ pub struct SuiteSpec {
     pub device: DeviceSpec,
     /// Floating-point precision of the evaluation.
     pub precision: PrecisionSpec,
+    /// Evaluator of costs on the CPU.
+    pub evaluator: EvaluatorSpec,
     /// Throughput measured on this machine, by which `auto` chooses the device.
     pub throughput_profile: Option<ThroughputProfile>,
 }
@@ -49,6 +51,7 @@ impl Default for SuiteSpec {
             seed: 1,
             device: DeviceSpec::default(),
             precision: PrecisionSpec::default(),
+            evaluator: EvaluatorSpec::default(),
             throughput_profile: None,
         }
     }
@@ -140,8 +143,8 @@ pub struct SuiteResult {
     pub problems: Vec<SuiteProblem>,
     /// Results, budget by budget and problem by problem; incomplete ones are left out.
     pub blocks: Vec<SuiteBlock>,
-    /// Kind (`cpu` or `gpu`), name and precision of the device that evaluated.
-    pub device: (&'static str, String, &'static str),
+    /// Device that evaluated.
+    pub device: DeviceUsed,
     /// Warnings about the device and the suite.
     pub warnings: Vec<Warning>,
     /// True if the observer ended the suite early.
@@ -165,6 +168,7 @@ pub fn run_suite(spec: &SuiteSpec, observe: &mut dyn FnMut(&Progress) -> Control
         population: agents,
         device: spec.device.clone(),
         precision: spec.precision,
+        evaluator: spec.evaluator,
         throughput_profile: spec.throughput_profile.clone(),
         ..IdentifySpec::default()
     };

@@ -64,6 +64,9 @@ pub struct PinnedDevice {
     pub select: String,
     /// Precision, `f32` or `f64`.
     pub precision: String,
+    /// True if tables of poles evaluate on the CPU.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub tables: bool,
 }
 
 /// Manifest of a sweep.
@@ -116,7 +119,12 @@ impl Manifest {
             format: FORMAT,
             name: study.name.clone(),
             runs,
-            device: PinnedDevice { kind: "cpu".to_owned(), select: "cpu".to_owned(), precision: "f64".to_owned() },
+            device: PinnedDevice {
+                kind: "cpu".to_owned(),
+                select: "cpu".to_owned(),
+                precision: "f64".to_owned(),
+                tables: false,
+            },
             path: path.display().to_string(),
             folder: folder.to_string_lossy().into_owned(),
             study: text.to_owned(),
@@ -173,7 +181,10 @@ impl Manifest {
         if let Some((old, _)) = self.motors.iter().zip(&other.motors).find(|(a, b)| a != b) {
             return format!("the recording of {} has changed", excerpt(&old.motor));
         }
-        let [new, old] = [other, self].map(|of| format!("{} {}", of.device.kind, of.device.precision));
+        let [new, old] = [other, self].map(|of| {
+            let tables = if of.device.tables { " with tables" } else { "" };
+            format!("{} {}{tables}", of.device.kind, of.device.precision)
+        });
         format!("the device is {new} instead of {old}")
     }
 

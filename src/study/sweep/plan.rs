@@ -6,8 +6,10 @@ use super::machine::ModelTexts;
 use super::manifest::{Manifest, PinnedDevice};
 use super::results::files;
 use super::runs::Runs;
+use super::search::CANDIDATES;
 use super::study::Study;
-use crate::device::{BatchSearchEvaluator, DeviceSpec, PrecisionSpec, ThroughputProfile};
+use crate::criterion::{Criterion, Norm};
+use crate::device::{BatchSearchEvaluator, DeviceSpec, DeviceUsed, EvaluatorSpec, PrecisionSpec, ThroughputProfile};
 use crate::file::{create, remove_leftovers, replace, unreadable, unwritable};
 use crate::identify::{IdentifySpec, Polish, PreparedSearch};
 use crate::setting::text;
@@ -109,7 +111,12 @@ impl Sweep {
         let device: DeviceSpec = select.parse()?;
         // The CPU has a single precision, which must not be requested.
         let precision = if device == DeviceSpec::Cpu { PrecisionSpec::Auto } else { precision };
-        Ok(IdentifySpec { device, precision, ..self.study().spec.clone() })
+        let evaluator = match &self.manifest.device {
+            PinnedDevice { tables: true, .. } => EvaluatorSpec::Tables,
+            PinnedDevice { kind, .. } if kind == "cpu" => EvaluatorSpec::Kernel,
+            PinnedDevice { .. } => EvaluatorSpec::Auto,
+        };
+        Ok(IdentifySpec { device, precision, evaluator, ..self.study().spec.clone() })
     }
 
     /// Returns the pinned device kind and precision.
@@ -187,17 +194,22 @@ fn pinned(study: &Study, manifest: &Manifest, throughput_profile: Option<Through
     let spec = &study.spec;
     let searches = study.methods.iter().any(crate::identify::Method::is_search);
     // Steiglitz–McBride, the fits of `auto` and models run on the CPU.
-    if !searches || spec.device == DeviceSpec::Cpu || !study.has_motor() {
+    if !searches || !study.has_motor() {
         return Ok(cpu);
+    }
+    let Some(search) = first_search(study, manifest) else { return Ok(cpu) };
+    let on_cpu = || Ok(PinnedDevice { tables: prefers_tables(study, &search)?, ..cpu.clone() });
+    if spec.device == DeviceSpec::Cpu {
+        return on_cpu();
     }
     let select = match &spec.device {
         DeviceSpec::GpuIndex(index) => format!("gpu:{index}"),
         DeviceSpec::GpuName(name) => format!("gpu:{name}"),
         _ => "gpu".to_owned(),
     };
-    let (kind, precision) = match opened(study, manifest, throughput_profile) {
-        Ok(("cpu", _)) => return Ok(cpu),
-        Ok(device) => device,
+    let (kind, precision) = match opened(study, manifest, &search, throughput_profile) {
+        Ok(DeviceUsed { kind: "cpu", .. }) => return on_cpu(),
+        Ok(DeviceUsed { kind, precision, .. }) => (kind, precision),
         // A sweep may be planned on a machine without a GPU for one that has one.
         Err(error) if error.kind() == ErrorKind::Device && spec.precision != PrecisionSpec::Auto => {
             ("gpu", spec.precision.name())
@@ -208,23 +220,25 @@ fn pinned(study: &Study, manifest: &Manifest, throughput_profile: Option<Through
         }
         Err(error) => return Err(error),
     };
-    Ok(PinnedDevice { kind: kind.to_owned(), select, precision: precision.to_owned() })
+    Ok(PinnedDevice { kind: kind.to_owned(), select, precision: precision.to_owned(), tables: false })
 }
 
-/// Opens the device of a study and returns its kind and precision.
+/// Prepares the first recording that can be searched.
+fn first_search(study: &Study, manifest: &Manifest) -> Option<PreparedSearch> {
+    let runs = Runs::new(study.clone(), manifest.motors.len());
+    let sweep = Sweep { folder: Path::new("").to_path_buf(), manifest: manifest.clone(), digest: String::new(), runs };
+    let spec = IdentifySpec { polish: Polish::None, ..study.spec.clone() };
+    let prepared = |motor| PreparedSearch::new(&sweep.read_motor(motor).ok()?.fitted, &spec).ok();
+    (0..manifest.motors.len()).find_map(prepared)
+}
+
+/// Opens the device of a study for a search.
 fn opened(
     study: &Study,
     manifest: &Manifest,
+    search: &PreparedSearch,
     throughput_profile: Option<ThroughputProfile>,
-) -> Result<(&'static str, &'static str)> {
-    let runs = Runs::new(study.clone(), manifest.motors.len());
-    let sweep = Sweep { folder: Path::new("").to_path_buf(), manifest: manifest.clone(), digest: String::new(), runs };
-    // The device is selected with the first recording that can be searched.
-    let mut first = (0..manifest.motors.len()).filter_map(|motor| {
-        let spec = IdentifySpec { polish: Polish::None, ..study.spec.clone() };
-        PreparedSearch::new(&sweep.read_motor(motor).ok()?.fitted, &spec).ok()
-    });
-    let Some(search) = first.next() else { return Ok(("cpu", "f64")) };
+) -> Result<DeviceUsed> {
     let population = study.population.iter().max().copied().unwrap_or(1);
     let many = usize::try_from(manifest.runs).unwrap_or(usize::MAX).min(1 << 12);
     let spec = IdentifySpec {
@@ -233,6 +247,32 @@ fn opened(
         throughput_profile,
         ..study.spec.clone()
     };
-    let (kind, _, precision) = BatchSearchEvaluator::open(&spec, vec![search.problem().clone()])?.device();
-    Ok((kind, precision))
+    Ok(BatchSearchEvaluator::open(&spec, vec![search.problem().clone()])?.device())
+}
+
+/// Returns true if tables of poles are to evaluate on the CPU, which depends on the number of searches that share a recording.
+fn prefers_tables(study: &Study, search: &PreparedSearch) -> Result<bool> {
+    if study.spec.evaluator == EvaluatorSpec::Tables {
+        return Ok(true);
+    }
+    let is_served =
+        |&norm: &Norm| !norm.is_time_weighted() && !Criterion { norm, ..Criterion::default() }.is_absolute();
+    if !study.criterion.iter().any(is_served) {
+        return Ok(false);
+    }
+    // With noise each seed has a recording of its own.
+    let has_noise = study.noise.iter().any(|noise| noise.noise.is_some());
+    let seeds = if has_noise { 1 } else { usize::try_from(study.seeds.count()).unwrap_or(usize::MAX) };
+    let methods = study.methods.iter().filter(|method| method.is_search()).count();
+    let candidates = study.population.iter().sum::<usize>().saturating_mul(methods).saturating_mul(seeds);
+    let population = candidates.min(CANDIDATES);
+    let generations = study.generations.iter().max().copied().unwrap_or(1);
+    let spec = IdentifySpec {
+        device: DeviceSpec::Cpu,
+        precision: PrecisionSpec::Auto,
+        population,
+        generations: generations.saturating_mul(candidates / population.max(1)),
+        ..study.spec.clone()
+    };
+    Ok(BatchSearchEvaluator::open(&spec, vec![search.problem().clone()])?.device().evaluator == "tables")
 }

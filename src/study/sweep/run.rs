@@ -8,6 +8,7 @@ use super::runs::{Bits, Job, TrustLevels};
 use super::shard::Shard;
 use super::store::{Closed, Log};
 use super::trust::LevelCounts;
+use crate::device::DeviceUsed;
 use crate::identify::TrustLevel;
 use crate::numeric::count_u64;
 use crate::warning::Warning;
@@ -108,8 +109,8 @@ pub struct Tally {
     pub fault: Option<Error>,
     /// True if the observer ended the session.
     pub interrupted: bool,
-    /// Name and precision of the device that evaluated the searches; `None` without a search.
-    pub device: Option<(String, &'static str)>,
+    /// Device that evaluated the searches; `None` without a search.
+    pub device: Option<DeviceUsed>,
     /// Warnings about the results files and the device.
     pub warnings: Vec<Warning>,
     /// Duration of the session \[s\].

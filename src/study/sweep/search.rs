@@ -8,7 +8,7 @@ use super::run::{End, Finished, Running, Step};
 use super::runs::Job;
 use super::streaming::{RUNS, Unit, Units};
 use super::study::{Factors, Study};
-use crate::device::{BatchSearchEvaluator, DeviceSpec, OnLoss, PrecisionSpec};
+use crate::device::{BatchSearchEvaluator, DeviceSpec, DeviceUsed, OnLoss, PrecisionSpec};
 use crate::evaluate::{Problem, Scalar};
 use crate::identify::{IdentifySpec, PreparedSearch, SearchRun, has_all_channels};
 use crate::motor::{Parameter, With};
@@ -24,7 +24,7 @@ use std::time::Instant;
 /// Target number of candidate-steps of a piece on the CPU, some tenths of a second; a killed process loses the current piece.
 const STEPS: u64 = 1_000_000_000;
 /// Fewest candidates of a generation per thread, regardless of [`STEPS`], so that threads are seldom idle.
-const CANDIDATES: usize = 3072;
+pub(super) const CANDIDATES: usize = 3072;
 /// Fewest candidates of a generation on a GPU, which needs more to be fully used.
 const CANDIDATES_GPU: usize = 1 << 17;
 /// Samples of all problems of a piece, which bounds memory.
@@ -173,14 +173,14 @@ impl Running<'_> {
             ended = self.progress(numeric::count(progress.generation) / numeric::count(generations) * count);
             if ended.is_err() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
-        let (kind, name, precision) = lockstep.device();
+        let device = lockstep.device();
         self.tally.warnings.extend(lockstep.take_warnings());
-        self.tally.device = Some((name, precision));
+        self.tally.device = Some(device.clone());
         if stop? == Stop::Interrupted {
             return ended.and(Err(End::Interrupted));
         }
         let seconds = begun.elapsed().as_secs_f64() / count;
-        let results = |(one, run): (Ready, Run)| sweep.results(&one, &run, [kind, precision], seconds);
+        let results = |(one, run): (Ready, Run)| sweep.results(&one, &run, &device, seconds);
         let done: Vec<Vec<Finished>> = ready.into_par_iter().zip(runs).map(results).collect();
         finished.extend(done.into_iter().flatten());
         self.keep(finished)
@@ -259,18 +259,18 @@ impl Sweep {
     }
 
     /// Returns the results of a search, one per polish.
-    fn results(&self, one: &Ready, run: &Run, device: [&'static str; 2], seconds: f64) -> Vec<Finished> {
+    fn results(&self, one: &Ready, run: &Run, used: &DeviceUsed, seconds: f64) -> Vec<Finished> {
         let Ready { jobs, recordings, prepared } = one;
         let best = run.optimizer.best().filter(|best| Scalar::cost(prepared.problem(), best.values).is_finite());
         let of = |job: &Job| {
             let begun = Instant::now();
             let spec = self.study().spec(&job.factors);
             let found = best.as_ref().ok_or_else(|| diverged(run.evaluations)).and_then(|best| {
-                let run = SearchRun { values: best.values, evaluations: run.evaluations, device };
+                let run = SearchRun { values: best.values, evaluations: run.evaluations, device: used };
                 recordings.validated(prepared.finish(recordings.diagnosed(), &spec, run)?, &spec)
             });
             let outcome = found.map_or_else(|error| self.failed(&error), |found| Outcome::of(&found));
-            let [device, precision] = device;
+            let &DeviceUsed { kind: device, precision, .. } = used;
             let mut outcome = Outcome { device, precision, ..outcome };
             if device != self.pinned()[0] {
                 outcome.warnings.push("gpu_failed".to_owned());

@@ -5,8 +5,8 @@ use crate::calls::{Calls, ask, drive};
 use motorfit::candidates::Candidates;
 use motorfit::criterion::{Criterion, Noise, Norm, Scale};
 use motorfit::device::{
-    BatchSearchEvaluator, DeviceSettings, DeviceSpec, OnLoss, PrecisionSpec, ThroughputCurve, ThroughputProfile, Work,
-    check_threads, with_threads,
+    BatchSearchEvaluator, DeviceSettings, DeviceSpec, EvaluatorSpec, OnLoss, PrecisionSpec, ThroughputCurve,
+    ThroughputProfile, Work, check_threads, with_threads,
 };
 use motorfit::evaluate::{
     Batch, Evaluator, Group, Initial, Level, Model, Pending, PoleTables, Problem, Scalar, Signals, Simd, cpu_name,
@@ -104,6 +104,7 @@ fn one_problem(calls: &mut Calls, problem: Problem, other: &Space) {
         "evaluate::Problem::starting_from" => problem.only(0).starting_from(&[[f64::NAN; 2]]).starting_from(&[]),
         "evaluate::Simd::is_small" => COUNTS.map(|candidates| Simd::is_small(&problem, candidates)),
         "evaluate::PoleTables::serves" => PoleTables::serves(&problem),
+        "evaluate::PoleTables::clear" => PoleTables::clear(),
     );
     for recording in COUNTS {
         calls.may_panic("evaluate::Problem::only", || problem.only(recording));
@@ -208,10 +209,12 @@ pub fn devices(calls: &mut Calls) {
     for word in texts() {
         ask!(calls, word;
             "device::DeviceSpec::from_str" => word.parse::<DeviceSpec>(),
+            "device::EvaluatorSpec::named" => <EvaluatorSpec as Named>::named("evaluator", &word),
             "device::PrecisionSpec::named" => <PrecisionSpec as Named>::named("precision", &word),
         );
     }
     drive!(calls, ();
+        "device::EvaluatorSpec::name" => EvaluatorSpec::ALL.map(EvaluatorSpec::name),
         "device::PrecisionSpec::name" => PrecisionSpec::ALL.map(PrecisionSpec::name),
         "device::DeviceSettings::from" => DeviceSettings::from(&IdentifySpec::default()),
         "device::ThroughputProfile::this_cpu" => ThroughputProfile::this_cpu(),
@@ -250,14 +253,20 @@ pub fn devices(calls: &mut Calls) {
     for device in
         [DeviceSpec::Cpu, DeviceSpec::Auto, DeviceSpec::GpuIndex(usize::MAX), DeviceSpec::GpuName("\0".to_owned())]
     {
-        for (population, precision) in [(0, PrecisionSpec::F32), (usize::MAX, PrecisionSpec::Auto)] {
+        for (population, precision, evaluator) in [
+            (0, PrecisionSpec::F32, EvaluatorSpec::Kernel),
+            (usize::MAX, PrecisionSpec::Auto, EvaluatorSpec::Auto),
+            (7, PrecisionSpec::F64, EvaluatorSpec::Tables),
+        ] {
             let settings = DeviceSettings {
                 device: device.clone(),
                 precision,
+                evaluator,
                 throughput_profile: None,
                 threads: Some(usize::MAX),
                 population,
                 generations: population,
+                needs_all_costs: population == 7,
             };
             ask!(calls, settings;
                 "device::BatchSearchEvaluator::open" => BatchSearchEvaluator::open(settings.clone(), Vec::new()).map(|e| e.slice()),

@@ -3,19 +3,20 @@
 use crate::arguments::{COUNTS, FEW, NUMBERS, WIDE, records, step, texts};
 use crate::calls::{Calls, ask, drive};
 use motorfit::criterion::{Criterion, Noise, Scale};
-use motorfit::device::DeviceSpec;
+use motorfit::device::{DeviceSpec, DeviceUsed};
 use motorfit::estimate::fit_problem;
 use motorfit::evaluate::{Model, Problem};
 use motorfit::experiment::with_noise;
 use motorfit::identify::{
-    BatchCosts, Identifiability, Identification, IdentifySpec, Inspection, Method, ParameterEstimate, Polish,
-    PreparedSearch, SearchRun, Status, TrustLevel, fit_on, has_all_channels, hold_out, identify, identify_with,
-    needs_voltage, validate, verify_at, with_cost_on,
+    BatchCosts, Identifiability, Identification, IdentifySpec, Inspection, LikelihoodProfile, Method,
+    ParameterEstimate, Polish, PreparedSearch, SearchRun, Status, TrustLevel, fit_on, has_all_channels, hold_out,
+    identify, identify_with, likelihood_profiles, needs_voltage, validate, verify_at, with_cost_on,
 };
 use motorfit::motor::{Axis, Parameter, Parameters, Scope, Space, With};
 use motorfit::named::Named;
 use motorfit::optimize::{GwoOptions, JayaOptions, SEARCHES, SearchSettings};
 use motorfit::record::Record;
+use motorfit::report::{likelihood_chart, likelihood_document};
 use std::ops::ControlFlow;
 use std::sync::LazyLock;
 
@@ -161,6 +162,7 @@ pub fn words(calls: &mut Calls) {
         drive!(calls, spec;
             "identify::IdentifySpec::is_extended" => spec.is_extended(),
             "identify::IdentifySpec::is_polished" => spec.is_polished(),
+            "identify::IdentifySpec::by_kernel" => spec.clone().by_kernel().evaluator,
         );
     }
     let statuses = [Status::Agrees, Status::SearchStuck, Status::ReferenceFailed, Status::NotApplicable];
@@ -233,6 +235,16 @@ fn one(calls: &mut Calls, records: &[Record], spec: &IdentifySpec) {
         "identify::identify" => identify(records, spec),
         "identify::identify_with" => identify_with(records, spec, &mut |_| ControlFlow::Break(())),
     );
+    if let Some((found, profiles)) =
+        calls.ask("identify::likelihood_profiles", &with, || likelihood_profiles(records, spec))
+    {
+        drive!(calls, with;
+            "identify::LikelihoodProfile::name" => profiles.iter().map(LikelihoodProfile::name).count(),
+            "report::likelihood_document" => likelihood_document(records, &found, &profiles),
+            "report::likelihood_document" => likelihood_document(&[], &found, &[]),
+            "report::likelihood_chart" => likelihood_chart(&profiles).figure(),
+        );
+    }
     for values in [vec![], vec![f64::NAN; 5], vec![1.0; 5], vec![0.0; 9]] {
         ask!(calls, (&with, &values); "identify::verify_at" => verify_at(records, spec, &values));
     }
@@ -250,7 +262,8 @@ fn one(calls: &mut Calls, records: &[Record], spec: &IdentifySpec) {
         drive!(calls, with; "identify::PreparedSearch::problem" => prepared.problem().signals().len());
         let width = prepared.problem().space().free().len();
         for values in [vec![], vec![f64::NAN; width], vec![1.0; width], vec![0.0; width + 1]] {
-            let run = SearchRun { values: &values, evaluations: WIDE[8], device: ["cpu", "f64"] };
+            let device = DeviceUsed::default();
+            let run = SearchRun { values: &values, evaluations: WIDE[8], device: &device };
             ask!(calls, (&with, &values);
                 "identify::PreparedSearch::finish" => prepared.finish((records, &[]), spec, run),
                 "identify::PreparedSearch::finish" => prepared.finish((&[], &[]), spec, run),
@@ -266,6 +279,7 @@ fn batch_costs(calls: &mut Calls, mut costs: BatchCosts) {
     drive!(calls, ();
         "identify::BatchCosts::problem" => costs.problem().signals().len(),
         "identify::BatchCosts::device" => costs.device(),
+        "identify::BatchCosts::steps" => costs.steps(),
         "identify::BatchCosts::warnings" => costs.warnings().len(),
     );
     let width = costs.problem().space().free().len();

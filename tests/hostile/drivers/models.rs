@@ -355,6 +355,7 @@ fn populations(calls: &mut Calls, problem: &ModelProblem, middle: &[f64]) {
         "evaluate::model::ModelEvaluator::kind" => ModelSimd.kind(),
         "evaluate::model::ModelEvaluator::driver" => ModelSimd.driver(),
         "device::ModelDevice::cpu" => ModelDevice::cpu().kind,
+        "device::ModelDevice::used" => ModelDevice::cpu().used(),
     );
     #[cfg(feature = "gpu")]
     gpus(calls, problem, middle);

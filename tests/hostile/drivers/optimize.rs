@@ -162,7 +162,7 @@ pub fn coordinates(calls: &mut Calls) {
 }
 
 pub fn samples(calls: &mut Calls) {
-    for sampling in [Sampling::Uniform, Sampling::LatinHypercube, Sampling::Grid] {
+    for sampling in [Sampling::Uniform, Sampling::LatinHypercube, Sampling::Sobol, Sampling::Grid] {
         for (bounds, number) in boxes().into_iter().flat_map(|b| WIDE.map(|n| (b.clone(), n))) {
             let with = (sampling, number, bounds.clone());
             let made =

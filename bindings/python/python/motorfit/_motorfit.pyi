@@ -25,6 +25,7 @@ _Scale = Literal["none", "peak", "std", "noise"]
 _Discretization = Literal["zoh", "foh", "rk4", "euler"]
 _Initial = Literal["auto", "zero", "measured", "free"]
 _Precision = Literal["auto", "f32", "f64"]
+_Evaluator = Literal["auto", "kernel", "tables"]
 _Polish = Literal["lm", "none"]
 _BadRows = Literal["error", "skip"]
 _Gaps = Literal["error", "keep", "split"]
@@ -343,6 +344,7 @@ class Model:
         initial: _Initial = "auto",
         device: str = "auto",
         precision: _Precision = "auto",
+        evaluator: _Evaluator = "auto",
         threads: int | None = None,
     ) -> ModelIdentification:
         """Identifies the parameters of the machine from a recording, or from several recordings by a joint fit."""
@@ -472,6 +474,7 @@ class Evaluator:
         initial: _Initial = "auto",
         device: str = "auto",
         precision: _Precision = "auto",
+        evaluator: _Evaluator = "auto",
         threads: int | None = None,
     ) -> Evaluator: ...
     @property
@@ -480,6 +483,8 @@ class Evaluator:
     def bounds(self) -> list[tuple[float, float]]: ...
     @property
     def device(self) -> tuple[str, str, str]: ...
+    @property
+    def evaluator(self) -> str: ...
     def __call__(self, candidates: Any) -> _Floats:
         """Returns the costs, shape (n,), of candidates of shape (n, p) or a frame with the columns names; inf if diverged."""
 
@@ -702,6 +707,7 @@ def identify(
     initial: _Initial = "auto",
     device: str = "auto",
     precision: _Precision = "auto",
+    evaluator: _Evaluator = "auto",
     threads: int | None = None,
 ) -> Identification: ...
 def compare(
@@ -724,6 +730,7 @@ def compare(
     discretization: _Discretization | None = None,
     device: str = "auto",
     precision: _Precision = "auto",
+    evaluator: _Evaluator = "auto",
     threads: int | None = None,
 ) -> Comparison: ...
 def steiglitz_mcbride(record: _Source, *, discretization: _Discretization = "zoh") -> dict[str, float]: ...

@@ -1,0 +1,69 @@
+//! The command `evaluate --profile`: profile likelihoods of the free parameters.
+
+use super::args::EvaluateArgs;
+use super::prelude::*;
+use motorfit::identify::{LikelihoodProfile, likelihood_profiles};
+use motorfit::report::{likelihood_chart, likelihood_document};
+
+pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
+    let spec = inputs::spec(&args.problem, &args.device, style)?;
+    let records = inputs::records(&args.recordings.records, &args.recordings.reading.0.and(&args.problem.0))?;
+    let (found, profiles) = with_threads(spec.threads, || likelihood_profiles(&records, &spec))?;
+    style.warnings(&found.warnings);
+    if let Some(path) = &args.svg {
+        out::write_file(path, &likelihood_chart(&profiles).figure().file("", false))?;
+        if inputs::is_stdio(path) {
+            return Ok(Outcome::Done);
+        }
+        style.note(&format!("wrote {}", path.display()));
+    }
+    if args.json {
+        data(&json(&likelihood_document(&records, &found, &profiles)))?;
+    } else {
+        show(&table(&profiles))?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn table(profiles: &[LikelihoodProfile]) -> String {
+    let mut text = format!(
+        "  {DIM}{:<24}{:>12} {:<12} {:<25} 95 % by likelihood{DIM:#}\n",
+        "", "estimate", "", "95 % by standard error"
+    );
+    let width = profiles.iter().map(|of| of.name().len()).max().unwrap_or(0);
+    for of in profiles {
+        let parameter = of.axis.parameter;
+        let digits = of.ci95.map_or(6, |[low, high]| digits(of.value, high - low));
+        let number = |value: f64| significant(value, digits);
+        let normal =
+            of.ci95.map_or_else(|| "\u{2013}".to_owned(), |[low, high]| range([Some(low), Some(high)], number));
+        let _ = writeln!(
+            text,
+            "  {STRONG}{:<width$}{STRONG:#}  {:<pad$}{:>12} {:<12} {normal:<25} {}",
+            of.name(),
+            parameter.name(),
+            number(of.value),
+            parameter.unit(),
+            range(of.likelihood95, number),
+            pad = 22_usize.saturating_sub(width),
+        );
+    }
+    text
+}
+
+/// Returns the number of digits with which the ends of an interval differ in three.
+fn digits(value: f64, width: f64) -> usize {
+    let ratio = (value.abs() / width).log10();
+    if ratio.is_finite() { motorfit::numeric::whole((3.0 + ratio.ceil()).clamp(3.0, 9.0)) } else { 6 }
+}
+
+/// Returns an interval, open where an end is not known.
+fn range(ends: [Option<f64>; 2], number: impl Fn(f64) -> String) -> String {
+    let [low, high] = ends.map(|end| end.map(&number));
+    match (low, high) {
+        (Some(low), Some(high)) => format!("{low} … {high}"),
+        (Some(low), None) => format!("above {low}"),
+        (None, Some(high)) => format!("below {high}"),
+        (None, None) => "\u{2013}".to_owned(),
+    }
+}
