@@ -7,12 +7,14 @@ use super::sequences::{PointValues, Rows, SEQUENCES, rows_that_count};
 use super::series::Series;
 use crate::evaluate::cpu::Level;
 use crate::numeric::count;
+use rand::{RngExt as _, SeedableRng as _};
+use rand_xoshiro::SplitMix64;
 use std::f64::consts::TAU;
 use std::sync::LazyLock;
 use std::sync::atomic::AtomicU64;
 
-/// Points at which a cell is compared with the functions: angles as parts of the circle, and radii in that of the circle.
-const CHECKED: [[f64; 2]; 4] = [[0.05, 1.0], [0.33, 0.97], [0.61, 1.0], [0.87, 0.9]];
+/// Number of points at which a cell is compared with the functions.
+const CHECKED: usize = 4;
 /// Rounding error of a value, relative to it.
 const ROUNDING: f64 = 2.0 * f64::EPSILON;
 
@@ -53,7 +55,7 @@ impl Cell {
     /// Computes the functions of a recording at the nodes of a cell, and their polynomials.
     pub fn new(series: &Series, key: Key, level: Level) -> Self {
         let on_circle = (0..NODES).map(|n| [count(n) / count(NODES), 1.0]);
-        let w = on_circle.chain(CHECKED).map(|[part, radius]| {
+        let w = on_circle.chain(checked(key)).map(|[part, radius]| {
             let (sin, cos) = (TAU * part).sin_cos();
             [RADIUS * radius * cos, RADIUS * radius * sin]
         });
@@ -96,6 +98,17 @@ impl Cell {
         }
         cell
     }
+}
+
+/// Returns random points at which a cell is checked, the same whenever it is built: parts of the circle about the middle between two nodes,
+/// where the error is largest, and radii in that of the circle.
+fn checked(key: Key) -> impl Iterator<Item = [f64; 2]> {
+    let mut numbers = SplitMix64::seed_from_u64(u64::from(key.0));
+    (0..CHECKED).map(move |_| {
+        let [node, apart, inside] = [(); 3].map(|()| numbers.random::<f64>());
+        let place = (node * count(NODES)).floor() + 0.35 + 0.3 * apart;
+        [place / count(NODES), 1.0 - 0.1 * inside]
+    })
 }
 
 /// Returns the coefficients of the polynomials in `w/r` through values on the circle.
