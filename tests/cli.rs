@@ -390,10 +390,10 @@ fn profiles_have_intervals_beside_those_of_the_standard_errors() {
     let svg = folder.path("profile.svg");
     let args = ["-q", "evaluate", EXAMPLE, "--profile"];
     let text = ok(&args);
-    assert!(text.contains("95 % by likelihood") && text.contains("motor constant"), "{text}");
+    assert!(text.contains("trust     good") && text.contains("95 % by likelihood"), "{text}");
     let document = json(&[&args[..], &["--json", "--svg", &svg]].concat());
     let profiles = document["profiles"].as_array().unwrap();
-    assert_eq!(profiles.len(), 5);
+    assert_eq!((profiles.len(), &document["trust"]["level"]), (5, &"good".into()));
     for of in profiles {
         let ends = |key: &str| [0, 1].map(|n| of[key][n].as_f64().unwrap());
         let [normal, own] = ["ci95", "likelihood95"].map(ends);

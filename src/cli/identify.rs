@@ -160,7 +160,8 @@ fn curves(records: &[Record], found: &Identification) -> String {
 }
 
 /// Text in place of reasons for a level of trust.
-const WITHOUT_REASONS: &str = "no test of the residuals, the search or the recordings contradicts the standard errors";
+pub(super) const WITHOUT_REASONS: &str =
+    "no test of the residuals, the search or the recordings contradicts the standard errors";
 /// Width of printed tables \[characters\].
 const WIDTH: usize = 100;
 

@@ -1,7 +1,9 @@
 //! The command `evaluate --profile`: profile likelihoods of the free parameters.
 
 use super::args::EvaluateArgs;
+use super::identify::WITHOUT_REASONS;
 use super::prelude::*;
+use super::{next, output};
 use motorfit::identify::{LikelihoodProfile, likelihood_profiles};
 use motorfit::report::{likelihood_chart, likelihood_document};
 
@@ -17,10 +19,13 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
         }
         style.note(&format!("wrote {}", path.display()));
     }
+    let next = found.trust.next.as_ref().map(|step| next::command(step, &args.recordings.records));
     if args.json {
-        data(&json(&likelihood_document(&records, &found, &profiles)))?;
+        let mut document = likelihood_document(&records, &found, &profiles);
+        document["trust"]["next"] = next.into();
+        data(&json(&document))?;
     } else {
-        show(&table(&profiles))?;
+        show(&(output::trust_line(&found.trust, WITHOUT_REASONS, next.as_deref()) + &table(&profiles)))?;
     }
     Ok(Outcome::Done)
 }

@@ -28,7 +28,7 @@ const CELL_SAMPLES: f64 = 3001.0;
 const CELL_EXPONENT: f64 = 0.72;
 /// Part of the steps that the kernel takes in searches whose cutoffs end simulations early: with the Grey Wolf Optimizer a quarter at 3001
 /// samples and a sixth at 30,001.
-const CUTOFFS: f64 = 0.2;
+const SIMULATED: f64 = 0.2;
 /// Gain from which on the tables are chosen.
 const GAIN_MIN: f64 = 1.2;
 
@@ -38,8 +38,8 @@ pub(super) struct Expected {
     /// Candidates of a generation.
     pub population: usize,
     pub generations: usize,
-    /// True if cutoffs end simulations early.
-    pub has_cutoffs: bool,
+    /// True if every cost is needed; false if cutoffs end simulations early.
+    pub needs_all_costs: bool,
 }
 
 impl Expected {
@@ -49,8 +49,8 @@ impl Expected {
         let recordings = count(problem.signals().len()).max(1.0);
         let samples = count(problem.active()) / recordings;
         let cells = CELLS.min(population * generations);
-        let cutoffs = if self.has_cutoffs { CUTOFFS } else { 1.0 };
-        let kernel = population * generations * samples * cutoffs;
+        let simulated = if self.needs_all_costs { 1.0 } else { SIMULATED };
+        let kernel = population * generations * samples * simulated;
         let tables =
             generations * population * STEPS + cells * CELL_STEPS * (samples / CELL_SAMPLES).powf(CELL_EXPONENT);
         [kernel * recordings, tables * recordings]

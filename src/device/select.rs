@@ -220,7 +220,7 @@ impl SelectedDevice {
         let expected = Expected {
             population: settings.population / problems.len().max(1),
             generations: settings.generations,
-            has_cutoffs: !settings.needs_all_costs,
+            needs_all_costs: settings.needs_all_costs,
         };
         let is_served = |problem: &Arc<Problem>| PoleTables::serves(problem);
         let warnings = match settings.evaluator {

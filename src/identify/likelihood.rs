@@ -50,8 +50,8 @@ pub struct LikelihoodProfile {
     pub std_error: Option<f64>,
     /// 95 % interval by the standard error.
     pub ci95: Option<[f64; 2]>,
-    /// Ends of the 95 % interval by the likelihood; `None` where the profile ends before its limit, and if there are parameters that the
-    /// recordings do not identify, which the profile keeps fixed.
+    /// Ends of the 95 % interval by the likelihood; `None` where the profile ends before its limit, and for all profiles if one reaches
+    /// below the optimum or the recordings do not identify some parameters, which the profiles keep fixed.
     pub likelihood95: [Option<f64>; 2],
     /// Points in the order of their values, with the optimum.
     pub points: Vec<LikelihoodPoint>,
@@ -86,26 +86,40 @@ pub fn likelihood_profiles(
     let optimum = Optimum { spec, problem: &problem, refined: &refined, lowest };
     let profile = |place| optimum.profile(place, &found);
     let mut profiles: Vec<LikelihoodProfile> = (0..refined.values.len()).into_par_iter().map(profile).collect();
-    if !found.unidentified.is_empty() {
-        // The other values that fixed parameters may have would widen the profiles.
+    let doubts: Vec<Warning> = [conditional(&found), below_optimum(&profiles)].into_iter().flatten().collect();
+    if !doubts.is_empty() {
         profiles.iter_mut().for_each(|of| of.likelihood95 = [None; 2]);
-        let names = found.unidentified.iter().map(|(parameter, scope)| scope.name(*parameter));
-        let message = format!(
-            "the recordings do not identify {}, which the profiles keep fixed; they therefore have no intervals",
-            names.collect::<Vec<_>>().join(", ")
-        );
-        found.warnings.push(Warning::new("profile_conditional", message));
     }
+    found.warnings.extend(doubts);
+    Ok((found, profiles))
+}
+
+/// Returns the warning that parameters are not identifiable: the other values that they may have would widen the profiles.
+fn conditional(found: &Identification) -> Option<Warning> {
+    let names: Vec<String> = found.unidentified.iter().map(|(parameter, scope)| scope.name(*parameter)).collect();
+    let first = names.first()?;
+    let message = text!(
+        (
+            "the recordings do not identify {}, which the profiles keep fixed; they therefore have no intervals. Fix them at \
+          known values, as ",
+            names.join(", ")
+        )[Fix = "{first}=…"]
+    );
+    Some(Warning::new("profile_conditional", message))
+}
+
+/// Returns the warning that a point is lower than the optimum, to which all likelihood ratios refer.
+fn below_optimum(profiles: &[LikelihoodProfile]) -> Option<Warning> {
     let is_better = |of: &&LikelihoodProfile| of.points.iter().any(|point| point.ratio < -BETTER);
     let better: Vec<String> = profiles.iter().filter(is_better).map(LikelihoodProfile::name).collect();
-    if !better.is_empty() {
-        let message = format!(
-            "the profile of {} reaches a lower sum of squares than the optimum, which is therefore not the lowest",
+    let message = text!(
+        (
+            "the profile of {} reaches a lower sum of squares than the optimum, which is therefore not the lowest; the profiles \
+          have no intervals. Search for it with ",
             better.join(", ")
-        );
-        found.warnings.push(Warning::new("profile_below_optimum", message));
-    }
-    Ok((found, profiles))
+        )[Method = "multistart"]
+    );
+    (!better.is_empty()).then(|| Warning::new("profile_below_optimum", message))
 }
 
 impl LikelihoodProfile {
@@ -121,7 +135,9 @@ impl Optimum<'_> {
         let (axis, value) = (self.problem.space().free()[place], self.refined.values[place]);
         let robust = found.uncertainty.as_ref().and_then(|u| *u.std_error.get(place)?);
         let white = self.refined.uncertainty.std_error[place];
-        let scale = robust.zip(white).map_or(1.0, |(robust, white)| (white / robust).powi(2));
+        // At a bound, where there is no standard error, the largest variance ratio stands in.
+        let widest = found.uncertainty.as_ref().map_or(1.0, |u| u.widened_by.powi(-2));
+        let scale = robust.zip(white).map_or(widest, |(robust, white)| (white / robust).powi(2));
         let step = STEP * robust.or(white).unwrap_or(PART * value.abs());
         let ((below, low), (above, high)) =
             rayon::join(|| self.side(place, -step, scale), || self.side(place, step, scale));

@@ -56,6 +56,7 @@ pub use likelihood::{LikelihoodPoint, LikelihoodProfile, likelihood_profiles};
 pub use method::{Method, Polish};
 pub use models::{Alternative, SelectionStep};
 pub use pipeline::{identify, identify_with};
+pub(crate) use profile::LIMIT as LIKELIHOOD_LIMIT;
 pub(crate) use result::side;
 pub use result::{Identification, LeftOut, SearchOutcome, hold_out, validate};
 pub(crate) use serialize::bounds;

@@ -13,7 +13,7 @@ use crate::motor::{Axis, Parameter, Scope, Space};
 /// 97.5 % quantile of the normal distribution.
 pub(super) const QUANTILE: f64 = 1.96;
 /// 95 % quantile of χ² with one degree of freedom.
-pub(super) const LIMIT: f64 = 3.84;
+pub(crate) const LIMIT: f64 = 3.84;
 /// First step along the profile, in the coordinate of the axis.
 const FIRST: f64 = 0.05;
 /// Ratio of successive steps along the profile.

@@ -1,12 +1,9 @@
 //! Profile likelihoods as a JSON document.
 
 use super::document::warnings;
-use crate::identify::{Identification, LikelihoodProfile};
+use crate::identify::{Identification, LIKELIHOOD_LIMIT, LikelihoodProfile};
 use crate::record::{Record, Severity};
 use serde_json::{Value, json as value};
-
-/// 95 % quantile of χ² with one degree of freedom.
-pub(super) const LIMIT: f64 = 3.84;
 
 /// Returns the JSON document of profile likelihoods.
 #[must_use]
@@ -24,10 +21,11 @@ pub fn likelihood_document(records: &[Record], found: &Identification, profiles:
     };
     value!({
         "motorfit": env!("CARGO_PKG_VERSION"),
+        "trust": found.trust,
         "records": records,
         "discretization": found.model.discretization.name(),
         "with": found.extensions(),
-        "limit": LIMIT,
+        "limit": LIKELIHOOD_LIMIT,
         "profiles": profiles.iter().map(profile).collect::<Value>(),
         "warnings": warnings(&found.warnings, Severity::Report),
         "seconds": found.seconds,

@@ -1,8 +1,7 @@
 //! Profile likelihoods as a chart.
 
 use super::chart::{Chart, Form, Panel, Series};
-use super::likelihood::LIMIT;
-use crate::identify::{LikelihoodPoint, LikelihoodProfile};
+use crate::identify::{LIKELIHOOD_LIMIT as LIMIT, LikelihoodPoint, LikelihoodProfile};
 use crate::numeric::count;
 
 /// Number of points of the curve by the standard error.

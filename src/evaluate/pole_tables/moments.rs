@@ -161,7 +161,6 @@ fn moments_portable(rows: &Rows, blocks: &Blocks, moments: &mut Moments) {
 }
 
 /// Points side by side.
-#[derive(Clone, Copy)]
 #[repr(C, align(64))]
 struct PointLanes {
     /// Exponents of the first row of a block.

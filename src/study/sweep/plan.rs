@@ -197,6 +197,9 @@ fn pinned(study: &Study, manifest: &Manifest, throughput_profile: Option<Through
     if !searches || !study.has_motor() {
         return Ok(cpu);
     }
+    if spec.device == DeviceSpec::Cpu && spec.evaluator != EvaluatorSpec::Auto {
+        return Ok(PinnedDevice { tables: spec.evaluator == EvaluatorSpec::Tables, ..cpu });
+    }
     let Some(search) = first_search(study, manifest) else { return Ok(cpu) };
     let on_cpu = || Ok(PinnedDevice { tables: prefers_tables(study, &search)?, ..cpu.clone() });
     if spec.device == DeviceSpec::Cpu {
