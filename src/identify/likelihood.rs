@@ -100,8 +100,8 @@ fn conditional(found: &Identification) -> Option<Warning> {
     let first = names.first()?;
     let message = text!(
         (
-            "the recordings do not identify {}, which the profiles keep fixed; they therefore have no intervals. Fix them at \
-          known values, as ",
+            "the recordings do not identify {} each by itself; the profiles keep some of them fixed and therefore have no \
+             intervals. Fix what is known, as ",
             names.join(", ")
         )[Fix = "{first}=…"]
     );
