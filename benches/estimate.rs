@@ -37,7 +37,7 @@ fn main() {
         println!("M2, 3001 samples, one core: SM {:.0} µs, with the refinement {:.0} µs", 1e6 * sm, 1e6 * all);
         let sigma = both(&m2).sigmas;
         let problem = || fit_problem(std::slice::from_ref(&m2), &space, Model::default()).unwrap();
-        let reference = || drop(global_reference(&problem(), &sigma, None));
+        let reference = || drop(global_reference(&problem(), &sigma));
         println!("  global reference {:.2} ms", 1e3 * median((0..21).map(|_| seconds(reference)).collect()));
         for samples in [1_000, 10_000, 100_000, 1_000_000] {
             let record = record(samples);

@@ -591,7 +591,7 @@ fn evaluate_reads_parquet_as_it_reads_csv() {
 
 #[test]
 fn bench_describes_its_measurements() {
-    let args = ["bench", "--seconds", "0.3", "--populations", "1,50", "--samples", "10,20", "--no-gpu", "--json"];
+    let args = ["bench", "--seconds", "1", "--populations", "1,50", "--samples", "10,20", "--no-gpu", "--json"];
     let document = json(&args);
     let contenders = document["contenders"].as_array().unwrap();
     assert!(contenders.len() >= 2 && contenders.iter().all(|c| c["kind"] == "cpu"), "{contenders:?}");
@@ -611,7 +611,11 @@ fn bench_describes_its_measurements() {
         }
     }
     let control = &document["control"];
-    assert_eq!(control["contender"], contenders[contenders.len() - 1]["name"]);
+    let of = |evaluator: &'static str| contenders.iter().filter(move |c| c["evaluator"] == evaluator);
+    assert_eq!(control["contender"], of("kernel").next_back().unwrap()["name"]);
+    assert!(of("tables").count() > 0 && of("tables").all(|c| c["operations_per_candidate_step"].is_null()));
+    let compared: Vec<&Value> = document["crossover"].as_array().unwrap().iter().map(|c| &c["contender"]).collect();
+    assert_eq!(compared, of("tables").map(|c| &c["name"]).collect::<Vec<_>>());
     assert!(control["apart"].as_u64().unwrap() <= control["cases"].as_u64().unwrap());
     let folder = Folder::new();
     let plot = folder.path("rates.svg");

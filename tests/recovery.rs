@@ -13,13 +13,13 @@ mod support;
 
 use motorfit::criterion::{Criterion, Noise, Norm, Scale};
 use motorfit::estimate::{
-    RefineOptions, Refined, SmFailure, fit_problem, global_reference, refine, refine_on, steiglitz_mcbride,
-    steiglitz_mcbride_on,
+    RefineOptions, Refined, SmFailure, fit_problem, global_reference, refine, refine_coarse, refine_on,
+    steiglitz_mcbride, steiglitz_mcbride_on,
 };
 use motorfit::evaluate::{Initial, Model, Problem};
 use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
 use motorfit::identify::{IdentifySpec, Method, Polish, Status, identify, verify_at};
-use motorfit::motor::{Discretization, Parameter, Parameters, Space};
+use motorfit::motor::{Discretization, Extended, Parameter, Parameters, Space};
 use motorfit::optimize::GwoOptions;
 use motorfit::record::{Record, Samples};
 use rand::{RngExt as _, SeedableRng as _};
@@ -143,7 +143,7 @@ fn a_thousand_random_motors() {
             // Compares the global reference within the bounds of Table 2 with a refinement from the truth.
             let sigma = &best.sigmas;
             let problem = fit_problem(std::slice::from_ref(&noisy), &Space::table2(), Model::default()).unwrap();
-            let reference = global_reference(&problem, sigma, None);
+            let reference = global_reference(&problem, sigma);
             let local = refined(&noisy, &Space::table2(), truth, Some(sigma[0]));
             let gap = reference.unwrap().refined.weighted(sigma) / local.weighted(sigma) - 1.0;
             (errors, apart, gap, knows)
@@ -206,7 +206,7 @@ fn fits_in_a_local_optimum_are_reported_as_stuck() {
             }
         };
         // The search of the box that knows nothing of the fit.
-        let best = global_reference(&problem, &fit.weights, None).unwrap().refined;
+        let best = global_reference(&problem, &fit.weights).unwrap().refined;
         let above = fit.weighted(&fit.weights) / best.weighted(&fit.weights) - 1.0;
         (above, verify_at(&noisy, &IdentifySpec { space: space.clone(), ..IdentifySpec::default() }, &from).unwrap())
     };
@@ -414,6 +414,51 @@ fn a_search_in_a_local_optimum_is_stuck() {
     // Parameters given by the caller are verified alike.
     let swapped = verify_at(&[m2_record()], &spec(1), &[1.0, 0.1, 0.0735, 1e-3, 1e-5]).unwrap();
     assert_eq!(swapped.status, Status::SearchStuck);
+}
+
+/// Motors with Coulomb friction under a sine: R, L, K, B, J, the friction, the step \[s\] and the angular frequency \[rad/s\]. Without the friction
+/// the fit has two optima, and the lower one has the smaller region of attraction.
+const TWO_OPTIMA: [[f64; 8]; 3] = [
+    [0.18, 0.002969, 0.02379, 2.704e-4, 4.269e-5, 0.1624, 1.341e-4, 199.9],
+    [0.333, 0.005696, 0.02072, 2.775e-5, 3.082e-5, 0.09243, 2.607e-4, 194.8],
+    [0.1677, 0.003975, 0.02226, 3.314e-4, 3.503e-4, 0.2919, 7.074e-4, 11.94],
+];
+
+#[test]
+fn a_lower_optimum_with_a_smaller_region_is_found() {
+    // A region of attraction of a tenth to a fifth of the box is missed by 24 independent starts in 0.5 to 8 % of cases, by six in 26 to 53 %.
+    let one = |seed: u64| {
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+        let mut near = TWO_OPTIMA[usize::try_from(seed % 3).unwrap()];
+        near[..6].iter_mut().for_each(|value| *value *= random.random_range(-0.05_f64..0.05).exp());
+        let [r, l, k, b, j, friction, step, frequency] = near;
+        let time_s: Vec<f64> = (0..2001).map(|n| step * f64::from(n)).collect();
+        let voltage = time_s.iter().map(|time| 8.0 * (frequency * time).sin()).collect();
+        let motor = Extended::from(&Parameters { r, l, k, b, j }).with(Parameter::Coulomb, friction);
+        let excitation = Excitation { time_s, voltage, torque: None };
+        let record = simulated(motor, &excitation, Discretization::Zoh).unwrap();
+        let sigma = [record.measured().map(|signal| 0.05 * motorfit::numeric::rms(signal.unwrap()))];
+        let space = Space::table2_with(&[], &[(Parameter::R, r)]).unwrap();
+        let problem = fit_problem(&[record], &space, Model::default()).unwrap();
+        let found = global_reference(&problem, &sigma).unwrap();
+        let costs: Vec<f64> = (0..100)
+            .filter_map(|_| {
+                let start: Vec<f64> =
+                    space.free().iter().map(|axis| axis.min * (axis.max / axis.min).powf(random.random())).collect();
+                Some(refine_coarse(&problem, &start, &sigma).ok()?.weighted(&sigma))
+            })
+            .collect();
+        let lowest = costs.iter().copied().fold(f64::INFINITY, f64::min);
+        let region = costs.iter().filter(|cost| **cost < 1.001 * lowest).count();
+        // Rough refinements end within a hundredth of a standard error.
+        (region, found.is_conclusive() && found.refined.weighted(&sigma) > 1.001 * lowest)
+    };
+    let all: Vec<(usize, bool)> = (0..60).into_par_iter().map(one).collect();
+    let small = all.iter().filter(|(region, _)| *region < 30).count();
+    let wrong = all.iter().filter(|(_, is_wrong)| *is_wrong).count();
+    println!("{small} of 60 lowest optima have regions below 30 %; {wrong} were missed by a conclusive reference");
+    assert!(small >= 40, "{small}");
+    assert!(wrong <= 3, "{wrong}");
 }
 
 #[test]

@@ -177,12 +177,12 @@ fn population_table(spec: &ThroughputSpec, contenders: &[usize], cell: &dyn Fn(u
     format!("{table}\n")
 }
 
-/// Writes the fraction of the peak that CPU evaluators reach, and the population from which each adapter is faster.
+/// Writes the fraction of the peak that kernels reach, and the population from which each other evaluator is faster.
 fn crossovers(text: &mut String, result: &Throughput, samples: usize) {
     let Some(baseline) = result.baseline() else { return };
     let rates = |n: usize| result.of(n).filter(|m| m.samples == samples).filter_map(Measurement::rate);
     for (n, contender) in result.contenders.iter().enumerate() {
-        if contender.driver.is_some() {
+        if contender.evaluator != "kernel" {
             let against = match result.crossover(n, baseline, samples) {
                 Crossover::From(population) => {
                     format!("faster than {} from {population} candidates on", letter(baseline))
@@ -190,9 +190,13 @@ fn crossovers(text: &mut String, result: &Throughput, samples: usize) {
                 Crossover::Never => format!("never faster than {}", letter(baseline)),
                 Crossover::Unknown => format!("not compared with {}", letter(baseline)),
             };
-            let _ = writeln!(text, "  {}: {against}", letter(n));
-        } else if let Some(peak) = result.fma_peak.filter(|_| n > 0 && rates(n).next().is_some()) {
-            let (threads, operations) = (contender.threads, contender.operations);
+            let ready = if contender.evaluator == "tables" { ", not counting the computation of cells" } else { "" };
+            let _ = writeln!(text, "  {}: {against}{ready}", letter(n));
+        } else if let (Some(peak), Some(operations)) = (result.fma_peak, contender.operations)
+            && n > 0
+            && rates(n).next().is_some()
+        {
+            let threads = contender.threads;
             let share = 100.0 * (rates(n).fold(0.0, f64::max) * operations / (peak * count(threads)));
             let cores = if threads == 1 { "core" } else { "cores" };
             let _ = write!(text, "  {}: {share:.0} % of the peak of {threads} {cores} ", letter(n));

@@ -41,7 +41,7 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
         Some((_, number)) => number,
     };
     let expected = usize::try_from(expected).unwrap_or(usize::MAX);
-    spec.population = batch(records.iter().map(Record::len).sum()).min(expected);
+    spec.population = expected.min(BATCH_MAX);
     spec.generations = expected.div_ceil(spec.population);
     // Costs of given candidates do not depend on their number.
     let spec = if sampled.is_none() { spec.by_kernel() } else { spec };
@@ -151,7 +151,6 @@ struct Evaluation<'a> {
 impl Evaluation<'_> {
     fn run(mut self, records: &[Record]) -> Result<Outcome> {
         let width = self.names.len();
-        let most = batch(self.costs.steps());
         let known = self.costs.warnings().len();
         let top = self.args.top.or(self.args.json.then_some(10));
         // The next batch is read while a GPU evaluates the current one.
@@ -160,8 +159,9 @@ impl Evaluation<'_> {
         let (mut done, mut lowest, mut busy) = (0_u64, f64::INFINITY, Duration::ZERO);
         let started = Instant::now();
         let mut observe = progress::reporter(self.style, "batch");
-        let batches = self.source.count().map_or(0, |count| count.div_ceil(most as u64));
+        let count = self.source.count();
         let mut interrupted = false;
+        let mut most = batch(self.costs.steps());
         self.source.next(most, width, &mut values)?;
         if top.is_none() {
             signals::remark("interrupted: the output has only the candidates evaluated so far");
@@ -170,6 +170,8 @@ impl Evaluation<'_> {
         self.costs.begin(&values)?;
         while !interrupted && !values.is_empty() && is_read() {
             next.clear();
+            // A CPU that replaces a failed GPU gets smaller batches.
+            most = batch(self.costs.steps());
             self.source.next(most, width, &mut next)?;
             costs.resize(values.len() / width, 0.0);
             let begun = Instant::now();
@@ -182,10 +184,9 @@ impl Evaluation<'_> {
             }
             lowest = costs.iter().copied().fold(lowest, f64::min);
             done += costs.len() as u64;
-            if let Ok(generations) = usize::try_from(batches)
-                && batches > 0
-            {
-                let generation = usize::try_from(done.div_ceil(most as u64)).unwrap_or(generations);
+            if let Some(count) = count {
+                let batches = |candidates: u64| usize::try_from(candidates.div_ceil(most as u64)).unwrap_or(usize::MAX);
+                let [generation, generations] = [done, count].map(batches);
                 observe(&Progress { generation, generations, evaluations: done, cost: lowest });
             }
             // Sampling cannot block, unlike reading stdin, so that the next check for a signal comes soon.

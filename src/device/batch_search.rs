@@ -1,6 +1,6 @@
 //! The cost function of [`minimize`](crate::optimize::minimize): evaluates the populations of many searches as one batch.
 
-use super::select::{DeviceSettings, OnLoss, SelectedDevice, taken_over};
+use super::select::{DeviceSettings, OnLoss, SLICE_STEPS, SelectedDevice, taken_over};
 use super::used::DeviceUsed;
 use crate::candidates::Candidates;
 use crate::estimate::descend;
@@ -88,7 +88,7 @@ impl BatchSearchEvaluator {
     #[must_use]
     pub fn slice(&self) -> usize {
         let longest = self.problems.0.iter().map(|problem| self.opened.steps(problem)).max().unwrap_or(1);
-        (self.opened.slice_steps / longest.max(1)).max(1)
+        (SLICE_STEPS / longest.max(1)).max(1)
     }
 
     /// Returns the description of the device.

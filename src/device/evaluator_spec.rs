@@ -3,6 +3,8 @@
 use crate::evaluate::{PoleTables, Problem};
 use crate::named::named;
 use crate::numeric::count;
+#[cfg(feature = "gpu")]
+use crate::numeric::whole_u64;
 
 named! {
     /// The evaluator of costs on the CPU.
@@ -61,5 +63,13 @@ impl Expected {
     pub(super) fn prefers_tables(self, problem: &Problem) -> bool {
         let [kernel, tables] = self.times(problem);
         PoleTables::serves(problem) && GAIN_MIN * tables < kernel
+    }
+
+    /// Returns the number of samples whose complete simulation takes the CPU as long as a candidate with tables, their cells included;
+    /// `None` where tables are not preferred.
+    #[cfg(feature = "gpu")]
+    pub(super) fn equivalent_samples(self, problem: &Problem) -> Option<u64> {
+        let candidates = (count(self.population) * count(self.generations)).max(1.0);
+        self.prefers_tables(problem).then(|| whole_u64(self.times(problem)[1] / candidates))
     }
 }

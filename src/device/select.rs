@@ -97,12 +97,16 @@ const GPU_GENERATION_STEPS: u64 = 200_000_000;
 /// of a second, in which a few cores evaluate 1e9.
 #[cfg(feature = "gpu")]
 const GPU_SEARCH_STEPS: u64 = 20_000_000_000;
+/// Largest ratio of a GPU's throughput to that of all cores which is expected of a GPU that was not measured: an H200 against 16 threads
+/// with AVX-512 on 100,001 samples.
+#[cfg(feature = "gpu")]
+const GPU_SPEEDUP_MAX: u64 = 25;
 
 /// Number of candidate-steps between two calls of the observer on the CPU: some tenths of a second of a few cores.
-const SLICE_STEPS: usize = 500_000_000;
-/// Number of candidate-steps between two calls of the observer on a GPU.
+pub(super) const SLICE_STEPS: usize = 500_000_000;
+/// Batches of a discrete GPU and of other GPUs in hardware, in those of the CPU.
 #[cfg(feature = "gpu")]
-const SLICE_STEPS_GPU: usize = 100 * SLICE_STEPS;
+const GPU_BATCHES: [usize; 2] = [100, 10];
 
 /// Treatment of a device that fails during a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -137,8 +141,8 @@ pub(super) struct SelectedDevice {
     pub replaced: usize,
     /// True if the evaluator has tables of poles.
     pub has_tables: bool,
-    /// Number of candidate-steps between two calls of the observer.
-    pub slice_steps: usize,
+    /// Size of batches relative to those of the CPU, so that they use the device fully.
+    pub batch_factor: usize,
     pub warnings: Vec<Warning>,
     /// The CPU evaluator that replaces a failed device.
     pub simd: Simd,
@@ -158,7 +162,7 @@ impl SelectedDevice {
             reopen: None,
             replaced: 0,
             has_tables: false,
-            slice_steps: SLICE_STEPS,
+            batch_factor: 1,
             warnings: Vec::new(),
             simd: Simd::default(),
         }
@@ -179,7 +183,7 @@ impl SelectedDevice {
         } else if self.kind == "gpu" && matches!(self.on_loss, OnLoss::Cpu | OnLoss::ReopenOrCpu) {
             self.warnings.push(taken_over(error));
             self.evaluator = Box::new(self.simd);
-            (self.kind, self.slice_steps) = ("cpu", SLICE_STEPS);
+            (self.kind, self.batch_factor) = ("cpu", 1);
         } else {
             return false;
         }
@@ -204,7 +208,7 @@ impl SelectedDevice {
         if settings.evaluator == EvaluatorSpec::Tables {
             return Ok(Self::on_cpu(settings, problems));
         }
-        match open(settings, first)? {
+        match open(settings, first, problems.len())? {
             opened if opened.kind == "cpu" => {
                 let warnings = opened.warnings;
                 Ok(Self { warnings, ..Self::on_cpu(settings, problems) })
@@ -217,11 +221,7 @@ impl SelectedDevice {
     fn on_cpu(settings: &DeviceSettings, problems: &[Arc<Problem>]) -> Self {
         let simd = simd(settings);
         let kernel = Self { simd, ..Self::given(Box::new(simd)) };
-        let expected = Expected {
-            population: settings.population / problems.len().max(1),
-            generations: settings.generations,
-            needs_all_costs: settings.needs_all_costs,
-        };
+        let expected = expected_work(settings, problems.len());
         let is_served = |problem: &Arc<Problem>| PoleTables::serves(problem);
         let warnings = match settings.evaluator {
             EvaluatorSpec::Auto if problems.iter().any(|problem| expected.prefers_tables(problem)) => Vec::new(),
@@ -261,20 +261,34 @@ impl SelectedDevice {
         self.has_tables && PoleTables::serves(problem)
     }
 
-    /// Returns the number of steps of the kernel that take as long as the evaluation of a candidate of a problem.
+    /// Returns the number of steps of the kernel, on a few cores, that take as long as the evaluation of a candidate of a problem.
     pub(super) fn steps(&self, problem: &Problem) -> usize {
-        if self.serves_by_tables(problem) { whole(STEPS) * problem.signals().len() } else { problem.active() }
+        if self.serves_by_tables(problem) {
+            return whole(STEPS) * problem.signals().len();
+        }
+        problem.active().div_ceil(self.batch_factor)
+    }
+}
+
+/// Returns the expected work per problem.
+fn expected_work(settings: &DeviceSettings, problems: usize) -> Expected {
+    Expected {
+        population: settings.population / problems.max(1),
+        generations: settings.generations,
+        needs_all_costs: settings.needs_all_costs,
     }
 }
 
 #[cfg(feature = "gpu")]
-fn open(settings: &DeviceSettings, problem: &Problem) -> Result<SelectedDevice> {
+fn open(settings: &DeviceSettings, problem: &Problem, problems: usize) -> Result<SelectedDevice> {
     let selector = match &settings.device {
         DeviceSpec::Gpu => gpu::Selector::Best,
         DeviceSpec::GpuIndex(index) => gpu::Selector::Index(*index),
         DeviceSpec::GpuName(name) => gpu::Selector::Name(name.clone()),
         DeviceSpec::Auto => {
-            let Some(index) = worth_opening(settings, problem) else { return Ok(SelectedDevice::cpu(Vec::new())) };
+            let Some(index) = worth_opening(settings, problem, problems) else {
+                return Ok(SelectedDevice::cpu(Vec::new()));
+            };
             // A GPU that cannot be opened gives a warning, and the CPU is used.
             return Ok(match open_gpu(&gpu::Selector::Index(index), settings.precision) {
                 Ok(opened) => SelectedDevice { on_loss: OnLoss::Cpu, ..opened },
@@ -297,13 +311,17 @@ fn open_gpu(selector: &gpu::Selector, precision: PrecisionSpec) -> Result<Select
     let software = gpu.facts().kind == "software";
     let message = text!(("{} is a software adapter: slower than ", gpu.facts().name)[Device = "cpu"]);
     let warnings = software.then_some(Warning::new("software_adapter", message));
-    let slice_steps = if software { SLICE_STEPS } else { SLICE_STEPS_GPU };
+    let batch_factor = match gpu.facts().kind {
+        "discrete" => GPU_BATCHES[0],
+        _ if software => 1,
+        _ => GPU_BATCHES[1],
+    };
     let warnings = warnings.into_iter().collect();
     let selector = selector.clone();
     let reopen: Reopen = Box::new(move || Ok(Box::new(Gpu::open(&selector, precision)?)));
     Ok(SelectedDevice {
         kind: "gpu",
-        slice_steps,
+        batch_factor,
         warnings,
         reopen: Some(reopen),
         ..SelectedDevice::given(Box::new(gpu))
@@ -311,7 +329,7 @@ fn open_gpu(selector: &gpu::Selector, precision: PrecisionSpec) -> Result<Select
 }
 
 #[cfg(not(feature = "gpu"))]
-fn open(settings: &DeviceSettings, _: &Problem) -> Result<SelectedDevice> {
+fn open(settings: &DeviceSettings, _: &Problem, _: usize) -> Result<SelectedDevice> {
     if matches!(settings.device, DeviceSpec::Auto | DeviceSpec::Cpu) {
         return Ok(SelectedDevice::cpu(Vec::new()));
     }
@@ -334,16 +352,18 @@ pub(super) fn taken_over(error: &Error) -> Warning {
     Warning::new("gpu_failed", text!({error.text()} "; the CPU evaluates instead"))
 }
 
-/// Returns the index of a hardware adapter that is predicted to be faster than the CPU, or `None` if there is none or the work
-/// is too small. The prediction is based on the throughput profile for measured adapters, and on the size of the work for
-/// others.
+/// Returns the index of a hardware adapter that is predicted to be faster than the CPU with its evaluator for the work, or `None` if there
+/// is none or the work is too small. The prediction is based on the throughput profile for measured adapters, and on the size of the work
+/// for others.
 #[cfg(feature = "gpu")]
-fn worth_opening(settings: &DeviceSettings, problem: &Problem) -> Option<usize> {
+fn worth_opening(settings: &DeviceSettings, problem: &Problem, problems: usize) -> Option<usize> {
+    let equivalent_samples = || expected_work(settings, problems).equivalent_samples(problem);
     let work = Work {
         samples: problem.active() as u64,
         population: settings.population as u64,
         generations: settings.generations as u64,
         threads: rayon::current_num_threads(),
+        equivalent_samples: (settings.evaluator == EvaluatorSpec::Auto).then(equivalent_samples).flatten(),
     };
     let throughput_profile =
         settings.throughput_profile.as_ref().filter(|throughput_profile| throughput_profile.is_current());
@@ -366,6 +386,9 @@ fn worth_opening(settings: &DeviceSettings, problem: &Problem) -> Option<usize> 
 /// Returns true if a search is large enough for a GPU that was not measured to be faster.
 #[cfg(feature = "gpu")]
 fn is_large(work: Work) -> bool {
-    let generation = work.population.saturating_mul(work.samples);
-    generation >= GPU_GENERATION_STEPS && generation.saturating_mul(work.generations) >= GPU_SEARCH_STEPS
+    let on_cpu = work.equivalent_samples.unwrap_or(work.samples);
+    let candidates = work.population.saturating_mul(work.generations);
+    work.population.saturating_mul(work.samples) >= GPU_GENERATION_STEPS
+        && candidates.saturating_mul(on_cpu) >= GPU_SEARCH_STEPS
+        && work.samples <= GPU_SPEEDUP_MAX.saturating_mul(on_cpu)
 }

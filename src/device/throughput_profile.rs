@@ -98,6 +98,8 @@ pub struct Work {
     pub generations: u64,
     /// Number of CPU threads.
     pub threads: usize,
+    /// Number of samples whose complete simulation takes the CPU as long as a candidate with tables of poles; `None` if it simulates.
+    pub equivalent_samples: Option<u64>,
 }
 
 impl ThroughputProfile {
@@ -117,10 +119,14 @@ impl ThroughputProfile {
     /// Software adapters are ignored. Without a `precision`, f64 is used if it was measured, else f32.
     #[must_use]
     pub fn faster(&self, work: Work, precision: Option<&str>) -> Option<&AdapterThroughput> {
-        let Work { samples, population, generations, threads } = work;
+        let Work { samples, population, generations, threads, equivalent_samples } = work;
         let (rounds, cores) = (count_u64(generations), count(threads.max(1)) / count(self.threads.max(1)));
-        let cutoffs = if generations > 1 { CUTOFFS } else { 1.0 };
-        let cpu = rounds * self.curve.seconds(samples, population)? / cores / cutoffs;
+        let gain = match equivalent_samples {
+            Some(equivalent) => count_u64(samples.max(1)) / count_u64(equivalent.max(1)),
+            None if generations > 1 => CUTOFFS,
+            None => 1.0,
+        };
+        let cpu = rounds * self.curve.seconds(samples, population)? / cores / gain;
         let fits = |adapter: &&AdapterThroughput| {
             let same = |a: &AdapterThroughput| {
                 a.name == adapter.name && a.driver == adapter.driver && a.backend == adapter.backend
@@ -195,7 +201,13 @@ mod tests {
     #[test]
     fn an_adapter_is_selected_only_where_it_is_faster() {
         let throughput_profile = throughput_profile();
-        let work = |population, generations| Work { samples: 1000, population, generations, threads: 2 };
+        let work = |population, generations| Work {
+            samples: 1000,
+            population,
+            generations,
+            threads: 2,
+            equivalent_samples: None,
+        };
         let taken = |work, precision| {
             throughput_profile.faster(work, precision).map(|a| (a.kind.as_str(), a.precision.as_str()))
         };
@@ -210,6 +222,11 @@ mod tests {
         // A single batch has no cutoffs: 1e6 × 1000 takes 1 s on the CPU and 0.51 s on the adapter.
         assert_eq!(taken(work(1_000_000, 1), None), Some(("discrete", "f64")));
         assert_eq!(taken(work(1_000_000, 100), Some("f32")), Some(("discrete", "f32")));
+        // 1e8 candidates of 1e5 samples take the adapter 100.5 s, and the CPU 90 s with tables that cost 900 samples, 110 s with 1100.
+        let long = |equivalent_samples| Work { samples: 100_000, equivalent_samples, ..work(1_000_000, 100) };
+        assert_eq!(taken(long(None), None), Some(("discrete", "f64")));
+        assert_eq!(taken(long(Some(900)), None), None);
+        assert_eq!(taken(long(Some(1100)), None), Some(("discrete", "f64")));
         assert!(throughput_profile.is_current());
         assert!(!ThroughputProfile { motorfit: "0.0.0".to_owned(), ..throughput_profile.clone() }.is_current());
         assert!(!ThroughputProfile { cpu: "another".to_owned(), ..throughput_profile }.is_current());

@@ -1,8 +1,14 @@
-//! Multistart: refinements from starts spread over the box, until the lowest optimum has been reached several times.
+//! Multistart: refinements from starts spread over the box.
 //!
-//! A Latin hypercube is evaluated as one batch and cut into as many blocks as there are starts. The best point of each
-//! block is a start, so that starts are independent of each other. With extensions, every other start is first improved by
-//! a coordinate search along the extension axes; each of these searches begins with the next of the delay-like axes.
+//! A lower optimum whose region of attraction is a fraction p of the box is missed by n independent starts with the probability
+//! (1 - p)ⁿ. Where a motor has properties that the model lacks, the lowest optima of simulated motors had regions from a tenth of the box
+//! on, which 24 starts miss in up to 8 % of cases and six in up to 53 %. All starts are therefore refined, however many end together. A dense
+//! sample finds such an optimum less often in more time: the lowest of 262,144 points tends to the largest region.
+//!
+//! A Latin hypercube is evaluated as one batch and cut into as many blocks as there are starts. The best point of a block is a start; where
+//! the lowest optimum of a linear motor is searched, every second start is the first point of its block instead, because the best points tend
+//! to the largest region. With extensions, every other start is first improved by a coordinate search along the extension axes; each of these searches begins with
+//! the next of the delay-like axes.
 
 use super::normal::Sigma;
 use super::refine::{Effort, refine_problem};
@@ -27,8 +33,6 @@ const STARTS: usize = 24;
 const STARTS_MIN: usize = 6;
 /// Largest number of samples simulated per refinement step, summed over all starts; a sample takes some 0.1 µs.
 const SAMPLES: usize = 1_000_000;
-/// Number of starts refined in parallel; a constant, so that results do not depend on the number of threads.
-const WAVE: usize = 6;
 /// Largest number of candidates of the hypercube for each start.
 const CANDIDATES: usize = 32;
 /// Largest number of candidate-steps to evaluate the hypercube.
@@ -43,33 +47,22 @@ pub(super) struct Ends {
     pub arrivals: usize,
 }
 
-/// Refines starts spread over the box of a problem, in waves of six. It ends when the lowest sum of squares weighted by
-/// `sigma` has been reached [`ARRIVALS`] times and is not above `known`, or when no start is left.
+/// Refines starts spread over the box of a problem and returns the lowest sum of squares weighted by `sigma` in which they end.
 ///
 /// # Errors
 /// Returns a usage error if no parameter is free, and propagates the errors of the batch evaluation and of
 /// [`super::refine`].
-pub(super) fn multistart(problem: &Problem, sigma: &Sigma, known: Option<f64>) -> Result<Ends> {
-    let starts = starts(problem, sigma)?;
+pub(super) fn multistart(problem: &Problem, sigma: &Sigma) -> Result<Ends> {
+    let starts = starts(problem, sigma, problem.features().is_linear())?;
     let rough = RoughProblem::new(problem);
-    let (mut near, mut ends) = (Vec::new(), Vec::new());
-    let mut refined = 0;
-    for wave in starts.chunks(WAVE) {
-        let found: Vec<Result<Refined>> = wave.par_iter().map(|start| rough.approach(start, sigma)).collect();
-        refined += found.len();
-        near.extend(found.into_iter().flatten());
-        ends = rough.ends(&near, sigma);
-        let (lowest, arrivals) = lowest(&ends, sigma);
-        if arrivals >= ARRIVALS && known.is_none_or(|known| is_same(lowest, known)) {
-            break;
-        }
-    }
+    let near: Vec<Refined> = starts.par_iter().filter_map(|start| rough.approach(start, sigma).ok()).collect();
+    let ends = rough.ends(&near, sigma);
     let (cost, arrivals) = lowest(&ends, sigma);
     let best = ends.iter().map(|(end, _)| end).find(|end| end.weighted(sigma) <= cost);
     let start =
         best.map_or_else(|| problem.space().free().iter().map(Axis::middle).collect(), |end| end.values.clone());
     let best = refine_problem(problem, &start, Some(sigma), Effort::Thorough)?;
-    Ok(Ends { refined: best, starts: refined, arrivals })
+    Ok(Ends { refined: best, starts: starts.len(), arrivals })
 }
 
 /// Refines starts spread over the box and returns the refinements, one per start, whose sum of squares weighted by `sigma` is
@@ -79,7 +72,7 @@ pub(super) fn multistart(problem: &Problem, sigma: &Sigma, known: Option<f64>) -
 /// Returns a usage error if no parameter is free, and propagates the errors of the batch evaluation.
 pub(crate) fn optima(problem: &Problem, sigma: &[[f64; 2]], limit: f64) -> Result<Vec<Refined>> {
     let sigma = &sigma.to_vec();
-    let (starts, rough) = (starts(problem, sigma)?, RoughProblem::new(problem));
+    let (starts, rough) = (starts(problem, sigma, false)?, RoughProblem::new(problem));
     let ends = starts.par_iter().filter_map(|start| rough.refine(start, sigma).ok());
     Ok(ends.filter(|end| end.weighted(sigma) <= limit).collect())
 }
@@ -92,8 +85,8 @@ fn lowest(ends: &[(Refined, usize)], sigma: &Sigma) -> (f64, usize) {
     (lowest, arrivals)
 }
 
-/// Returns the best point of each block of a Latin hypercube.
-fn starts(problem: &Problem, sigma: &Sigma) -> Result<Vec<Vec<f64>>> {
+/// Returns the best point of each block of a Latin hypercube; with `any`, the first point of every second block.
+fn starts(problem: &Problem, sigma: &Sigma, any: bool) -> Result<Vec<Vec<f64>>> {
     if problem.space().free().is_empty() {
         let message = "every parameter is fixed: there is no box to search";
         return Err(crate::Error::usage(message, "Leave at least one parameter free."));
@@ -107,8 +100,9 @@ fn starts(problem: &Problem, sigma: &Sigma) -> Result<Vec<Vec<f64>>> {
     let costs = costs(&problem, &points)?;
     let axes = problem.space().free();
     let orders = if problem.features().is_linear() { Vec::new() } else { orders(axes) };
-    let best = |n: usize| {
-        let range = n * part..(n + 1) * part;
+    let start = |n: usize| -> Result<Vec<f64>> {
+        let size = if any && n % 2 == 1 { 1 } else { part };
+        let range = n * part..n * part + size;
         let best = range.min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(n * part);
         let point = points[best * axes.len()..(best + 1) * axes.len()].to_vec();
         match n % 2 == 1 && !orders.is_empty() {
@@ -116,7 +110,7 @@ fn starts(problem: &Problem, sigma: &Sigma) -> Result<Vec<Vec<f64>>> {
             false => Ok(point),
         }
     };
-    (0..count).map(best).collect()
+    (0..count).map(start).collect()
 }
 
 fn costs(problem: &Arc<Problem>, points: &[f64]) -> Result<Vec<f64>> {

@@ -49,16 +49,14 @@ impl Reference {
 const BASINS: usize = 4;
 
 /// Searches the complete box of a problem for the lowest sum of squares weighted by `sigma`, one pair of standard
-/// deviations \[A, rad/s\] for each recording. The problem must be made by [`super::fit_problem`]. `known` is the sum that
-/// another search reached: a multistart goes on until its lowest sum is not above it and was reached several times, or no
-/// start is left.
+/// deviations \[A, rad/s\] for each recording. The problem must be made by [`super::fit_problem`].
 ///
 /// # Errors
 /// Returns the errors of [`super::refine`]; `Usage` if a σ is not positive and finite, the number of pairs differs from
-/// that of the recordings, `known` is NaN, or no parameter is free; `NotIdentified` if the motor diverges everywhere.
-pub fn global_reference(problem: &Problem, sigma: &[[f64; 2]], known: Option<f64>) -> Result<Reference> {
-    check_sigma(problem, sigma, known)?;
-    search(problem, &sigma.to_vec(), known, None)
+/// that of the recordings, or no parameter is free; `NotIdentified` if the motor diverges everywhere.
+pub fn global_reference(problem: &Problem, sigma: &[[f64; 2]]) -> Result<Reference> {
+    check_sigma(problem, sigma)?;
+    search(problem, &sigma.to_vec(), None)
 }
 
 /// Searches the complete box like [`global_reference`], given a fit under the weights `sigma`. The basin of the fit, and basins
@@ -67,14 +65,13 @@ pub fn global_reference(problem: &Problem, sigma: &[[f64; 2]], known: Option<f64
 /// # Errors
 /// Returns the errors of [`global_reference`].
 pub(crate) fn reference_beside(problem: &Problem, sigma: &[[f64; 2]], fit: &Refined) -> Result<Reference> {
-    let known = Some(fit.weighted(sigma));
-    check_sigma(problem, sigma, known)?;
-    search(problem, &sigma.to_vec(), known, Some(fit))
+    check_sigma(problem, sigma)?;
+    search(problem, &sigma.to_vec(), Some(fit))
 }
 
-fn search(problem: &Problem, sigma: &Sigma, known: Option<f64>, fit: Option<&Refined>) -> Result<Reference> {
+fn search(problem: &Problem, sigma: &Sigma, fit: Option<&Refined>) -> Result<Reference> {
     let scattered = || -> Result<Reference> {
-        let Ends { refined, starts, arrivals } = multistart(problem, sigma, known)?;
+        let Ends { refined, starts, arrivals } = multistart(problem, sigma)?;
         Ok(Reference { kind: ReferenceKind::MultiStart, refined, starts, arrivals })
     };
     if !projection::applies(problem) {
@@ -132,9 +129,9 @@ pub fn residual_squares(problem: &Problem, values: &[f64]) -> Result<Vec<[f64; 2
     Ok(fit.normal(&fit.start(values)).all_squares())
 }
 
-/// Returns an error if a standard deviation is not positive and finite, there is not one pair for each recording, or
-/// `known` is NaN.
-fn check_sigma(problem: &Problem, sigma: &[[f64; 2]], known: Option<f64>) -> Result<()> {
+/// Returns an error if a standard deviation is not positive and finite, or there is not one pair for each
+/// recording.
+fn check_sigma(problem: &Problem, sigma: &[[f64; 2]]) -> Result<()> {
     let recordings = problem.signals().len();
     if sigma.len() != recordings {
         let message =
@@ -147,9 +144,6 @@ fn check_sigma(problem: &Problem, sigma: &[[f64; 2]], known: Option<f64>) -> Res
             message,
             "Give the standard deviations of current and speed; 1 for a channel that was not measured.",
         ));
-    }
-    if known.is_some_and(f64::is_nan) {
-        return Err(Error::usage("the known sum of squares is NaN, expected a number", "Omit it if no sum is known."));
     }
     Ok(())
 }

@@ -126,7 +126,7 @@ impl Models<'_> {
             return Ok(None);
         }
         let sigma = &own.refined.weights;
-        let found = global_reference(&plain, sigma, Some(own.refined.weighted(sigma)))?.refined;
+        let found = global_reference(&plain, sigma)?.refined;
         if found.weighted(sigma) >= own.refined.weighted(sigma) * (1.0 - LOWER) {
             return Ok(None);
         }

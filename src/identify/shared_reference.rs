@@ -75,6 +75,6 @@ fn fitted(prepared: &Prepared<'_>, problem: &Arc<Problem>, start: &Start, optimu
         [one] => Some(one.clone()),
         several => best_start(&plain, several, deviations).map(|rough| rough.values),
     };
-    let anywhere = || Some(global_reference(&plain, deviations, None).ok()?.refined.values);
+    let anywhere = || Some(global_reference(&plain, deviations).ok()?.refined.values);
     refine_on(&plain, &from.or_else(anywhere)?, None).ok()
 }

@@ -132,7 +132,7 @@ fn near(prepared: &Prepared<'_>) -> Result<(Vec<[f64; 5]>, Space)> {
     motors.extend(guess(records, spec));
     if motors.is_empty() {
         let linear = linear(&spec.space)?;
-        let found = global_reference(&prepared.fitted(&linear), prepared.deviations(), None)?;
+        let found = global_reference(&prepared.fitted(&linear), prepared.deviations())?;
         motors.push(found.refined.parameters.to_array());
     }
     let space = around(spec, &motors)?;

@@ -18,7 +18,7 @@ pub fn bench_document(spec: &ThroughputSpec, result: &Throughput) -> Value {
         })
     };
     let baseline = result.baseline();
-    let adapters = (0..result.contenders.len()).filter(|n| contender(*n).driver.is_some());
+    let others = (0..result.contenders.len()).filter(|n| contender(*n).evaluator != "kernel");
     let crossover = |n: usize| {
         let list = spec.samples.iter().map(|&samples| {
             let crossover = baseline.map_or(Crossover::Unknown, |b| result.crossover(n, b, samples));
@@ -38,7 +38,8 @@ pub fn bench_document(spec: &ThroughputSpec, result: &Throughput) -> Value {
         "motorfit": env!("CARGO_PKG_VERSION"),
         "contenders": result.contenders.iter().map(|c| {
             value!({
-                "name": c.name, "kind": c.kind, "precision": c.precision, "threads": c.threads,
+                "name": c.name, "kind": c.kind, "precision": c.precision, "evaluator": c.evaluator,
+                "threads": c.threads,
                 "backend": c.driver.as_ref().map(|d| &d.0), "driver": c.driver.as_ref().map(|d| &d.1),
                 "operations_per_candidate_step": c.operations,
                 "opening_s": c.driver.as_ref().map(|_| c.opening_s),
@@ -47,7 +48,7 @@ pub fn bench_document(spec: &ThroughputSpec, result: &Throughput) -> Value {
         "level": Level::best().name(),
         "fma_per_second_one_core": result.fma_peak,
         "measurements": result.measurements.iter().map(measurement).collect::<Value>(),
-        "crossover": adapters.map(crossover).collect::<Value>(),
+        "crossover": others.map(crossover).collect::<Value>(),
         "control": result.control().map(|c| {
             value!({
                 "contender": contender(c.contender).name, "cases": c.cases, "apart": c.apart,

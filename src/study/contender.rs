@@ -1,12 +1,13 @@
-//! The evaluators that a throughput benchmark compares: the CPU kernels and every GPU adapter in each precision.
+//! The evaluators that a throughput benchmark compares: those of the CPU and every GPU adapter in each precision.
 
 use super::subject::{BenchProblem, Engine, model_problem};
 use crate::device::{DeviceSpec, ModelDevice, PrecisionSpec, check_threads};
 use crate::evaluate::model::ModelSimd;
-use crate::evaluate::{Evaluator, Level, Scalar, Simd, cpu_name};
+use crate::evaluate::{Evaluator, Level, PoleTables, Scalar, Simd, cpu_name};
 use crate::model::Model;
 use crate::numeric::count;
 use crate::setting::text;
+use crate::text::counted;
 use crate::{Error, Result};
 use std::time::Instant;
 
@@ -20,15 +21,17 @@ pub struct Contender {
     pub kind: &'static str,
     /// Precision: `f32`, `f32-plain` or `f64`.
     pub precision: &'static str,
+    /// Evaluator: `kernel` simulates on the CPU, `tables` are tables of poles, `shader` simulates on a GPU.
+    pub evaluator: &'static str,
     /// Number of CPU threads; 0 for a GPU.
     pub threads: usize,
     /// Graphics API and driver of an adapter; `None` for a CPU.
     pub driver: Option<(String, String)>,
-    /// Operations (multiply–adds, additions, multiplications) per candidate-step.
-    pub operations: f64,
+    /// Operations (multiply–adds, additions, multiplications) per candidate-step; `None` for tables, which do not simulate steps.
+    pub operations: Option<f64>,
     /// Time to open and check the device \[s\].
     pub opening_s: f64,
-    evaluator: Engine,
+    engine: Engine,
     pool: Option<rayon::ThreadPool>,
 }
 
@@ -45,7 +48,15 @@ impl Contender {
         Self::of_engine(name, Engine::Motor(evaluator), (threads, CPU_OPERATIONS))
     }
 
-    fn of_engine(name: String, evaluator: Engine, (threads, operations): (usize, f64)) -> Result<Self> {
+    /// Creates the entry of tables of poles on `threads` threads of the CPU.
+    fn of_tables(threads: usize) -> Result<Self> {
+        let name =
+            format!("{}, tables of poles, {} f64, {}", cpu_name(), Level::best().name(), counted(threads, "thread"));
+        let own = Self::on_cpu(name, Box::new(PoleTables::default()), threads)?;
+        Ok(Self { evaluator: "tables", operations: None, ..own })
+    }
+
+    fn of_engine(name: String, engine: Engine, (threads, operations): (usize, f64)) -> Result<Self> {
         check_threads(Some(threads))?;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let hint = || text!("Give fewer " [Threads] ".");
@@ -55,11 +66,12 @@ impl Contender {
             device: cpu_name(),
             kind: "cpu",
             precision: "f64",
+            evaluator: "kernel",
             threads,
             driver: None,
-            operations,
+            operations: Some(operations),
             opening_s: 0.0,
-            evaluator,
+            engine,
             pool: Some(pool),
         })
     }
@@ -71,10 +83,10 @@ impl Contender {
         costs: &mut [f64],
         repeats: usize,
     ) -> Result<f64> {
-        self.run(|evaluator| {
+        self.run(|engine| {
             let begun = Instant::now();
             for _ in 0..repeats {
-                evaluator.evaluate(problem, values, costs)?;
+                engine.evaluate(problem, values, costs)?;
             }
             Ok(begun.elapsed().as_secs_f64() / count(repeats))
         })
@@ -87,18 +99,18 @@ impl Contender {
         (problem, values): (&BenchProblem, &[f64]),
         costs: &mut [f64],
     ) -> Result<Option<[f64; 2]>> {
-        self.run(|evaluator| {
+        self.run(|engine| {
             let begun = Instant::now();
-            let kernel = evaluator.evaluate_timed(problem, values, costs)?;
+            let kernel = engine.evaluate_timed(problem, values, costs)?;
             Ok(kernel.map(|kernel| [kernel, begun.elapsed().as_secs_f64()]))
         })
     }
 
     fn run<T: Send>(&mut self, work: impl FnOnce(&mut Engine) -> Result<T> + Send) -> Result<T> {
-        let Self { evaluator, pool, .. } = self;
+        let Self { engine, pool, .. } = self;
         match pool {
-            Some(pool) => pool.install(|| work(evaluator)),
-            None => work(evaluator),
+            Some(pool) => pool.install(|| work(engine)),
+            None => work(engine),
         }
     }
 }
@@ -106,7 +118,7 @@ impl Contender {
 /// The evaluators of a benchmark, and the errors of the adapters that could not be opened.
 pub type Contenders = (Vec<Contender>, Vec<String>);
 
-/// Returns the evaluators of this machine: the scalar kernel, the SIMD kernel on one thread and on `threads` threads,
+/// Returns the evaluators of this machine: the scalar kernel, the SIMD kernel and tables of poles on one thread and on `threads` threads,
 /// and with `adapters` every GPU adapter in each of its precisions; `plain` adds f32 without the deviation form.
 ///
 /// # Errors
@@ -119,6 +131,10 @@ pub fn contenders(threads: usize, adapters: bool, plain: bool) -> Result<Contend
     if threads > 1 {
         list.push(simd(threads)?);
     }
+    list.push(Contender::of_tables(1)?);
+    if threads > 1 {
+        list.push(Contender::of_tables(threads)?);
+    }
     let mut refused = Vec::new();
     if adapters {
         gpus(&mut list, &mut refused, plain);
@@ -127,8 +143,7 @@ pub fn contenders(threads: usize, adapters: bool, plain: bool) -> Result<Contend
 }
 
 fn simd_name(threads: usize) -> String {
-    let plural = if threads == 1 { "" } else { "s" };
-    format!("{}, {} f64, {threads} thread{plural}", cpu_name(), Level::best().name())
+    format!("{}, {} f64, {}", cpu_name(), Level::best().name(), counted(threads, "thread"))
 }
 
 /// Samples of the recording with which shaders of a model are checked.
@@ -162,11 +177,12 @@ pub fn model_contenders(model: &Model, threads: usize, adapters: bool) -> Result
                     device: device.evaluator.name(),
                     kind,
                     precision,
+                    evaluator: "shader",
                     threads: 0,
                     driver: device.evaluator.driver(),
-                    operations,
+                    operations: Some(operations),
                     opening_s: begun.elapsed().as_secs_f64(),
-                    evaluator: Engine::Model(device.evaluator),
+                    engine: Engine::Model(device.evaluator),
                     pool: None,
                 };
                 list.push(own);
@@ -192,11 +208,12 @@ fn gpus(list: &mut Vec<Contender>, refused: &mut Vec<String>, plain: bool) {
                     device: adapter.name.clone(),
                     kind: adapter.kind,
                     precision: precision.name(),
+                    evaluator: "shader",
                     threads: 0,
                     driver: Some((adapter.backend.clone(), adapter.driver.clone())),
-                    operations: precision.operations(),
+                    operations: Some(precision.operations()),
                     opening_s: begun.elapsed().as_secs_f64(),
-                    evaluator: Engine::Motor(Box::new(gpu)),
+                    engine: Engine::Motor(Box::new(gpu)),
                     pool: None,
                 }),
                 Err(error) => refused.push(error.to_string()),

@@ -144,10 +144,10 @@ impl Throughput {
         self.of(contender).find(|m| m.population == population && m.samples == samples)
     }
 
-    /// Returns the index of the CPU evaluator that adapters are compared with: the last one, SIMD on all threads.
+    /// Returns the index of the evaluator that others are compared with: the last kernel of the CPU, SIMD on all threads.
     #[must_use]
     pub fn baseline(&self) -> Option<usize> {
-        self.contenders.iter().rposition(|c| c.kind == "cpu")
+        self.contenders.iter().rposition(|c| c.evaluator == "kernel")
     }
 
     /// Returns the population size from which `contender` is faster than `baseline` on recordings of `samples` samples,

@@ -3,7 +3,7 @@
 //! The evaluators of a case are measured in turn. Their order is drawn at random for every second round and reversed
 //! for the next, so that drifts of the machine's speed affect all of them alike and none always follows the same one.
 //! Short evaluations are repeated until a round takes some milliseconds. This measures a stream of batches, as in a
-//! search, and not the time to wake idle threads.
+//! search, and not the time to wake idle threads or to compute the cells of tables of poles, which batches share.
 
 use super::contender::Contenders;
 use super::measurement::{Measurement, Throughput};
@@ -167,7 +167,7 @@ impl Case<'_> {
         let mut seconds = 0.0;
         let skipped = result.of(contender).any(|m| m.samples == self.samples && m.seconds.is_none());
         while !self.failed[contender] && !skipped {
-            // The first evaluation allocates buffers and compiles shaders.
+            // The first evaluation allocates buffers, compiles shaders and computes cells.
             let first = self.seconds(result, contender, size, 1).unwrap_or(f64::INFINITY);
             seconds =
                 if first > self.share { first } else { self.seconds(result, contender, size, 1).unwrap_or(first) };

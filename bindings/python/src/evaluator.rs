@@ -57,7 +57,7 @@ pub struct Evaluator {
     process: u32,
     names: Vec<String>,
     bounds: Vec<(f64, f64)>,
-    /// Number of samples to simulate per candidate, over all recordings.
+    /// Number of steps of the kernel that take as long as a candidate.
     steps: usize,
     device: DeviceUsed,
     /// Recordings and keyword arguments of the constructor, for pickle.
@@ -254,7 +254,7 @@ impl Evaluator {
         let mut costs = self.costs.try_lock().map_err(|_| PyRuntimeError::new_err(broken))?;
         let costs = &mut *costs;
         let mut found = vec![f64::INFINITY; count];
-        let piece = (SIGNAL_INTERVAL / self.steps).max(1024);
+        let piece = (SIGNAL_INTERVAL / self.steps).clamp(1024, 1 << 20);
         for (values, found) in values.chunks(piece * self.names.len()).zip(found.chunks_mut(piece)) {
             let (is_small, is_motor) = (costs.is_small(found.len()), matches!(costs, Costs::Motor(_)));
             match self.threads {

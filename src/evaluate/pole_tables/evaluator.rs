@@ -17,8 +17,12 @@ const TOLERANCE: f64 = 1e-9;
 /// Factor on the bounds, which count only the largest errors of rounding: against a simulation in twice the precision the largest error
 /// of 10⁵ motors over four decades was 3.3 times its bound, at a cost that is accurate to 3e-15.
 pub(super) const SAFETY: f64 = 4.0;
-/// Candidates that are evaluated at once, which bounds the memory and the number of their cells.
+/// Number of candidates for each thread that are evaluated at once, a bound of the memory and of the number of cells.
 const CHUNK: usize = 1 << 15;
+/// Largest number of threads that count for this.
+const CHUNKS_MAX: usize = 8;
+/// Number of candidates in a parallel task that turns totals into costs: some 10 µs.
+const PART: usize = 1 << 12;
 
 /// An evaluator whose time per candidate does not depend on the length of the recording.
 ///
@@ -96,20 +100,14 @@ impl PoleTables {
             };
             tables(problem, signals, self.level).sums(rows, put, &mut totals);
         }
-        let mut uncertain = Vec::new();
-        for (n, Bounded { value: total, error }) in totals.into_iter().enumerate() {
-            if error.is_finite() && error <= TOLERANCE * total {
-                costs[n] = problem.cost(total);
-                continue;
-            }
-            // Any value between the cutoff and the cost will do. A total below its error may be zero.
-            let least = (error.is_finite() && total > error).then(|| problem.cost(total - error));
-            match (least, group.candidates.cutoffs().get(n)) {
-                (Some(least), Some(cutoff)) if least >= *cutoff => costs[n] = least,
-                _ => uncertain.push(n),
-            }
+        if costs.len() <= PART {
+            let uncertain = costs_or_uncertain(group, 0, &totals, costs);
+            return self.by_kernel(group, &uncertain, costs);
         }
-        self.by_kernel(group, &uncertain, costs)
+        let parts = costs.par_chunks_mut(PART).zip(totals.par_chunks(PART)).enumerate();
+        let uncertain = parts.map(|(n, (costs, totals))| costs_or_uncertain(group, n * PART, totals, costs));
+        let uncertain: Vec<Vec<usize>> = uncertain.collect();
+        self.by_kernel(group, &uncertain.concat(), costs)
     }
 
     /// Computes the costs of some candidates by the kernel.
@@ -133,6 +131,24 @@ impl PoleTables {
     }
 }
 
+/// Computes the costs of candidates from a number on, given their totals, and returns the numbers of those that are uncertain.
+fn costs_or_uncertain(group: &Group<'_>, first: usize, totals: &[Bounded], costs: &mut [f64]) -> Vec<usize> {
+    let mut uncertain = Vec::new();
+    for (n, (Bounded { value: total, error }, cost)) in totals.iter().zip(costs).enumerate() {
+        if error.is_finite() && *error <= TOLERANCE * total {
+            *cost = group.problem.cost(*total);
+            continue;
+        }
+        // Any value between the cutoff and the cost will do. A total below its error may be zero.
+        let least = (error.is_finite() && total > error).then(|| group.problem.cost(total - error));
+        match (least, group.candidates.cutoffs().get(first + n)) {
+            (Some(least), Some(cutoff)) if least >= *cutoff => *cost = least,
+            _ => uncertain.push(first + n),
+        }
+    }
+    uncertain
+}
+
 impl Evaluator for PoleTables {
     fn evaluate(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<()> {
         batch.check(costs)?;
@@ -143,8 +159,9 @@ impl Evaluator for PoleTables {
                 if !Self::serves(group.problem) {
                     return evaluator.kernel.evaluate(&Batch { groups: &[*group] }, costs);
                 }
-                for (part, own) in costs.chunks_mut(CHUNK).enumerate() {
-                    let candidates = group.candidates.rows(part * CHUNK, part * CHUNK + own.len());
+                let chunk = CHUNK * rayon::current_num_threads().min(CHUNKS_MAX);
+                for (part, own) in costs.chunks_mut(chunk).enumerate() {
+                    let candidates = group.candidates.rows(part * chunk, part * chunk + own.len());
                     evaluator.group(&Group { candidates, ..*group }, own)?;
                 }
                 Ok(())

@@ -14,6 +14,8 @@ use std::sync::{Arc, PoisonError, RwLock};
 
 /// Fewest candidates that a thread evaluates: 0.1 ms.
 const BLOCK: usize = 1024;
+/// Number of blocks for each thread, so that threads end together.
+const PER_THREAD: usize = 4;
 
 /// The tables of a recording.
 #[derive(Debug)]
@@ -40,7 +42,8 @@ impl Tables {
         results: &mut [T],
     ) {
         let batch = self.batches.fetch_add(1, Ordering::Relaxed);
-        let size = results.len().div_ceil(rayon::current_num_threads()).max(BLOCK).next_multiple_of(CANDIDATES);
+        let size = results.len().div_ceil(PER_THREAD * rayon::current_num_threads());
+        let size = size.max(BLOCK).next_multiple_of(CANDIDATES);
         let block = |(n, results)| Block::new(n * size, results);
         let mut blocks: Vec<Block<'_, T>> = results.chunks_mut(size).enumerate().map(block).collect();
         loop {

@@ -70,12 +70,16 @@ fn class(color: usize, form: Form) -> String {
         Form::Bars => return format!("bars c{}", shade(color)),
         Form::Box => return format!("box c{}", shade(color)),
     };
-    format!("curve {form} c{}", shade(color))
+    let repeated = if color > SHADES { " repeated" } else { "" };
+    format!("curve {form} c{}{repeated}", shade(color))
 }
+
+/// Number of colours. Lines beyond them have other dashes.
+const SHADES: usize = 7;
 
 /// Returns the number of a colour in the style: 0, or 1 to 7 in turn.
 fn shade(color: usize) -> usize {
-    if color == 0 { 0 } else { (color - 1) % 7 + 1 }
+    if color == 0 { 0 } else { (color - 1) % SHADES + 1 }
 }
 
 fn drawn(panel: &Panel, common: [f64; 2], chart: &Chart) -> String {

@@ -79,8 +79,7 @@ pub fn identifiable_recordings(calls: &mut Calls) {
             }
         }
         if n % 6 == 0 {
-            let found =
-                calls.ask("estimate::global_reference", record, || global_reference(&problem, &[[0.01, 0.1]], None));
+            let found = calls.ask("estimate::global_reference", record, || global_reference(&problem, &[[0.01, 0.1]]));
             referred += usize::from(found.is_some());
         }
     }

@@ -302,7 +302,8 @@ fn profiles(calls: &mut Calls) {
                 adapters: vec![adapter; 2],
             };
             for threads in [0, 1, usize::MAX] {
-                let work = Work { samples, population, generations: population, threads };
+                let equivalent_samples = [None, Some(0), Some(u64::MAX)][threads.min(2)];
+                let work = Work { samples, population, generations: population, threads, equivalent_samples };
                 drive!(calls, (&curve, work);
                     "device::ThroughputProfile::faster" => (profile.faster(work, None), profile.faster(work, Some("\0"))),
                     "device::ThroughputProfile::is_current" => profile.is_current(),
@@ -414,18 +415,14 @@ pub fn estimates(calls: &mut Calls) {
             drive!(calls, with; "estimate::robust_uncertainty" => robust_uncertainty(&problem, &refined));
         }
         if n % 7 == 0 {
-            for known in [None, Some(f64::NAN), Some(0.0), Some(f64::INFINITY), Some(1.0)] {
-                for sigma in [vec![[1.0; 2]], vec![[f64::NAN; 2]], vec![[1e-300; 2]], vec![[1.0; 2]; 3]] {
-                    let found = calls.ask("estimate::global_reference", &(record, known, &sigma), || {
-                        global_reference(&problem, &sigma, known)
-                    });
-                    let Some(found) = found else { continue };
-                    drive!(calls, known; "estimate::Reference::is_conclusive" => found.is_conclusive());
-                }
+            for sigma in [vec![[1.0; 2]], vec![[f64::NAN; 2]], vec![[1e-300; 2]], vec![[1.0; 2]; 3]] {
+                let find = || global_reference(&problem, &sigma);
+                let Some(found) = calls.ask("estimate::global_reference", &(record, &sigma), find) else { continue };
+                drive!(calls, &sigma; "estimate::Reference::is_conclusive" => found.is_conclusive());
             }
         }
     }
     let problem = fit_problem(&[step(60)], &Space::table2(), Model::default()).unwrap();
-    let found = calls.ask("estimate::global_reference", &"a step", || global_reference(&problem, &[[0.01; 2]], None));
+    let found = calls.ask("estimate::global_reference", &"a step", || global_reference(&problem, &[[0.01; 2]]));
     drive!(calls, (); "estimate::Reference::is_conclusive" => found.map(|found| found.is_conclusive()));
 }
