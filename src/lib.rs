@@ -55,6 +55,7 @@
 pub mod analysis;
 pub mod candidates;
 pub mod channels;
+mod clock;
 pub mod criterion;
 pub mod device;
 pub mod error;

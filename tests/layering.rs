@@ -8,7 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Modules in the order of the flow. Each may use those before it, which include the base modules.
-const ORDER: [&str; 24] = [
+const ORDER: [&str; 25] = [
+    "clock",
     "error",
     "limit",
     "named",
@@ -44,7 +45,7 @@ const FORBIDDEN: [(&str, &[&str]); 6] = [
     ("estimate", &["optimize", "experiment", "warning"]),
 ];
 /// Number of base modules, the first in [`ORDER`], which every module may use.
-const BASE: usize = 10;
+const BASE: usize = 11;
 /// Root exports, which every module may use.
 const EXPORTS: [&str; 3] = ["Error", "ErrorKind", "Result"];
 

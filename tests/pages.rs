@@ -324,7 +324,7 @@ fn masked_outliers_do_not_widen_the_bands_and_leave_no_residual() {
     let damaged: String = damaged.collect();
     let mut given = Given::default();
     given.put(Setting::Mask, Value::List(vec!["auto".to_owned()]));
-    let record = reading(&given).unwrap().records_from_bytes(damaged.as_bytes()).unwrap().remove(0);
+    let record = reading(&given).unwrap().records_from_bytes(damaged.as_bytes(), None).unwrap().remove(0);
     let records = [record];
     let found = motorfit::identify::identify(&records, &Default::default()).unwrap();
     let modelled = found.modelled(&records).unwrap();

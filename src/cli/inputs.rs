@@ -27,7 +27,7 @@ pub(super) fn records_with(paths: &[PathBuf], reading: &Reading) -> Result<Vec<R
     }
     for path in paths {
         if is_stdio(path) {
-            records.extend(reading.records_from_bytes(&stdin()?).map_err(|e| e.in_part("stdin"))?);
+            records.extend(reading.records_from_bytes(&stdin()?, None).map_err(|e| e.in_part("stdin"))?);
         } else {
             records.extend(reading.records(path)?);
         }

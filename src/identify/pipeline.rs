@@ -20,6 +20,7 @@ use crate::analysis::{
     Characteristics, FitMetrics, ResidualTests, coarse_rate, homogeneity, input_noise, intersample_of_current,
     intersample_of_voltage, noise_floor, regressions, residual_tests, residuals_follow_input,
 };
+use crate::clock::Instant;
 use crate::device::with_threads;
 use crate::estimate::robust_uncertainty;
 use crate::evaluate::Scalar;
@@ -29,7 +30,6 @@ use crate::record::{Record, check_of_motor};
 use crate::warning::Warning;
 use crate::{Error, ErrorKind, Result};
 use std::ops::ControlFlow;
-use std::time::Instant;
 
 /// Identifies one motor from one or more recordings (several: one joint fit).
 ///

@@ -31,14 +31,14 @@ impl Reading {
         self.prepared(read)
     }
 
-    /// Reads and prepares the recordings in the bytes of a file.
+    /// Reads and prepares the recordings in the bytes of a file; `path` is their origin and is named in errors.
     ///
     /// # Errors
     /// Returns `Usage` for a rate below 1e-6 Hz or not finite, or a decimation of 0. Propagates the errors of
     /// [`read_bytes`] and [`Preparation::apply`].
-    pub fn records_from_bytes(&self, bytes: &[u8]) -> Result<Vec<Record>> {
+    pub fn records_from_bytes(&self, bytes: &[u8], path: Option<&Path>) -> Result<Vec<Record>> {
         self.check()?;
-        self.prepared(read_bytes(bytes, None, &self.options)?)
+        self.prepared(read_bytes(bytes, path, &self.options)?)
     }
 
     /// Checks rates and decimation before anything is read.

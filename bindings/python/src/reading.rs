@@ -124,7 +124,7 @@ impl<'a, 'py> Source<'a, 'py> {
             Self::File(file) => {
                 let (bytes, name) = content(file)?;
                 let located = |error: Error| name.iter().fold(error, |error, name| error.in_part(name));
-                on_all(py, || reading.records_from_bytes(&bytes))?.map_err(located).raise(py)
+                on_all(py, || reading.records_from_bytes(&bytes, None))?.map_err(located).raise(py)
             }
             Self::Columns(columns) => of_columns(columns, reading).map(|record| vec![record]),
         }
@@ -152,7 +152,7 @@ fn content(file: &Bound<'_, PyAny>) -> PyResult<(Vec<u8>, Option<String>)> {
 pub fn of_columns(columns: &Bound<'_, PyAny>, reading: &Reading) -> PyResult<Recording> {
     let py = columns.py();
     let frame = Frame::new(columns)?;
-    let read = on_all(py, || reading.records_from_bytes(frame.text.as_bytes()))?;
+    let read = on_all(py, || reading.records_from_bytes(frame.text.as_bytes(), None))?;
     let mut records = read.map_err(|error| frame.error(py, &error))?;
     match (records.pop(), records.len()) {
         (Some(record), 0) => Ok(record),

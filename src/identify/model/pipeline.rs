@@ -8,6 +8,7 @@ use super::result::{ModelIdentification, ModelSearch, ModelVerification};
 use super::tests_of_residuals::{fitted, over_all};
 use super::trust::trust;
 use crate::candidates::Candidates;
+use crate::clock::Instant;
 use crate::criterion::Criterion;
 use crate::device::{DeviceSpec, DeviceUsed, ModelDevice, PrecisionSpec};
 use crate::estimate::model::{
@@ -22,7 +23,6 @@ use crate::optimize::{Budget, ConfiguredSearch, Run, SearchSettings, Stop, minim
 use crate::warning::Warning;
 use crate::{Error, Result};
 use std::ops::ControlFlow;
-use std::time::Instant;
 
 /// Settings of an identification with a user's model.
 #[derive(Debug, Clone)]

@@ -59,7 +59,7 @@ pub fn words(calls: &mut Calls) {
         ask!(calls, (rate, decimate);
             "record::read_bytes" => read_bytes(headless.as_bytes(), None, &options),
             "record::Reading::records_from_bytes" =>
-                Reading { options: options.clone(), preparation: preparation.clone() }.records_from_bytes(plain.as_bytes()),
+                Reading { options: options.clone(), preparation: preparation.clone() }.records_from_bytes(plain.as_bytes(), None),
         );
     }
     drive!(calls, ();
