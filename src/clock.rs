@@ -1,4 +1,4 @@
-//! The clock by which computations are timed; in a page that of the browser.
+//! The clock that measures computing times: that of the system, or in WebAssembly that of the browser.
 
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) use std::time::Instant;

@@ -22,6 +22,19 @@ pub enum ErrorKind {
     Device,
 }
 
+impl ErrorKind {
+    /// Returns the name of the kind in documents.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Usage => "usage",
+            Self::Data => "data",
+            Self::NotIdentified => "not_identified",
+            Self::Device => "device",
+        }
+    }
+}
+
 /// An error with its location in a file and a hint.
 ///
 /// `Display` writes location and message on one line without control characters; [`Error::hint`] is the suggested remedy.

@@ -7,7 +7,7 @@ use motorfit::candidates::Candidates;
 use motorfit::evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
 use motorfit::model::{Model, ShaderPrecision};
 use motorfit::record::{
-    BadRows, Gaps, Mask, Offset, Preparation, ReadOptions, Record, diagnose, parse_columns, read_bytes,
+    BadRows, Gaps, Mask, Offset, Preparation, ReadOptions, Record, diagnose, parse_columns, preview, read_bytes,
 };
 use motorfit::study::sweep::Sweep;
 use std::path::Path;
@@ -228,10 +228,16 @@ pub fn recording(bytes: &[u8], _: &Path) -> bool {
         Ok(records) => records,
         Err(error) => {
             check_error(&error);
+            if let Err(error) = preview(bytes, None, &options) {
+                check_error(&error);
+            }
             return false;
         }
     };
     assert!(!records.is_empty());
+    // A file that gives recordings can be previewed.
+    let tables = preview(bytes, None, &options);
+    assert!(tables.is_ok_and(|tables| tables.iter().all(|table| !table.columns.is_empty())));
     for record in &records {
         check_record(record);
         for finding in diagnose(record) {

@@ -120,8 +120,19 @@ commands! {
     "Show the contents of recordings, how columns were interpreted, and suspect data", "inspect" => Inspect(InspectArgs);
     "Measure the throughput of CPU and GPU evaluation over population sizes", "bench" => Bench(BenchArgs);
     "List the devices of this machine that can evaluate candidates", "devices" => Devices(DevicesArgs);
+    "Open recordings in the page, in a browser on this machine", "view" => View(ViewArgs);
     "Print a completion script for a shell", "completions" => Completions(CompletionsArgs);
     "Print the manual pages (roff), or write one page per command into a folder", "man" => Man(ManArgs);
+}
+
+#[derive(Args)]
+pub(crate) struct ViewArgs {
+    /// Recordings (CSV, XLSX, MAT, JSON) that the page opens; it reads no other file
+    #[arg(value_name = "RECORD")]
+    pub records: Vec<PathBuf>,
+    /// Print the address of the page without opening a browser
+    #[arg(long)]
+    pub no_open: bool,
 }
 
 #[derive(Args)]

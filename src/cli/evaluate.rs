@@ -85,7 +85,7 @@ pub(super) trait Costs {
     /// Returns the names of the free parameters.
     fn names(&self) -> Vec<String>;
 
-    /// Returns the number of steps of the kernel that take as long as the evaluation of a candidate.
+    /// Returns the work of a candidate by which batches are sized, in steps of the kernel on the CPU.
     fn steps(&self) -> usize;
 
     /// Submits candidates; a device may compute their costs until they are asked for.

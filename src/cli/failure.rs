@@ -2,7 +2,7 @@
 
 use super::Outcome;
 use motorfit::file::with_similar_name;
-use motorfit::report::{command_line, json};
+use motorfit::report::{command_line, error_document, json};
 use motorfit::{Error, ErrorKind};
 use serde_json::json as value;
 
@@ -33,33 +33,22 @@ pub(super) fn code_of(outcome: &Outcome) -> u8 {
     }
 }
 
-/// Returns the name of the kind of an error and its exit code.
-pub(super) fn kind_of(error: &Error) -> (&'static str, u8) {
+/// Returns the exit code of an error.
+pub(super) fn code_of_error(error: &Error) -> u8 {
     match error.kind() {
-        ErrorKind::Usage => ("usage", 2),
-        ErrorKind::NotIdentified => ("not_identified", 4),
-        ErrorKind::Device => ("device", 5),
-        _ => ("data", 3),
+        ErrorKind::Usage => 2,
+        ErrorKind::NotIdentified => 4,
+        ErrorKind::Device => 5,
+        _ => 3,
     }
 }
 
 /// Returns the JSON document of an error.
 pub(super) fn document(error: &Error) -> String {
     let error = with_similar_name(error.clone());
-    let (kind, code) = kind_of(&error);
-    json(&value!({
-        "motorfit": env!("CARGO_PKG_VERSION"),
-        "error": {
-            "kind": kind,
-            "exit_code": code,
-            "message": error.message().spelled(command_line),
-            "hint": error.hint().spelled(command_line),
-            "path": error.path().map(|path| path.display().to_string()),
-            "part": error.part(),
-            "line": error.line(),
-            "column": error.column(),
-        },
-    }))
+    let mut described = error_document(&error, command_line);
+    described["exit_code"] = code_of_error(&error).into();
+    json(&value!({ "motorfit": env!("CARGO_PKG_VERSION"), "error": described }))
 }
 
 #[cfg(test)]

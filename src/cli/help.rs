@@ -9,7 +9,7 @@ use std::ffi::OsString;
 const TEMPLATE: &str = "{about-with-newline}\n{before-help}{usage-heading} {usage}\n\n{all-args}{after-help}";
 
 /// Examples of each command, by its path of subcommands.
-const EXAMPLES: [(&str, &[&str]); 19] = [
+const EXAMPLES: [(&str, &[&str]); 20] = [
     ("", &["identify log.csv", "identify log.csv --with auto --split 0.7", "inspect log.csv"]),
     (
         "identify",
@@ -56,6 +56,7 @@ const EXAMPLES: [(&str, &[&str]); 19] = [
     ("inspect", &["inspect log.csv", "inspect log.csv --out report"]),
     ("bench", &["bench", "bench --seconds 10 --populations 100,10000 --svg rates.svg"]),
     ("devices", &["devices", "devices --json"]),
+    ("view", &["view", "view log.csv", "view first.csv second.csv --no-open"]),
     ("completions", &["completions bash > ~/.local/share/bash-completion/completions/motorfit"]),
     ("man", &["man | man -l -", "man ~/.local/share/man/man1"]),
 ];

@@ -7,13 +7,13 @@ use super::{export, next, output, plot};
 use motorfit::analysis::suspicions;
 use motorfit::estimate::ReferenceKind;
 use motorfit::identify::{Identification, IdentifySpec, Polish, Status, TrustLevel, hold_out, identify_with};
-use motorfit::motor::{Discretization, Input, Scope};
+use motorfit::motor::{Input, Scope};
 use motorfit::optimize::Stop;
 use motorfit::record::{Quantity, Record};
 use motorfit::report::figures;
 use motorfit::report::{
-    characteristics_lines, exported_motor, identify_document, identify_page, noise_floor_text, selection_table,
-    selection_text, verdicts,
+    characteristics_lines, curves_csv, exported_motor, identify_document, identify_page, noise_floor_text,
+    selection_table, selection_text, verdicts,
 };
 
 pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
@@ -25,14 +25,11 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
         return Err(Error::usage("--start is for own models", hint));
     }
     let given = args.search.0.and(&args.problem.0).and(&args.device.0);
-    let mut spec = inputs::checked(settings::identify(&given)?, &given, style)?;
+    let spec = inputs::checked(settings::identify(&given)?, &given, style)?;
     let reading = args.recordings.reading.0.and(&args.problem.0);
     let records = inputs::records(&args.recordings.records, &reading)?;
     let mut held_out = inputs::records(&args.validate, &reading)?;
-    if !given.has(Setting::Discretization) && records.iter().all(|record| record.driver() == Quantity::Current) {
-        // A measured current is continuous: a first-order hold describes it better than a zero-order hold.
-        spec.model.discretization = Discretization::Foh;
-    }
+    let spec = settings::with_intersample_of(spec, &given, &records);
     let records = inputs::fitted_part(records, args.split, &mut held_out)?;
     export::check(args)?;
     out::check_drawings(args.svg.as_deref(), args.json || records.len() > 1)?;
@@ -105,7 +102,7 @@ fn report(
     ]);
     vec![
         ("report.html".to_owned(), identify_page(records, spec, found, &how).html(has_script)),
-        ("curves.csv".to_owned(), curves(records, found)),
+        ("curves.csv".to_owned(), curves_csv(records, found)),
         ("result.json".to_owned(), document),
     ]
 }
@@ -136,27 +133,6 @@ fn plots(records: &[Record], found: &Identification) -> Result<String> {
         }
     }
     Ok(text)
-}
-
-/// Returns CSV with the measured and modelled signals of all recordings, one after the other.
-fn curves(records: &[Record], found: &Identification) -> String {
-    let mut columns = vec![Vec::new(); 7];
-    let modelled = found.modelled(records).unwrap_or_default();
-    for ((n, record), [current, speed]) in (1_u32..).zip(records).zip(modelled) {
-        let samples = record.samples();
-        let none = || vec![f64::NAN; record.len()];
-        columns[0].extend(vec![f64::from(n); record.len()]);
-        columns[1].extend(&samples.time_s);
-        let voltage = if samples.voltage.is_empty() { none() } else { samples.voltage.clone() };
-        columns[2].extend(voltage);
-        columns[3].extend(samples.current.clone().unwrap_or_else(none));
-        columns[4].extend(current);
-        columns[5].extend(samples.speed.clone().unwrap_or_else(none));
-        columns[6].extend(speed);
-    }
-    let heads =
-        ["recording", "time_s", "voltage_V", "current_A", "current_model_A", "speed_rad_s", "speed_model_rad_s"];
-    out::curves(&heads.map(str::to_owned), &columns)
 }
 
 /// Text in place of reasons for a level of trust.

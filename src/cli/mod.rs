@@ -31,6 +31,16 @@ mod slice;
 mod suite;
 mod sweep;
 mod terminal;
+#[cfg(feature = "view")]
+mod view;
+
+/// The command `view` in a build without the server.
+#[cfg(not(feature = "view"))]
+mod view {
+    pub(super) fn run(_: &super::args::ViewArgs, _: &super::Style) -> motorfit::Result<super::Outcome> {
+        Err(motorfit::Error::usage("this build cannot serve the page", "Build it with the feature `view`."))
+    }
+}
 
 /// Imports that every command uses.
 mod prelude {
@@ -82,7 +92,7 @@ pub(crate) fn main() -> ExitCode {
         Err(error) => {
             style.error(&error);
             output::error_document(&error);
-            ExitCode::from(failure::kind_of(&error).1)
+            ExitCode::from(failure::code_of_error(&error))
         }
     }
 }
@@ -98,6 +108,7 @@ fn run(cli: &Cli, style: &Style) -> motorfit::Result<Outcome> {
         Command::Model(args) => model::run(args, style),
         Command::Bench(args) => bench::run(args, style),
         Command::Devices(args) => devices::run(args),
+        Command::View(args) => view::run(args, style),
         Command::Completions(args) => shell::completions(args.shell),
         Command::Man(args) => shell::man(args.dir.as_deref(), style),
     }

@@ -5,7 +5,7 @@ use super::output::Style;
 use super::signals::FileUnderWay;
 use motorfit::file::replace_if;
 use motorfit::report::Reproduced;
-use motorfit::text::{Shortest, shell_quoted};
+use motorfit::text::shell_quoted;
 use motorfit::{Error, Result};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -152,19 +152,4 @@ pub(super) fn reproduced(options: Vec<(&str, String)>) -> Reproduced {
     let command = std::iter::once("motorfit".to_owned()).chain(words).collect::<Vec<_>>().join(" ");
     let options = options.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
     Reproduced { command, options }
-}
-
-/// Returns CSV text: a heading, then rows of numbers. A cell without a finite number is empty.
-pub(super) fn curves(heads: &[String], columns: &[Vec<f64>]) -> String {
-    let mut text = heads.join(",") + "\n";
-    for row in 0..columns.iter().map(Vec::len).max().unwrap_or(0) {
-        for (n, column) in columns.iter().enumerate() {
-            let comma = if n == 0 { "" } else { "," };
-            let value =
-                column.get(row).filter(|v| v.is_finite()).map_or_else(String::new, |v| Shortest(*v).to_string());
-            text.extend([comma, &value]);
-        }
-        text.push('\n');
-    }
-    text
 }

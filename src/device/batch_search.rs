@@ -97,7 +97,7 @@ impl BatchSearchEvaluator {
         self.opened.used(&self.problems.0)
     }
 
-    /// Returns the number of steps of the kernel that take as long as the evaluation of a candidate of a problem.
+    /// Returns the work of a candidate of a problem by which batches are sized, in steps of the kernel on the CPU.
     pub(crate) fn steps(&self, problem: &Problem) -> usize {
         self.opened.steps(problem).max(1)
     }

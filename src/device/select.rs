@@ -104,9 +104,12 @@ const GPU_SPEEDUP_MAX: u64 = 25;
 
 /// Number of candidate-steps between two calls of the observer on the CPU: some tenths of a second of a few cores.
 pub(super) const SLICE_STEPS: usize = 500_000_000;
-/// Batches of a discrete GPU and of other GPUs in hardware, in those of the CPU.
+/// Size of batches of a discrete GPU relative to those of the CPU; smaller ones would not use it fully.
 #[cfg(feature = "gpu")]
-const GPU_BATCHES: [usize; 2] = [100, 10];
+const BATCH_FACTOR_DISCRETE: usize = 100;
+/// Size of batches of other GPUs in hardware relative to those of the CPU.
+#[cfg(feature = "gpu")]
+const BATCH_FACTOR_OTHER: usize = 10;
 
 /// Treatment of a device that fails during a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -141,7 +144,7 @@ pub(super) struct SelectedDevice {
     pub replaced: usize,
     /// True if the evaluator has tables of poles.
     pub has_tables: bool,
-    /// Size of batches relative to those of the CPU, so that they use the device fully.
+    /// Size of batches relative to those of the CPU.
     pub batch_factor: usize,
     pub warnings: Vec<Warning>,
     /// The CPU evaluator that replaces a failed device.
@@ -261,7 +264,8 @@ impl SelectedDevice {
         self.has_tables && PoleTables::serves(problem)
     }
 
-    /// Returns the number of steps of the kernel, on a few cores, that take as long as the evaluation of a candidate of a problem.
+    /// Returns the work of a candidate of a problem by which batches are sized: the number of steps of the kernel that take as long, divided by
+    /// the batch factor of the device.
     pub(super) fn steps(&self, problem: &Problem) -> usize {
         if self.serves_by_tables(problem) {
             return whole(STEPS) * problem.signals().len();
@@ -312,9 +316,9 @@ fn open_gpu(selector: &gpu::Selector, precision: PrecisionSpec) -> Result<Select
     let message = text!(("{} is a software adapter: slower than ", gpu.facts().name)[Device = "cpu"]);
     let warnings = software.then_some(Warning::new("software_adapter", message));
     let batch_factor = match gpu.facts().kind {
-        "discrete" => GPU_BATCHES[0],
+        "discrete" => BATCH_FACTOR_DISCRETE,
         _ if software => 1,
-        _ => GPU_BATCHES[1],
+        _ => BATCH_FACTOR_OTHER,
     };
     let warnings = warnings.into_iter().collect();
     let selector = selector.clone();

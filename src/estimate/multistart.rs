@@ -6,8 +6,7 @@
 //! sample finds such an optimum less often in more time: the lowest of 262,144 points tends to the largest region.
 //!
 //! A Latin hypercube is evaluated as one batch and cut into as many blocks as there are starts. The best point of a block is a start; where
-//! the lowest optimum of a linear motor is searched, every second start is the first point of its block instead, because the best points tend
-//! to the largest region. With extensions, every other start is first improved by a coordinate search along the extension axes; each of these searches begins with
+//! the lowest optimum of a linear motor is searched, every second block is a single point, because the best points tend to the largest region. With extensions, every other start is first improved by a coordinate search along the extension axes; each of these searches begins with
 //! the next of the delay-like axes.
 
 use super::normal::Sigma;
@@ -85,7 +84,7 @@ fn lowest(ends: &[(Refined, usize)], sigma: &Sigma) -> (f64, usize) {
     (lowest, arrivals)
 }
 
-/// Returns the best point of each block of a Latin hypercube; with `any`, the first point of every second block.
+/// Returns the best point of each block of a Latin hypercube; with `any`, every second block is a single point.
 fn starts(problem: &Problem, sigma: &Sigma, any: bool) -> Result<Vec<Vec<f64>>> {
     if problem.space().free().is_empty() {
         let message = "every parameter is fixed: there is no box to search";
@@ -94,23 +93,24 @@ fn starts(problem: &Problem, sigma: &Sigma, any: bool) -> Result<Vec<Vec<f64>>> 
     let steps = problem.active().max(1);
     let count = (SAMPLES / steps).clamp(STARTS_MIN, STARTS);
     let part = (CANDIDATE_STEPS / steps / count).clamp(1, CANDIDATES);
-    let points = hypercube(problem.space().free(), count * part);
+    let sizes: Vec<usize> = (0..count).map(|n| if any && n % 2 == 1 { 1 } else { part }).collect();
+    let points = hypercube(problem.space().free(), sizes.iter().sum());
     // Starts need not be exact, so their costs may be computed on rounded times.
     let problem = Arc::new(problem.weighted_by(sigma).at_coarse_steps());
     let costs = costs(&problem, &points)?;
     let axes = problem.space().free();
     let orders = if problem.features().is_linear() { Vec::new() } else { orders(axes) };
-    let start = |n: usize| -> Result<Vec<f64>> {
-        let size = if any && n % 2 == 1 { 1 } else { part };
-        let range = n * part..n * part + size;
-        let best = range.min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(n * part);
+    let mut first = 0;
+    let start = |(n, size): (usize, usize)| -> Result<Vec<f64>> {
+        let best = (first..first + size).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(first);
+        first += size;
         let point = points[best * axes.len()..(best + 1) * axes.len()].to_vec();
         match n % 2 == 1 && !orders.is_empty() {
             true => Ok(coordinate_search(&problem, point, &orders[n / 2 % orders.len()], 1)?.1),
             false => Ok(point),
         }
     };
-    (0..count).map(start).collect()
+    sizes.into_iter().enumerate().map(start).collect()
 }
 
 fn costs(problem: &Arc<Problem>, points: &[f64]) -> Result<Vec<f64>> {

@@ -7,7 +7,7 @@
 use super::at_level::{at_each_level, at_level};
 use super::cutoff::Cut;
 use super::input::{Inputs, Piece, PieceInput};
-use super::kernel::{Block, LANES, LANES_AVX512};
+use super::kernel::{Block, LANES_AVX512, LANES_PORTABLE};
 use super::lanes::{SUM_BLOCK, Samples, so_far};
 use super::path::{Even, Irregular, Lanes, Path};
 use super::problem::Problem;
@@ -32,7 +32,7 @@ at_level! {
     } else avx2
 }
 
-at_each_level!(run for WithExtensions with [LANES_AVX512, LANES_AVX2, LANES] candidates);
+at_each_level!(run for WithExtensions with [LANES_AVX512, LANES_AVX2, LANES_PORTABLE] candidates);
 
 /// The kernel of motors with extensions.
 struct WithExtensions;

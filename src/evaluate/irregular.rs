@@ -5,7 +5,7 @@
 
 use super::at_level::at_each_level;
 use super::cutoff::Cut;
-use super::kernel::{Block, LANES, LANES_AVX512};
+use super::kernel::{Block, LANES, LANES_AVX512, LANES_PORTABLE};
 use super::lanes::{SUM_BLOCK, Samples, add_losses, so_far};
 use super::problem::Problem;
 use super::recordings::{Kernel, run};
@@ -13,7 +13,7 @@ use super::signals::Signals;
 use super::step::Pair;
 use crate::motor::{Dynamics, Input, Method, SplitSteps, TransitionIntegrals, multiply_add};
 
-at_each_level!(run for Irregular with [LANES_AVX512, LANES, LANES] candidates);
+at_each_level!(run for Irregular with [LANES_AVX512, LANES, LANES_PORTABLE] candidates);
 
 /// The kernel of the linear motor on irregular clocks.
 struct Irregular;

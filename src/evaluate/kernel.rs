@@ -57,8 +57,11 @@ impl Block<'_> {
 
 /// Candidates side by side at AVX-512, the fastest number that its registers can take (measured).
 pub(super) const LANES_AVX512: usize = 24;
-/// Candidates side by side at the other levels (measured).
-pub(super) const LANES: usize = 8;
+/// Candidates side by side at the other levels (measured); in WebAssembly fewer, for a page that loads sooner.
+pub(super) const LANES: usize = if cfg!(target_arch = "wasm32") { 4 } else { 8 };
+/// Candidates side by side at the portable level with extensions, or on irregular clocks: one vector in WebAssembly, where the code of
+/// these kernels would be a fifth of the page's.
+pub(super) const LANES_PORTABLE: usize = if cfg!(target_arch = "wasm32") { 2 } else { LANES };
 
 /// A block of candidates within the simulation of one recording.
 pub(super) struct State<const L: usize> {

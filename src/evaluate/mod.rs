@@ -13,7 +13,7 @@ mod cutoff;
 mod delayed;
 mod evaluator;
 mod extended;
-#[cfg(feature = "gpu")]
+#[cfg(feature = "shaders")]
 pub mod gpu;
 mod initial;
 mod input;

@@ -1,7 +1,7 @@
 //! The problem that candidates are evaluated on: recordings, model, search space and criterion, checked and prepared once.
 
 use super::initial::Initial;
-#[cfg(feature = "gpu")]
+#[cfg(feature = "shaders")]
 use super::segment::Run;
 use super::segment::Segment;
 use super::signals::Signals;
@@ -193,7 +193,7 @@ impl Problem {
     }
 
     /// Returns the runs of constant inputs from the first active sample on.
-    #[cfg(feature = "gpu")]
+    #[cfg(feature = "shaders")]
     pub(crate) fn runs<'a>(&self, signals: &'a Signals) -> &'a [Run] {
         if self.moves_early() { &signals.runs } else { signals.active_runs() }
     }

@@ -71,6 +71,7 @@ impl Simd {
             (Level::Avx512, Kind::Wide) => extended::LANES_WIDE,
             (Level::Avx512, _) => kernel::LANES_AVX512,
             (Level::Avx2, Kind::Extended | Kind::Wide) => extended::LANES_AVX2,
+            (Level::Portable, Kind::Extended | Kind::Wide | Kind::Irregular) => kernel::LANES_PORTABLE,
             _ => kernel::LANES,
         }
     }

@@ -81,7 +81,7 @@ impl BatchCosts {
         Ok(Candidates::new(values, width))
     }
 
-    /// Returns the number of steps of the kernel that take as long as the evaluation of a candidate, for the size of batches.
+    /// Returns the work of a candidate by which batches are sized, in steps of the kernel on the CPU.
     #[must_use]
     pub fn steps(&self) -> usize {
         self.evaluation.steps(&self.problem)

@@ -47,7 +47,7 @@ pub use linear::Parameters;
 pub use matrix::{Matrix2, inverse, matrix_logarithm, product, times};
 pub use parameter::{DefaultBounds, Parameter};
 pub use response::{StepResponse, response};
-#[cfg(feature = "gpu")]
+#[cfg(feature = "shaders")]
 pub(crate) use sensor::WINDOW_MAX;
 pub(crate) use sensor::{MovingAverage, MovingAverages};
 pub use settings::{InputHistory, SimulationSettings};

@@ -36,7 +36,7 @@ struct Facts {
     canonical: &'static str,
     /// SI unit.
     unit: &'static str,
-    /// Conversion factors to SI, each with its units in lower case; the SI unit comes first.
+    /// Conversion factors to SI, each with the names of its unit, in any case; the SI unit comes first.
     units: &'static [(f64, &'static [&'static str])],
     /// Words that denote the quantity in headings, in lower case.
     words: &'static [&'static str],
@@ -53,7 +53,7 @@ const TIME: Facts = Facts {
         (1e-3, &["milliseconds"]),
         (1.0, &["seconds"]),
         (1e-3, &["ms", "msec"]),
-        (1e-6, &["us"]),
+        (1e-6, &["µs"]),
         (1e-9, &["ns"]),
         (60.0, &["minutes", "min"]),
     ],
@@ -63,21 +63,21 @@ const VOLTAGE: Facts = Facts {
     key: "voltage",
     canonical: "voltage_V",
     unit: "V",
-    units: &[(1.0, &["v", "volt", "volts"]), (1e-3, &["mv"]), (1e3, &["kv"])],
+    units: &[(1.0, &["V", "volt", "volts"]), (1e-3, &["mV"]), (1e3, &["kV"])],
     words: &["voltage", "volt", "volts", "v", "u", "vin", "va", "spannung", "tension", "tensao", "tensão", "voltaje"],
 };
 const TORQUE: Facts = Facts {
     key: "load_torque",
     canonical: "load_torque_Nm",
     unit: "N·m",
-    units: &[(1.0, &["nm"]), (1e-3, &["mnm"]), (1e-2, &["ncm"]), (1e3, &["knm"])],
+    units: &[(1.0, &["N·m"]), (1e-3, &["mN·m"]), (1e-2, &["N·cm"]), (1e3, &["kN·m"])],
     words: &[],
 };
 const CURRENT: Facts = Facts {
     key: "current",
     canonical: "current_A",
     unit: "A",
-    units: &[(1.0, &["a", "amp", "ampere", "amperes", "amps"]), (1e-3, &["ma"]), (1e-6, &["ua"]), (1e3, &["ka"])],
+    units: &[(1.0, &["A", "amp", "ampere", "amperes", "amps"]), (1e-3, &["mA"]), (1e-6, &["µA"]), (1e3, &["kA"])],
     words: &["current", "i", "ia", "amps", "ampere", "strom", "corrente", "courant", "corriente"],
 };
 const SPEED: Facts = Facts {
@@ -112,7 +112,7 @@ impl Quantity {
     /// Quantities of a recording, in the order of the canonical file.
     pub const ALL: [Self; 5] = [Time, Voltage, Current, Speed, Torque];
     /// Quantities that a column may have: also the position, from which the speed is derived.
-    pub(super) const COLUMNS: [Self; 6] = [Time, Voltage, Current, Speed, Torque, Position];
+    pub const COLUMNS: [Self; 6] = [Time, Voltage, Current, Speed, Torque, Position];
 
     const fn facts(self) -> Facts {
         match self {
@@ -138,15 +138,29 @@ impl Quantity {
         self.facts().unit
     }
 
+    /// Returns the sign of each unit that is understood, the SI unit first.
+    pub fn units(self) -> impl Iterator<Item = &'static str> {
+        let units = self.facts().units;
+        let sign = |(factor, names): &(f64, &[&'static str])| {
+            let sign = *names.first()?;
+            let same =
+                |(other, names): &&(f64, &[&str])| (other / factor - 1.0).abs() < 1e-12 && names[0].len() < sign.len();
+            (!units.iter().any(|unit| same(&unit))).then_some(sign)
+        };
+        units.iter().filter_map(sign)
+    }
+
     /// Returns the name of the quantity in requests for columns.
-    pub(super) fn key(self) -> &'static str {
+    #[must_use]
+    pub fn key(self) -> &'static str {
         self.facts().key
     }
 
     /// Returns the factor from a unit to SI; `None` if the unit is unknown.
     pub(super) fn factor(self, unit: &str) -> Option<f64> {
-        let unit = unit.trim().to_lowercase().replace(['µ', 'μ'], "u").replace(['·', '*', ' '], "");
-        let known = self.facts().units.iter().find(|(_, names)| names.contains(&unit.as_str())).map(|row| row.0);
+        let unit = plain(unit);
+        let is_named = |names: &[&str]| names.iter().any(|name| plain(name) == unit);
+        let known = self.facts().units.iter().find(|(_, names)| is_named(names)).map(|row| row.0);
         known.or_else(|| if self == Time { tick(&unit) } else { None })
     }
 
@@ -166,6 +180,11 @@ impl Quantity {
             Error::data(format!("unit {} of {self} is not known", quoted(unit)), hint)
         })
     }
+}
+
+/// Returns the name of a unit in lower case, without signs of multiplication.
+fn plain(unit: &str) -> String {
+    unit.trim().to_lowercase().replace(['µ', 'μ'], "u").replace(['·', '*', ' '], "")
 }
 
 /// Returns the period \[s\] of a clock given by its frequency: `8khz` is 125 µs.

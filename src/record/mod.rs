@@ -18,8 +18,8 @@ mod time;
 pub use diagnose::{FINDINGS, Finding, Severity, can_cause_poor_fit, diagnose};
 pub use heading::Quantity;
 pub use import::{
-    BadRows, FORMATS, Format, ReadOptions, SignalRequest, parse_number, read, read_bytes, read_inputs, read_joined,
-    read_recording, read_signal_inputs, write_csv,
+    BadRows, ColumnPreview, ColumnUse, FORMATS, Format, ReadOptions, SignalRequest, TablePreview, parse_number,
+    preview, read, read_bytes, read_inputs, read_joined, read_recording, read_signal_inputs, write_csv,
 };
 pub use limits::limits;
 pub use lines::Lines;

@@ -1,11 +1,12 @@
 //! Results as JSON documents. Values that are not available or not finite are `null`.
 
 use super::spelling::command_line;
+use crate::Error;
 use crate::evaluate::{Level, Problem, cpu_name};
 use crate::identify::{BatchCosts, Identification, IdentifySpec, bounds};
 use crate::motor::{Parameter, Scope};
 use crate::record::{Record, Severity};
-use crate::setting::{Command, Reference, Text};
+use crate::setting::{Command, Reference, Spelling, Text};
 use crate::text::{printable_json, shell_quoted};
 use crate::warning::Warning;
 use serde_json::{Value, json as value};
@@ -14,6 +15,20 @@ use serde_json::{Value, json as value};
 #[must_use]
 pub fn json(document: &Value) -> String {
     printable_json(&format!("{document:#}\n"))
+}
+
+/// Returns an error as a JSON object: its kind, its message and hint in the spelling of a front end, and its place where one is known.
+#[must_use]
+pub fn error_document(error: &Error, spelling: Spelling) -> Value {
+    value!({
+        "kind": error.kind().name(),
+        "message": error.message().spelled(spelling),
+        "hint": error.hint().spelled(spelling),
+        "path": error.path().map(|path| path.display().to_string()),
+        "part": error.part(),
+        "line": error.line(),
+        "column": error.column(),
+    })
 }
 
 /// Returns the warnings of one severity, which separates the warnings of a result from its remarks.

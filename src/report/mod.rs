@@ -5,6 +5,7 @@ mod bench;
 mod chart;
 #[cfg(feature = "report")]
 pub mod compare;
+mod curves;
 mod document;
 mod export;
 #[cfg(feature = "report")]
@@ -40,7 +41,8 @@ mod table;
 pub use bench::bench_document;
 #[cfg(feature = "report")]
 pub use chart::{AxisScale, Band, Chart, Form, Map, Mark, Panel, Series, heat_map};
-pub use document::{EvaluateDocument, devices_document, identify_document, json};
+pub use curves::{columns_csv, curves_csv};
+pub use document::{EvaluateDocument, devices_document, error_document, identify_document, json};
 pub use export::{ExportFormat, Exported, ExportedParameter, exported_model, exported_motor};
 pub use identified::{characteristics_lines, noise_floor_text, verdicts};
 #[cfg(feature = "report")]

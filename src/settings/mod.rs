@@ -11,5 +11,5 @@ mod table;
 
 pub use given::{Fault, Given, Value};
 pub use model::{model_reading, model_spec};
-pub use read::{device, identify, method, problem, reading};
+pub use read::{device, identify, method, problem, reading, with_intersample_of};
 pub use table::{DEVICE, Kind, PROBLEM, READING, Row, SEARCH, row};

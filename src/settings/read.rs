@@ -9,7 +9,10 @@ use crate::identify::{IdentifySpec, Method};
 use crate::motor::With;
 use crate::motor::{Discretization, Space};
 use crate::named::Named as _;
-use crate::record::{Offset, Preparation, ReadOptions, Reading, parse_columns, parse_crop, parse_masks, parse_offset};
+use crate::record::{
+    Offset, Preparation, ReadOptions, Reading, Record, is_driven_by_current, parse_columns, parse_crop, parse_masks,
+    parse_offset,
+};
 use crate::setting::{Setting, text};
 use crate::{Error, Result};
 
@@ -53,6 +56,16 @@ pub fn reading(given: &Given) -> Read<Reading> {
             sampled_input: discretization.map(Discretization::uses_next_input),
         },
     })
+}
+
+/// Returns a spec with a first-order hold if the recordings are driven by a measured current and no discretization is given: a current is
+/// continuous, which a first-order hold describes better than a zero-order hold.
+#[must_use]
+pub fn with_intersample_of(mut spec: IdentifySpec, given: &Given, records: &[Record]) -> IdentifySpec {
+    if is_driven_by_current(records) && !given.has(Setting::Discretization) {
+        spec.model.discretization = Discretization::Foh;
+    }
+    spec
 }
 
 /// Returns a spec with the criterion, model, search space and device set; the other fields have their defaults.

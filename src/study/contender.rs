@@ -1,6 +1,7 @@
 //! The evaluators that a throughput benchmark compares: those of the CPU and every GPU adapter in each precision.
 
 use super::subject::{BenchProblem, Engine, model_problem};
+use crate::clock::Instant;
 use crate::device::{DeviceSpec, ModelDevice, PrecisionSpec, check_threads};
 use crate::evaluate::model::ModelSimd;
 use crate::evaluate::{Evaluator, Level, PoleTables, Scalar, Simd, cpu_name};
@@ -9,7 +10,6 @@ use crate::numeric::count;
 use crate::setting::text;
 use crate::text::counted;
 use crate::{Error, Result};
-use std::time::Instant;
 
 /// An evaluator that is benchmarked, with the facts that identify it in the results.
 pub struct Contender {

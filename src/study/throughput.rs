@@ -8,6 +8,7 @@
 use super::contender::Contenders;
 use super::measurement::{Measurement, Throughput};
 use super::subject::{BenchProblem, BenchSubject};
+use crate::clock::Instant;
 use crate::evaluate::{Level, fma_loop};
 use crate::numeric::{count, whole};
 use crate::record::SAMPLES_MAX;
@@ -16,7 +17,6 @@ use crate::{Error, Result};
 use rand::SeedableRng as _;
 use rand::seq::SliceRandom as _;
 use std::ops::ControlFlow;
-use std::time::Instant;
 
 /// Settings of a throughput benchmark.
 #[derive(Debug, Clone, PartialEq)]

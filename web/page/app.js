@@ -1,108 +1,161 @@
-// The page: files and settings in, results of the worker out.
-const find = (id) => document.getElementById(id);
-const worker = new Worker("worker.js", { type: "module" });
-const files = [];
-const waiting = new Map();
-let count = 0;
+// The page: recordings and settings in, results out.
+import * as columns from "./columns.js";
+import { bytes, find, make, seconds } from "./dom.js";
+import { Library } from "./library.js";
+import * as results from "./results.js";
+import * as search from "./search.js";
+import * as settings from "./settings.js";
 
-worker.onmessage = ({ data }) => {
-    if (data.about) {
-        document.body.dataset.ready = data.about.motorfit;
+const recordings = [];
+let latest = 0, isReady = false;
+
+const library = new Library(begin, fail);
+
+function begin(about) {
+    if (isReady) {
         return;
     }
-    waiting.get(data.id)?.(data);
-    waiting.delete(data.id);
-};
-
-function ask(command, settings) {
-    const id = ++count;
-    return new Promise((resolve) => {
-        waiting.set(id, resolve);
-        worker.postMessage({ id, command, files, settings });
-    });
+    isReady = true;
+    find("version").textContent = about.motorfit;
+    columns.begin(about, look);
+    settings.begin(about, (isOfReading) => isOfReading && look());
+    search.begin(about, { library, given, fail, used });
+    document.body.dataset.ready = about.motorfit;
 }
 
-async function add(list) {
-    for (const file of list) {
-        files.push({ name: file.name, bytes: new Uint8Array(await file.arrayBuffer()) });
+const used = () => recordings.filter(({ isUsed }) => isUsed);
+const given = () => (columns.text() ? { ...settings.given(), columns: columns.text() } : settings.given());
+const asked = () => ({ keys: used().map(({ key }) => key), settings: JSON.stringify(given()) });
+
+// Adds files; one that the browser cannot read, such as a folder, is named and left out.
+async function add(files) {
+    let unreadable = null;
+    for (const file of files) {
+        try {
+            recordings.push({ name: file.name, size: file.size, key: await library.add(file), isUsed: true });
+        } catch (error) {
+            unreadable = { path: file.name, message: `cannot be read: ${error.message}`, hint: "Choose a file, not a folder, and choose it again if it has changed." };
+        }
     }
-    show();
-    await run("inspect");
+    list();
+    await look();
+    if (unreadable) {
+        fail(unreadable);
+    }
 }
 
-function show() {
-    find("list").replaceChildren(...files.map((file, n) => {
-        const item = document.createElement("li");
-        const remove = document.createElement("button");
-        remove.type = "button";
-        remove.textContent = "Remove";
-        remove.setAttribute("aria-label", `Remove ${file.name}`);
-        remove.onclick = () => {
-            files.splice(n, 1);
-            show();
-        };
-        item.append(`${file.name}, ${size(file.bytes.length)} `, remove);
-        return item;
-    }));
-    find("settings-section").hidden = files.length === 0;
+function list() {
+    find("list").replaceChildren(...recordings.map((recording) => make("li", {},
+        make("label", {}, make("input", { type: "checkbox", checked: recording.isUsed, onchange: ({ target }) => {
+            recording.isUsed = target.checked;
+            look();
+        } }), ` ${recording.name}`),
+        make("span", { className: "note", textContent: bytes(recording.size) }),
+        make("button", { type: "button", textContent: "Remove", "aria-label": `Remove ${recording.name}`, onclick: () => {
+            recordings.splice(recordings.indexOf(recording), 1);
+            library.remove(recording.key);
+            list();
+            look();
+        } }))));
+    ["model", "search"].forEach((id) => { find(id).hidden = recordings.length === 0; });
+    find("columns").hidden = recordings.length === 0;
 }
 
-const size = (bytes) => bytes < 1e3 ? `${bytes} B` : bytes < 1e6 ? `${(bytes / 1e3).toFixed(1)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
-
-function settings() {
-    const form = new FormData(find("form"));
-    const items = (name) => form.get(name).split(",").map((item) => item.trim()).filter(Boolean);
-    return { columns: form.get("columns"), with: items("with"), fix: items("fix") };
+// Shows the columns, and then the recordings as they are read, unless something else was asked for meanwhile.
+async function look(then = "inspect") {
+    latest += 1;
+    const [number, names] = [latest, used().map(({ name }) => name)];
+    if (names.length === 0) {
+        columns.show([], []);
+        find("error").hidden = true;
+        return;
+    }
+    const preview = await library.ask("preview", asked());
+    if (number !== latest) {
+        return;
+    }
+    if (!preview.error) {
+        columns.show(preview.files, names);
+    }
+    await run(then);
 }
-
-let last = [];
 
 async function run(command) {
-    if (files.length === 0) {
+    latest += 1;
+    const [number, label] = [latest, [used().map(({ name }) => name).join(" and "), settings.shown(given())]];
+    if (used().length === 0) {
+        fail({ message: "there is no recording", hint: "Choose a file, or try the example." });
         return;
     }
-    find("status").textContent = command === "identify" ? "Identifying …" : "Reading …";
+    busy(command === "identify" ? "Identifying …" : "Reading …");
+    const answer = await library.ask(command, asked());
+    if (number !== latest) {
+        return;
+    }
+    busy("");
     find("error").hidden = true;
-    const { answer, milliseconds } = await ask(command, settings());
-    last.forEach(URL.revokeObjectURL);
     if (answer.error) {
-        find("status").textContent = "";
         fail(answer.error);
+        find("columns").open ||= answer.error.kind === "data";
         return;
     }
-    find("status").textContent = `Done in ${milliseconds < 1000 ? `${milliseconds.toFixed(0)} ms` : `${(milliseconds / 1000).toFixed(1)} s`}.`;
-    const url = (text, type) => URL.createObjectURL(new Blob([text], { type }));
-    last = [url(JSON.stringify(answer.document, null, 2), "application/json"), url(answer.report, "text/html")];
-    [find("json").href, find("html").href] = last;
-    find("report").srcdoc = answer.report;
-    find("result-section").hidden = false;
-    find("result").textContent = command === "identify" ? "Parameters" : "Recordings as read";
+    find("status").textContent = `${command === "identify" ? "Identified" : "Read"} in ${seconds(answer.milliseconds)}.`;
+    results.show(answer, { command, apply: (setting, value) => apply({ setting, value }, "identify") });
+    if (command === "identify") {
+        results.compare(answer.document, label);
+        search.follow(answer.document);
+    }
     document.body.dataset.done = command;
 }
 
-function fail({ message, hint, path, part, line, column }) {
-    const place = [path, part, line && `line ${line}`, column && `column ${column}`].filter(Boolean).join(", ");
-    const paragraph = (text) => Object.assign(document.createElement("p"), { textContent: text });
-    find("error").replaceChildren(paragraph(place ? `${place}: ${message}` : message), paragraph(hint));
-    find("error").hidden = false;
-    find("result-section").hidden = true;
+// Sets what the library proposes.
+function apply({ setting, value }, command = "inspect") {
+    if (setting === "columns") {
+        columns.propose(value);
+        return;
+    }
+    settings.set(setting, value);
+    look(command);
 }
 
-find("report").onload = ({ target }) => {
-    target.style.height = `${target.contentDocument.documentElement.scrollHeight}px`;
+function busy(text) {
+    find("status").textContent = text;
+    find("stop").hidden = !text;
+}
+
+function fail({ message, hint, path, part, line, column, proposal }) {
+    const place = [path, part, line && `line ${line}`, column && `column ${column}`].filter(Boolean).join(", ");
+    find("error").replaceChildren(...place ? [make("p", { className: "place", textContent: place })] : [],
+        make("p", { textContent: sentence(message) }), make("p", { textContent: hint }),
+        ...proposal ? [make("p", {}, make("button", { type: "button", textContent: `Use ${proposal.setting}: ${proposal.value}`, onclick: () => apply(proposal) }))] : []);
+    find("error").hidden = false;
+    find("error").scrollIntoView({ block: "nearest" });
+    find("result").hidden = true;
+    delete document.body.dataset.done;
+}
+
+const sentence = (text) => `${text.charAt(0).toUpperCase()}${text.slice(1)}${/[.!?]$/.test(text) ? "" : "."}`;
+
+find("files").onchange = async ({ target }) => {
+    await add([...target.files]);
+    target.value = "";
 };
-find("files").onchange = ({ target }) => add(target.files);
 find("form").onsubmit = (event) => {
     event.preventDefault();
     run("identify");
 };
-find("inspect").onclick = () => run("inspect");
+find("inspect").onclick = () => look();
+find("stop").onclick = () => library.stop();
+// The example is read as it is: own recordings are kept and not used, and how they are read is forgotten.
 find("example").onclick = async () => {
-    const response = await fetch("m2-step.csv");
-    files.length = 0;
-    files.push({ name: "m2-step.csv", bytes: new Uint8Array(await response.arrayBuffer()) });
-    show();
-    await run("identify");
+    const response = await fetch(new URL("m2-step.csv", import.meta.url));
+    const file = new File([await response.blob()], "m2-step.csv");
+    recordings.forEach((recording) => { recording.isUsed = false; });
+    columns.set("");
+    settings.clearReading();
+    recordings.push({ name: file.name, size: file.size, key: await library.add(file), isUsed: true });
+    list();
+    await look("identify");
 };
 document.ondragover = (event) => {
     event.preventDefault();
@@ -112,5 +165,29 @@ document.ondragleave = () => find("drop").classList.remove("over");
 document.ondrop = (event) => {
     event.preventDefault();
     find("drop").classList.remove("over");
-    add(event.dataTransfer.files);
+    add([...event.dataTransfer.files]);
 };
+
+// A page that the program serves has its recordings beside it, and needs no copy for times without a network.
+async function served() {
+    const fetched = async (path) => {
+        const response = await fetch(path);
+        if (!response.ok) {
+            throw new Error(await response.text());
+        }
+        return response;
+    };
+    try {
+        const names = await (await fetched("recordings.json")).json();
+        await add(await Promise.all(names.map(async ({ name, path }) => new File([await (await fetched(path)).blob()], name))));
+    } catch (error) {
+        fail({ message: `the recordings were not handed out: ${error.message}`, hint: "Start motorfit view again, or choose the files here." });
+    }
+}
+
+if (document.documentElement.dataset.served !== undefined) {
+    served();
+} else if ("serviceWorker" in navigator && window.isSecureContext) {
+    const kept = () => { find("offline").textContent = "It works without a network from now on."; };
+    navigator.serviceWorker.register("service-worker.js").then(() => navigator.serviceWorker.ready).then(kept, () => {});
+}

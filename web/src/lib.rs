@@ -1,25 +1,44 @@
-//! The library in a page. A [`Workbench`] holds the files of the page; it reads them, inspects them and identifies the motor. Results are the
-//! JSON documents and the HTML reports of the program.
+//! The library in a page. A [`Workbench`] holds the files of the page; it reads them, inspects them and identifies the motor. A
+//! [`Search`] is watched as it runs. Results are the JSON documents and the HTML reports of the program.
 
+mod about;
 mod answer;
+mod evaluation;
 mod given;
+mod job;
+mod rates;
+mod search;
+mod spelling;
 
-use answer::{Answer, answered};
-use motorfit::identify::{Inspection, identify};
-use motorfit::motor::Discretization;
-use motorfit::record::{Quantity, Record};
-use motorfit::report::{Reproduced, identify_document, identify_page, inspect_document, inspect_page};
+pub use about::about;
+pub use job::Job;
+pub use rates::Rates;
+pub use search::Search;
+
+use answer::answered;
+use given::Settings;
+use motorfit::identify::{IdentifySpec, Inspection, identify};
+use motorfit::record::{Reading, Record, preview};
+use motorfit::report::{Reproduced, curves_csv, identify_document, identify_page, inspect_document, inspect_page};
 use motorfit::setting::Setting;
 use motorfit::settings;
-use serde_json::json;
+use motorfit::text::shell_quoted;
+use motorfit::{Error, Result};
+use serde_json::{Value, json};
+use spelling::as_json;
 use std::path::PathBuf;
 use wasm_bindgen::prelude::wasm_bindgen;
+
+/// Band around the steady state in which a step response counts as settled: the default of `motorfit inspect`, as a fraction.
+const SETTLING_BAND: f64 = 0.02;
 
 /// The files of a page.
 #[wasm_bindgen]
 #[derive(Default)]
 pub struct Workbench {
     files: Vec<(PathBuf, Vec<u8>)>,
+    /// The recordings of the files as they were read last, and how.
+    read: Option<(Reading, Vec<Record>)>,
 }
 
 #[wasm_bindgen]
@@ -34,64 +53,79 @@ impl Workbench {
     /// Adds a file.
     pub fn add(&mut self, name: &str, bytes: Vec<u8>) {
         self.files.push((PathBuf::from(name), bytes));
+        self.read = None;
     }
 
-    /// Removes all files.
-    pub fn clear(&mut self) {
-        self.files.clear();
-    }
-
-    /// Returns the document of `motorfit inspect` as `document` and its report as `report`, given settings as a JSON object.
+    /// Returns the tables of each file with their headings and first rows, given settings as a JSON object.
     #[must_use]
-    pub fn inspect(&self, settings: &str) -> String {
+    pub fn preview(&self, settings: &str) -> String {
         answered(|| {
-            let records = self.records(settings)?;
-            let inspections: Vec<Inspection<'_>> = records.iter().map(Inspection::of).collect();
-            let report = inspect_page(&inspections, SETTLING_BAND, &reproduced("inspect")).html(true);
-            Ok(Answer { document: inspect_document(&inspections, SETTLING_BAND), report })
+            let reading = settings::reading(&Settings::of(settings)?.given)?;
+            let table = |(path, bytes): &(PathBuf, Vec<u8>)| Ok(json!(preview(bytes, Some(path), &reading.options)?));
+            Ok(json!({ "files": self.files.iter().map(table).collect::<Result<Vec<Value>>>()? }))
         })
     }
 
-    /// Returns the document of `motorfit identify` as `document` and its report as `report`, given settings as a JSON object.
+    /// Returns the document and the report of `motorfit inspect`, given settings as a JSON object.
     #[must_use]
-    pub fn identify(&self, settings: &str) -> String {
+    pub fn inspect(&mut self, settings: &str) -> String {
         answered(|| {
-            let given = given::of(settings)?;
-            let records = self.records(settings)?;
-            let mut spec = settings::identify(&given)?;
-            if !given.has(Setting::Discretization) && records.iter().all(|record| record.driver() == Quantity::Current)
-            {
-                // A measured current is continuous: a first-order hold describes it better than a zero-order hold.
-                spec.model.discretization = Discretization::Foh;
-            }
-            let found = identify(&records, &spec)?;
-            let report = identify_page(&records, &spec, &found, &reproduced("identify")).html(true);
-            Ok(Answer { document: identify_document(&records, &spec, &found), report })
+            let settings = Settings::of(settings)?;
+            let how =
+                Reproduced { command: self.command("inspect", &settings, &settings::READING), options: Vec::new() };
+            let records = self.records(&settings)?;
+            let inspections: Vec<Inspection<'_>> = records.iter().map(Inspection::of).collect();
+            let report = inspect_page(&inspections, SETTLING_BAND, &how).html(true);
+            Ok(json!({ "document": inspect_document(&inspections, SETTLING_BAND), "report": report }))
+        })
+    }
+
+    /// Returns the document and the report of `motorfit identify`, the curves as CSV, and the next step if there is one, given
+    /// settings as a JSON object.
+    #[must_use]
+    pub fn identify(&mut self, settings: &str) -> String {
+        answered(|| {
+            let settings = Settings::of(settings)?;
+            let how = Reproduced { command: self.command("identify", &settings, Setting::ALL), options: Vec::new() };
+            let (records, spec) = self.problem(&settings)?;
+            let found = identify(records, &spec)?;
+            Ok(json!({
+                "document": identify_document(records, &spec, &found),
+                "report": identify_page(records, &spec, &found, &how).html(true),
+                "curves": curves_csv(records, &found),
+                "next": found.trust.next.as_ref().map(|step| step.spelled(as_json)),
+            }))
         })
     }
 }
-
-/// Band around the steady state in which a step response counts as settled, as a fraction.
-const SETTLING_BAND: f64 = 0.02;
 
 impl Workbench {
-    fn records(&self, settings: &str) -> motorfit::Result<Vec<Record>> {
-        let reading = settings::reading(&given::of(settings)?)?;
-        let mut records = Vec::new();
-        for (path, bytes) in &self.files {
-            records.extend(reading.records_from_bytes(bytes, Some(path))?);
-        }
-        Ok(records)
+    /// Returns the recordings and the spec of settings.
+    pub(crate) fn problem(&mut self, settings: &Settings) -> Result<(&[Record], IdentifySpec)> {
+        let spec = settings::identify(&settings.given)?;
+        let records = self.records(settings)?;
+        Ok((records, settings::with_intersample_of(spec, &settings.given, records)))
     }
-}
 
-fn reproduced(command: &str) -> Reproduced {
-    Reproduced { command: format!("motorfit {command}"), options: Vec::new() }
-}
+    /// Returns the recordings of all files, read as the settings say.
+    fn records(&mut self, settings: &Settings) -> Result<&[Record]> {
+        let reading = settings::reading(&settings.given)?;
+        if self.read.as_ref().is_none_or(|(of, _)| *of != reading) {
+            let mut records = Vec::new();
+            for (path, bytes) in &self.files {
+                records.extend(reading.records_from_bytes(bytes, Some(path))?);
+            }
+            self.read = Some((reading, records));
+        }
+        let nothing = || Error::usage("there is no recording", "Choose a file.");
+        self.read.as_ref().map(|(_, records)| records.as_slice()).filter(|list| !list.is_empty()).ok_or_else(nothing)
+    }
 
-/// Returns the version of the library, and the SIMD level of its kernels.
-#[wasm_bindgen]
-#[must_use]
-pub fn about() -> String {
-    json!({ "motorfit": env!("CARGO_PKG_VERSION"), "level": motorfit::evaluate::Level::best().name() }).to_string()
+    /// Returns the command line of the program that does the same, with the flags of these settings.
+    fn command(&self, command: &str, settings: &Settings, of: &[Setting]) -> String {
+        let paths = self.files.iter().map(|(path, _)| shell_quoted(&path.to_string_lossy()));
+        let flags = settings.flags.iter().filter(|(setting, _)| of.contains(setting)).map(|(_, flag)| flag.clone());
+        let words = ["motorfit".to_owned(), command.to_owned()].into_iter().chain(paths);
+        words.chain(flags).collect::<Vec<_>>().join(" ")
+    }
 }

@@ -57,7 +57,7 @@ pub struct Evaluator {
     process: u32,
     names: Vec<String>,
     bounds: Vec<(f64, f64)>,
-    /// Number of steps of the kernel that take as long as a candidate.
+    /// Work of a candidate by which batches are sized, in steps of the kernel on the CPU.
     steps: usize,
     device: DeviceUsed,
     /// Recordings and keyword arguments of the constructor, for pickle.
@@ -83,7 +83,7 @@ impl Evaluator {
             return Self::of_model(py, model, records, (&keys, settings));
         }
         let records = several(records)?;
-        let spec = spec::problem(&keys, spec::input_of(&records))?;
+        let spec = spec::problem(&keys, &records)?;
         // A caller's optimizer may take differences of costs, which tables do not compute to the last digits.
         let spec = IdentifySpec { population, generations: 1, ..spec.by_kernel() };
         let costs = on_all(py, || with_threads(spec.threads, || BatchCosts::new(&records, &spec)))?.raise(py)?;

@@ -62,7 +62,7 @@ pub fn identify(
     let keys = Keywords::new(py, settings, &spec::keywords(&[&SEARCH, &PROBLEM, &DEVICE]))?;
     let records = several(records)?;
     let held_out = validate.map(several).transpose()?.unwrap_or_default();
-    let spec = spec::identify(&keys, spec::input_of(&records))?;
+    let spec = spec::identify(&keys, &records)?;
     let found = watched(py, progress, move |watch| {
         let found = run(&records, &held_out, &spec, watch);
         (records, spec, found)

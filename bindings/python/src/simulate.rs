@@ -185,7 +185,7 @@ pub fn refine<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let keys = Keywords::new(py, settings, &["bounds", "fix", "discretization", "initial"])?;
     let records = several(records)?;
-    let spec = spec::problem(&keys, spec::input_of(&records))?;
+    let spec = spec::problem(&keys, &records)?;
     let given = parse::parameters(&spec::items(start, "start")?, Setting::Start).raise(py)?;
     let value = |axis: &motorfit::motor::Axis| given.iter().find(|(p, _)| *p == axis.parameter).map(|(_, v)| *v);
     let missing = spec.space.free().iter().find(|axis| value(axis).is_none()).map(|axis| axis.parameter.symbol());

@@ -5,9 +5,8 @@ use crate::throughput_profile::throughput_profile;
 use motorfit::Error;
 use motorfit::device::DeviceSpec;
 use motorfit::identify::IdentifySpec;
-use motorfit::motor::{Discretization, Input};
 use motorfit::named::Named;
-use motorfit::record::{Quantity, Record};
+use motorfit::record::Record;
 use motorfit::setting::Setting;
 use motorfit::settings::{self, DEVICE, Given, Kind, PROBLEM, READING, SEARCH, Value, row};
 use pyo3::exceptions::PyTypeError;
@@ -150,12 +149,6 @@ fn repr(value: &Bound<'_, PyAny>) -> String {
     motorfit::text::excerpt(&text)
 }
 
-/// Returns the input of the recordings: the current if all are driven by it, else the voltage.
-pub fn input_of(records: &[Record]) -> Input {
-    let by_current = records.iter().all(|record| record.driver() == Quantity::Current);
-    if by_current { Input::Current } else { Input::Voltage }
-}
-
 /// Returns the keyword argument of a setting.
 pub fn keyword(setting: Setting) -> &'static str {
     // `with` is a reserved word of Python.
@@ -168,22 +161,17 @@ pub fn keywords(settings: &[&[Setting]]) -> Vec<&'static str> {
 }
 
 /// Reads the settings of a problem. A current input has a first-order hold by default.
-pub fn problem(keys: &Keywords<'_, '_>, input: Input) -> PyResult<IdentifySpec> {
+pub fn problem(keys: &Keywords<'_, '_>, records: &[Record]) -> PyResult<IdentifySpec> {
     let given = keys.given(&[&PROBLEM, &DEVICE])?;
-    Ok(completed(settings::problem(&given).map_err(Error::from).raise(keys.py)?, &given, input))
+    let spec = settings::problem(&given).map_err(Error::from).raise(keys.py)?;
+    Ok(measured(settings::with_intersample_of(spec, &given, records)))
 }
 
 /// Reads all settings of an identification.
-pub fn identify(keys: &Keywords<'_, '_>, input: Input) -> PyResult<IdentifySpec> {
+pub fn identify(keys: &Keywords<'_, '_>, records: &[Record]) -> PyResult<IdentifySpec> {
     let given = keys.given(&[&SEARCH, &PROBLEM, &DEVICE])?;
-    Ok(completed(settings::identify(&given).map_err(Error::from).raise(keys.py)?, &given, input))
-}
-
-fn completed(mut spec: IdentifySpec, given: &Given, input: Input) -> IdentifySpec {
-    if input == Input::Current && !given.has(Setting::Discretization) {
-        spec.model.discretization = Discretization::Foh;
-    }
-    measured(spec)
+    let spec = settings::identify(&given).map_err(Error::from).raise(keys.py)?;
+    Ok(measured(settings::with_intersample_of(spec, &given, records)))
 }
 
 /// Reads the settings of the device.

@@ -6,7 +6,7 @@ use motorfit::criterion::Criterion;
 use motorfit::identify::Method;
 use motorfit::numeric::count;
 use motorfit::report::compare::{curves, invariance, paper_tables, quartiles, setting_name, tables};
-use motorfit::report::compare_page;
+use motorfit::report::{columns_csv, compare_page};
 use motorfit::study::compare::{Block, ComparedMachine, Comparison, reached};
 
 /// Returns the files of a report: the page, the document and the tables.
@@ -20,7 +20,7 @@ pub(super) fn report(args: &CompareArgs, comparison: &Comparison, document: Stri
     }
     files.extend(invariance(comparison).map(|table| ("invariance.csv".to_owned(), table.csv())));
     let (heads, columns) = curves(comparison);
-    files.push(("curves.csv".to_owned(), out::curves(&heads, &columns)));
+    files.push(("curves.csv".to_owned(), columns_csv(&heads, &columns)));
     for (n, block) in (1..).zip(&comparison.blocks) {
         let tables = tables(comparison, block);
         files.extend(tables.iter().map(|table| (format!("block{n}-{}.csv", table.id), table.csv())));
@@ -94,7 +94,7 @@ fn shares(comparison: &Comparison, block: &Block) -> String {
         heads.extend(["evaluations", "seconds", "share"].map(|what| format!("{name}_{what}")));
         columns.extend([reached.evaluations, reached.seconds, reached.share]);
     }
-    out::curves(&heads, &columns)
+    columns_csv(&heads, &columns)
 }
 
 /// Returns CSV with the quartiles over runs of the lowest cost after each generation.
@@ -107,5 +107,5 @@ fn history(block: &Block) -> String {
     for quartiles in &all {
         columns.extend((0..3).map(|k| quartiles.iter().map(|q| q[k]).collect::<Vec<f64>>()));
     }
-    out::curves(&heads, &columns)
+    columns_csv(&heads, &columns)
 }

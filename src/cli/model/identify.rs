@@ -9,7 +9,7 @@ use motorfit::identify::model::{ModelIdentification, ModelProgress, ModelSpec, h
 use motorfit::model::Model;
 use motorfit::optimize::{Progress, Stop};
 use motorfit::record::Record;
-use motorfit::report::{command_line, exported_model, model_document, model_figure, model_page};
+use motorfit::report::{columns_csv, command_line, exported_model, model_document, model_figure, model_page};
 use motorfit::settings::Value;
 
 /// Text in place of reasons for a level of trust.
@@ -122,7 +122,7 @@ fn curves(model: &Model, recordings: &[ModelRecording], found: &ModelIdentificat
             columns[first + 2 * output + 1].extend(simulated);
         }
     }
-    out::curves(&heads, &columns)
+    columns_csv(&heads, &columns)
 }
 
 fn table(records: &[Record], model: &Model, spec: &ModelSpec, found: &ModelIdentification, style: &Style) -> String {

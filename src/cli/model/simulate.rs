@@ -8,6 +8,7 @@ use motorfit::experiment::white_noise;
 use motorfit::model::Model;
 use motorfit::numeric::{count, rms, whole};
 use motorfit::record::{ReadOptions, parse_signal_columns, read_signal_inputs};
+use motorfit::report::columns_csv;
 
 pub(in crate::cli) fn run(args: &SimulateArgs, path: &Path, style: &Style) -> Result<Outcome> {
     let model = Model::open(path)?;
@@ -46,7 +47,7 @@ pub(in crate::cli) fn run(args: &SimulateArgs, path: &Path, style: &Style) -> Re
     heads.extend(model.outputs().iter().map(|output| named(&output.name, &output.column, &output.unit.text)));
     let columns: Vec<Vec<f64>> =
         std::iter::once(recording.time_s.clone()).chain(recording.inputs.iter().cloned()).chain(outputs).collect();
-    let text = out::curves(&heads, &columns);
+    let text = columns_csv(&heads, &columns);
     out::write_file(&args.out, &text)?;
     if args.out != Path::new("-") {
         style.note(&format!("wrote {}: {} samples", args.out.display(), recording.len()));

@@ -1,7 +1,7 @@
 //! The table of the buffers that are bound to a shader. The prelude of a shader has a constant for each binding number.
 
 use crate::named::named;
-use wgpu::BufferUsages as U;
+use wgpu_types::{BufferBindingType, BufferUsages as U};
 
 named! {
     /// A buffer that is bound to a shader, with the name of its constant there. The variant's number is the binding number.
@@ -39,11 +39,11 @@ impl Binding {
     }
 
     /// Returns the type in the layout of a pipeline. Samples are in a uniform buffer if they fit.
-    pub(super) fn kind(self, uniform_samples: bool) -> wgpu::BufferBindingType {
+    pub(super) fn kind(self, uniform_samples: bool) -> BufferBindingType {
         match self {
-            Self::Round => wgpu::BufferBindingType::Uniform,
-            Self::Samples if uniform_samples => wgpu::BufferBindingType::Uniform,
-            _ => wgpu::BufferBindingType::Storage { read_only: !matches!(self, Self::States | Self::Sums) },
+            Self::Round => BufferBindingType::Uniform,
+            Self::Samples if uniform_samples => BufferBindingType::Uniform,
+            _ => BufferBindingType::Storage { read_only: !matches!(self, Self::States | Self::Sums) },
         }
     }
 

@@ -2,22 +2,19 @@
 
 use super::check::Specimen;
 use super::clock::Kernel;
-use super::constants::{is_beyond, is_served};
+use super::constants::is_served;
 use super::device::{AdapterFacts, Device, Selector, caught, error};
 use super::features::ShaderFeatures;
-use super::layout::Unit;
+use super::layout::BUDGET;
 use super::parts::{Part, split};
 use super::pipelines::Pipelines;
-use super::set::{Set, Sums, TASK};
-use super::variant::{LANES, Precision, Variant};
-use crate::candidates::Candidates;
-use crate::evaluate::{Batch, Evaluator, Group, Pending, Problem, Simd};
+use super::set::Set;
+use super::sums::{add, finish_costs};
+use super::variant::{Precision, Variant};
+use crate::evaluate::{Batch, Evaluator, Group, Pending, Simd};
 use crate::{Error, ErrorKind, Result};
-use rayon::prelude::*;
 use std::collections::{HashSet, VecDeque};
 
-/// Largest size of the step maps, and of the samples, in one submission \[bytes\]. Larger batches are divided.
-const BUDGET: u64 = 32 << 20;
 /// Number of submissions of one batch in flight.
 const FLIGHTS: usize = 2;
 /// Number of sets of buffers.
@@ -63,7 +60,7 @@ impl Gpu {
     pub fn open(selector: &Selector, precision: Option<Precision>) -> Result<Self> {
         let device = Device::open(selector, precision == Some(Precision::F64))?;
         let precision = precision.unwrap_or(if device.facts.f64 { Precision::F64 } else { Precision::F32 });
-        let budget = usize::try_from(BUDGET.min(device.facts.binding_bytes_max)).unwrap_or(usize::MAX);
+        let budget = usize::try_from(device.facts.binding_bytes_max).unwrap_or(usize::MAX).min(BUDGET);
         let (uniform, fetch) = (device.uniform, device.fetch);
         let mut gpu = Self {
             device,
@@ -198,31 +195,6 @@ impl Gpu {
             }
         }
     }
-}
-
-/// Adds the sums of a (group, recording) to the totals of the group's candidates.
-fn add(unit: &Unit, problem: &Problem, sums: &Sums<'_>, totals: &mut [f64]) {
-    let scaling = problem.scaling(&problem.signals()[unit.recording]);
-    totals.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(n, total)| {
-        let at = 2 * LANES * (unit.first + n / LANES) + n % LANES;
-        *total += scaling.total([sums.get(at), sums.get(at + LANES)]);
-    });
-}
-
-/// Replaces the totals of a group by costs. Candidates that the device cannot evaluate are evaluated on the CPU.
-fn finish_costs(group: &Group<'_>, costs: &mut [f64]) -> Result<()> {
-    costs.par_iter_mut().enumerate().with_min_len(TASK).try_for_each(|(row, cost)| {
-        let values = group.candidates.row(row);
-        if values.iter().any(|v| v.is_nan()) {
-            *cost = f64::INFINITY;
-        } else if is_beyond(group.problem, values) {
-            let one = Group { candidates: Candidates::new(values, values.len()), ..*group };
-            Simd::default().evaluate(&Batch { groups: &[one] }, std::slice::from_mut(cost))?;
-        } else {
-            *cost = group.problem.cost(*cost);
-        }
-        Ok(())
-    })
 }
 
 impl Evaluator for Gpu {

@@ -1,6 +1,6 @@
 //! The layout of a batch in buffers, as `shaders/input.wgsl` reads it.
 
-use super::constants::ring;
+use super::constants::{kept_bytes, ring};
 use super::reference::{Reference, ReferenceStep};
 use super::variant::{BLOCK, LANES, Precision, UNIFORM_BYTES, Variant, WORKGROUP};
 use crate::evaluate::{Group, Problem, Run, Signals};
@@ -14,6 +14,13 @@ const ITERATIONS: usize = 60_000;
 /// Number of loop iterations that llvmpipe counts in addition for each segment and each block of samples. A segment of one
 /// sample was measured as 8 iterations in all.
 const OVERHEAD: usize = 5;
+
+/// Largest size of the step maps, and of the samples, in one submission \[bytes\]. Larger batches are divided.
+pub(super) const BUDGET: usize = 32 << 20;
+/// Largest number of workgroups in one dimension.
+const DISPATCH_MAX: u32 = 65_535;
+/// Distance of the uniforms of successive rounds \[bytes\]: the alignment that every device accepts.
+pub(super) const ROUND_BYTES: usize = 256;
 
 /// Word of a job of motors with extensions that has the offset of the past sensor values.
 const RING: usize = 13;
@@ -52,16 +59,16 @@ pub(super) struct Unit {
 }
 
 /// A group for which a layout was made.
-struct Key {
-    problem: Arc<Problem>,
-    reference: Option<Vec<f64>>,
-    count: usize,
+pub(super) struct Key {
+    pub problem: Arc<Problem>,
+    pub reference: Option<Vec<f64>>,
+    pub count: usize,
 }
 
 /// All data of a batch except the step maps of the candidates. They are reused as long as problems, references and numbers of
 /// candidates stay the same.
 pub(super) struct BatchLayout {
-    key: Vec<Key>,
+    pub key: Vec<Key>,
     pub variant: Variant,
     pub jobs: Vec<u32>,
     /// Segments at which rounds begin and end. They are appended to the jobs at the end.
@@ -144,12 +151,51 @@ impl BatchLayout {
         word(self.maps * self.variant.fields())
     }
 
+    /// Returns the uniforms of all rounds: the index of the round, the number of jobs and the index of the first limit.
+    pub(super) fn round_bytes(&self) -> Vec<u8> {
+        let round = |index: u32| {
+            let mut bytes = [0; ROUND_BYTES];
+            bytes[..4].copy_from_slice(&index.to_ne_bytes());
+            bytes[4..8].copy_from_slice(&self.job_count.to_ne_bytes());
+            bytes[8..12].copy_from_slice(&self.limits_first().to_ne_bytes());
+            bytes
+        };
+        (0..self.rounds).flat_map(round).collect()
+    }
+
+    /// Returns the numbers of workgroups of a dispatch in two dimensions.
+    pub(super) fn workgroups(&self) -> [u32; 2] {
+        let x = self.job_count.min(DISPATCH_MAX);
+        [x, self.job_count.div_ceil(x.max(1))]
+    }
+
+    /// Returns the size of the step maps and constants \[bytes\]; the limits follow them.
+    pub(super) fn maps_bytes(&self) -> usize {
+        self.maps * self.variant.fields() * self.block_bytes()
+    }
+
+    /// Returns the size of the limits \[bytes\].
+    pub(super) fn limits_bytes(&self) -> usize {
+        self.blocks * self.block_bytes()
+    }
+
+    /// Returns the size of the states between rounds \[bytes\].
+    pub(super) fn states_bytes(&self) -> usize {
+        self.states * self.block_bytes()
+    }
+
     /// Returns the size of the sums \[bytes\].
     pub(super) fn sums_bytes(&self) -> usize {
-        self.blocks * 2 * LANES * self.variant.precision.bytes()
+        self.blocks * 2 * self.block_bytes()
+    }
+
+    /// Returns the size of a number of each candidate of a block \[bytes\].
+    fn block_bytes(&self) -> usize {
+        LANES * self.variant.precision.bytes()
     }
 
     /// Returns true if groups differ from those of the layout in the values of their candidates only.
+    #[cfg(feature = "gpu")]
     pub(super) fn serves(&self, groups: &[Group<'_>], variant: Variant) -> bool {
         let same = |key: &Key, group: &Group<'_>| {
             Arc::ptr_eq(&key.problem, group.problem)
@@ -299,4 +345,17 @@ fn torques(signals: &Signals, from: usize) -> Vec<Run> {
     let torque = |n: usize| signals.torque.get(n).copied().unwrap_or(0.0);
     let run = |n| Run { start: n, end: n + 1, step: 0, voltage: [0.0; 2], torque: torque(n) };
     Run::joined((from..signals.len()).map(run))
+}
+
+/// Returns the bytes of a candidate (the larger of its step maps and the past values of its sensors) and of the samples.
+pub(super) fn bytes(problem: &Problem, variant: Variant) -> (usize, usize) {
+    let (signals, number) = (problem.signals(), variant.precision.bytes());
+    let maps: usize = signals.iter().map(|s| s.step_s.len() + variant.slots()).sum();
+    let kept = variant.features.map_or(0, |features| kept_bytes(problem, features, number));
+    // Delayed inputs are stored for each sample, as four numbers.
+    let delayed = |s: &Signals| if variant.is_delayed() { 4 * s.len() } else { 0 };
+    let samples = |s: &Signals| (s.len() - problem.first_active(s)) * variant.precision.sample() + delayed(s);
+    let samples: usize = signals.iter().map(|s| samples(s) * number).sum();
+    // A limit for each recording follows the maps.
+    (((maps * variant.fields() + signals.len()) * number).max(kept), samples)
 }

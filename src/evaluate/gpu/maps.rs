@@ -16,7 +16,7 @@ const LIMIT_MAX: f64 = 1e37;
 /// Number of maps, or of blocks of limits, that one task computes.
 const TASK: usize = 64;
 /// Mapped memory that the device reads, and that is write-only here.
-type Bytes<'a> = wgpu::WriteOnly<'a, [u8]>;
+type Bytes<'a> = wgpu_types::WriteOnly<'a, [u8]>;
 
 /// Writes the maps of `units` one after the other. Each block of candidates has FIELDS entries of LANES numbers for each
 /// distinct step and, for motors with extensions, for each slot of constants.
@@ -37,9 +37,9 @@ pub(super) fn write_maps(groups: &[Group<'_>], units: &[Unit], variant: Variant,
 /// Writes in parallel tasks of `BYTES` bytes each, that are [`TASK`] maps or limits; `write` takes the number of the first.
 fn in_tasks<const BYTES: usize>(bytes: Bytes<'_>, write: impl Fn(usize, Bytes<'_>) + Sync) {
     let (tasks, rest) = bytes.into_chunks::<BYTES>();
-    let tasks: Vec<wgpu::WriteOnly<'_, [u8; BYTES]>> = tasks.into_iter().collect();
+    let tasks: Vec<wgpu_types::WriteOnly<'_, [u8; BYTES]>> = tasks.into_iter().collect();
     let last = tasks.len() * TASK;
-    let task = |(n, bytes): (usize, wgpu::WriteOnly<'_, [u8; BYTES]>)| write(n * TASK, bytes.into());
+    let task = |(n, bytes): (usize, wgpu_types::WriteOnly<'_, [u8; BYTES]>)| write(n * TASK, bytes.into());
     if tasks.len() < 2 {
         tasks.into_iter().enumerate().for_each(task);
     } else {

@@ -12,26 +12,40 @@
 //! [`finish`](crate::evaluate::Evaluator::finish) of the first.
 
 mod binding;
+#[cfg(feature = "gpu")]
 mod check;
+#[cfg(feature = "gpu")]
 mod clock;
 mod constants;
+#[cfg(feature = "gpu")]
 mod device;
+#[cfg(feature = "gpu")]
 mod evaluator;
 mod features;
 mod layout;
 mod maps;
+#[cfg(feature = "gpu")]
 mod model;
+#[cfg(feature = "gpu")]
 mod parts;
+#[cfg(feature = "gpu")]
 mod pipelines;
 mod reference;
+#[cfg(feature = "gpu")]
 mod set;
 mod shader;
+mod submission;
+mod sums;
 mod variant;
 mod wide;
 
+#[cfg(feature = "gpu")]
 pub use device::{AdapterFacts, Selector, list};
+#[cfg(feature = "gpu")]
 pub use evaluator::Gpu;
 pub use features::ShaderFeatures;
+#[cfg(feature = "gpu")]
 pub use model::ModelGpu;
 pub use shader::assemble;
+pub use submission::{BufferBinding, BufferKind, Submission};
 pub use variant::{Fetch, LANES, Precision, UNIFORM_BYTES, Variant};

@@ -1,8 +1,8 @@
 //! Division of a batch into submissions of bounded size.
 
-use super::constants::kept_bytes;
+use super::layout::bytes;
 use super::variant::{LANES, Variant};
-use crate::evaluate::{Batch, Group, Problem, Signals};
+use crate::evaluate::{Batch, Group};
 
 /// The candidates `first..first + count` of a group. Their costs begin at index `at` of the costs of the batch.
 #[derive(Clone, Copy)]
@@ -51,17 +51,4 @@ pub(super) fn split(
         }
     }
     pieces
-}
-
-/// Returns the bytes of a candidate (the larger of its step maps and the past values of its sensors) and of the samples.
-fn bytes(problem: &Problem, variant: Variant) -> (usize, usize) {
-    let (signals, number) = (problem.signals(), variant.precision.bytes());
-    let maps: usize = signals.iter().map(|s| s.step_s.len() + variant.slots()).sum();
-    let kept = variant.features.map_or(0, |features| kept_bytes(problem, features, number));
-    // Delayed inputs are stored for each sample, as four numbers.
-    let delayed = |s: &Signals| if variant.is_delayed() { 4 * s.len() } else { 0 };
-    let samples = |s: &Signals| (s.len() - problem.first_active(s)) * variant.precision.sample() + delayed(s);
-    let samples: usize = signals.iter().map(|s| samples(s) * number).sum();
-    // A limit for each recording follows the maps.
-    (((maps * variant.fields() + signals.len()) * number).max(kept), samples)
 }

@@ -4,22 +4,16 @@
 use super::binding::Binding;
 use super::clock::{BYTES as STAMPS, Clock};
 use super::device::{Device, again, error};
-use super::layout::{BatchLayout, Unit};
+use super::layout::{BatchLayout, ROUND_BYTES, Unit};
 use super::maps::{write_limits, write_maps};
 use super::pipelines::Pipelines;
-use super::variant::{LANES, Precision, UNIFORM_BYTES, Variant};
+use super::sums::Sums;
+use super::variant::{UNIFORM_BYTES, Variant};
 use crate::evaluate::Group;
 use crate::setting::text;
 use crate::{Error, Result};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// Largest number of workgroups in one dimension.
-const DISPATCH_MAX: u32 = 65_535;
-/// Number of candidates that a thread takes at a time, or fewer if there are few.
-pub(super) const TASK: usize = 4096;
-/// Distance of the uniforms of successive rounds \[bytes\]: the alignment that every device accepts.
-const ROUND_BYTES: usize = 256;
 
 /// The buffers of one submission.
 #[derive(Default)]
@@ -36,30 +30,6 @@ pub(super) struct Set {
     clock: Option<Clock>,
     /// True once the sums can be read.
     arrived: Arc<AtomicBool>,
-}
-
-/// The sums of a submission, as read from the device.
-pub(super) struct Sums<'a> {
-    precision: Precision,
-    bytes: &'a [u8],
-}
-
-impl Sums<'_> {
-    /// Returns the number at index `at`.
-    #[inline]
-    pub(super) fn get(&self, at: usize) -> f64 {
-        number(self.bytes, at, self.precision.bytes())
-    }
-}
-
-/// Returns the number at index `at` of numbers of 4 or 8 bytes.
-#[inline]
-pub(super) fn number(bytes: &[u8], at: usize, size: usize) -> f64 {
-    if size == 8 {
-        bytemuck::pod_read_unaligned(&bytes[8 * at..8 * at + 8])
-    } else {
-        f64::from(bytemuck::pod_read_unaligned::<f32>(&bytes[4 * at..4 * at + 4]))
-    }
 }
 
 impl Set {
@@ -82,7 +52,7 @@ impl Set {
         };
         let maps = self.put_maps(device, groups, &batch)?;
         let result = batch.sums_bytes();
-        self.ensure(device, Binding::States, batch.states * LANES * batch.variant.precision.bytes())?;
+        self.ensure(device, Binding::States, batch.states_bytes())?;
         self.ensure(device, Binding::Sums, result)?;
         let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         grow(&mut self.read_back, device, result + STAMPS, usage)?;
@@ -98,15 +68,7 @@ impl Set {
     }
 
     fn put_batch(&mut self, device: &Device, batch: &BatchLayout) -> Result<()> {
-        let round = |index: u32| {
-            let mut bytes = [0; ROUND_BYTES];
-            bytes[..4].copy_from_slice(&index.to_ne_bytes());
-            bytes[4..8].copy_from_slice(&batch.job_count.to_ne_bytes());
-            bytes[8..12].copy_from_slice(&batch.limits_first().to_ne_bytes());
-            bytes
-        };
-        let rounds: Vec<u8> = (0..batch.rounds).flat_map(round).collect();
-        self.write(device, Binding::Round, &rounds)?;
+        self.write(device, Binding::Round, &batch.round_bytes())?;
         self.write(device, Binding::Jobs, bytemuck::cast_slice(&batch.jobs))?;
         self.write(device, Binding::Segments, bytemuck::cast_slice(&batch.segments))?;
         self.write(device, Binding::Inputs, &batch.inputs)?;
@@ -127,8 +89,8 @@ impl Set {
     /// Computes the step maps and the limits directly in the mapped staging buffer. Returns their size \[bytes\].
     fn put_maps(&mut self, device: &Device, groups: &[Group<'_>], batch: &BatchLayout) -> Result<usize> {
         let variant = batch.variant;
-        let maps = batch.maps * variant.fields() * LANES * variant.precision.bytes();
-        let bytes = maps + batch.blocks * LANES * variant.precision.bytes();
+        let maps = batch.maps_bytes();
+        let bytes = maps + batch.limits_bytes();
         self.ensure(device, Binding::Maps, bytes)?;
         let usage = wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC;
         grow(&mut self.upload, device, bytes, usage)?;
@@ -163,8 +125,8 @@ impl Set {
             pass.set_pipeline(pipeline);
             #[expect(clippy::cast_possible_truncation, reason = "256")]
             pass.set_bind_group(0, bind_group, &[round * ROUND_BYTES as u32]);
-            let x = batch.job_count.min(DISPATCH_MAX);
-            pass.dispatch_workgroups(x, batch.job_count.div_ceil(x.max(1)), 1);
+            let [x, y] = batch.workgroups();
+            pass.dispatch_workgroups(x, y, 1);
         }
         encoder.copy_buffer_to_buffer(sums, 0, read_back, 0, bytes);
         if let Some(clock) = clock {

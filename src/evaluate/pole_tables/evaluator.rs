@@ -64,11 +64,13 @@ impl PoleTables {
         shared::clear();
     }
 
-    /// Returns true if candidates of a problem are evaluated by tables.
+    /// Returns true if candidates of a problem are evaluated by tables; none are in WebAssembly, where a page runs single searches, for which
+    /// the kernel is as fast, and loads sooner without this code.
     #[must_use]
     pub fn serves(problem: &Problem) -> bool {
         let method = problem.method();
-        problem.features().is_linear()
+        cfg!(not(target_arch = "wasm32"))
+            && problem.features().is_linear()
             && method.discretization.is_exact()
             && method.input == crate::motor::Input::Voltage
             && !problem.criterion().is_absolute()

@@ -4,6 +4,7 @@ use super::bad_rows::BadRows;
 use super::formula::{Formula, Operand};
 use super::lacking::{is_drive, lacking, missing};
 use super::named::{self, SignalRequest};
+use super::options::ReadOptions;
 use super::parse::Separator;
 use super::request::{is_satisfiable, locate, name_of, requested};
 use crate::record::Column;
@@ -41,6 +42,15 @@ pub(super) struct TableSpec<'a> {
     pub constants: &'a [(String, f64)],
     /// Signals of a model that are read in place of the known quantities.
     pub signals: &'a [SignalRequest],
+}
+
+impl<'a> TableSpec<'a> {
+    /// Returns the specification of options.
+    pub(super) fn of(options: &'a ReadOptions, need: Need) -> Self {
+        let ReadOptions { columns: requests, bad_rows, signals, .. } = options;
+        let timed = options.rate_hz.is_some();
+        Self { requests, need, timed, bad_rows: *bad_rows, separator: None, constants: &[], signals }
+    }
 }
 
 impl TableSpec<'_> {
@@ -223,7 +233,7 @@ pub(super) fn order(used: &[Used]) -> std::result::Result<Vec<usize>, usize> {
 }
 
 /// Selects the column of a quantity by the user's request, else by its heading; `None` if the table has no such column.
-fn one(headings: &[Heading], spec: &TableSpec<'_>, quantity: Quantity) -> Result<Option<Used>> {
+pub(super) fn one(headings: &[Heading], spec: &TableSpec<'_>, quantity: Quantity) -> Result<Option<Used>> {
     let request = spec.request(quantity);
     let used = match request {
         // The user states that the table lacks the quantity.

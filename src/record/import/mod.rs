@@ -11,12 +11,14 @@ mod columns;
 mod convert;
 mod decimal;
 mod expression;
+mod first_rows;
 mod formats;
 mod formula;
 mod lacking;
 mod layout;
 mod limits;
 mod named;
+mod options;
 mod parse;
 mod quick;
 mod request;
@@ -27,8 +29,10 @@ mod text;
 mod write;
 
 pub use bad_rows::BadRows;
+pub use first_rows::{ColumnPreview, ColumnUse, TablePreview, preview};
 pub(super) use limits::limits;
 pub use named::SignalRequest;
+pub use options::ReadOptions;
 pub use parse::parse_number;
 pub use write::write_csv;
 
@@ -49,26 +53,6 @@ use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use text::{TextLines, unreadable};
-
-/// Options of the import of files.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct ReadOptions {
-    /// Columns that the user assigns to quantities; headings assign the others.
-    pub columns: Vec<ColumnRequest>,
-    /// Sample rate \[Hz\] of files without a time column.
-    pub rate_hz: Option<f64>,
-    /// Name of the sheet of a workbook, or of the list of a JSON file; `None` selects the first sheet
-    /// with numbers or the only list.
-    pub sheet: Option<String>,
-    /// Treatment of rows that cannot be read.
-    pub bad_rows: BadRows,
-    /// Treatment of gaps in time.
-    pub gaps: Gaps,
-    /// True if rows that repeat the time of the row before are skipped.
-    pub drop_repeats: bool,
-    /// Signals of a model, inputs first, that are read in place of the known quantities.
-    pub signals: Vec<SignalRequest>,
-}
 
 /// Reads the recordings of a file: one, or one for each test of the file and each segment between gaps in time.
 ///
@@ -269,12 +253,9 @@ fn tables_in(path: &Path, options: &ReadOptions, need: Need) -> Result<Vec<Signa
 
 /// Reads the tables of a file: one, or one for each test.
 fn tables(mut reader: impl Read, options: &ReadOptions, need: Need) -> Result<Vec<Signals>> {
-    let timed = options.rate_hz.is_some();
     let mut head = Vec::new();
     (&mut reader).take(HEAD as u64).read_to_end(&mut head).map_err(|e| unreadable(&e))?;
-    let bad_rows = options.bad_rows;
-    let (requests, signals) = (&options.columns, &options.signals);
-    let spec = TableSpec { requests, need, timed, bad_rows, separator: None, constants: &[], signals };
+    let spec = TableSpec::of(options, need);
     let format = Format::of(&head);
     let monitor = Monitor::of(&head);
     let mut reader = std::io::Cursor::new(head).chain(reader);

@@ -13,12 +13,18 @@ use crate::{Error, Result};
 /// Returns the index of the column of a request, and the suffix that follows its name. The column is named by the longest
 /// heading with which the request begins, by its number (`#3`), or by its heading in quotation marks.
 pub(super) fn locate(headings: &[Heading], name: &str) -> Option<(usize, Suffix)> {
+    divided(headings, name).and_then(|(at, rest)| Some((at, suffix(rest)?)))
+}
+
+/// Returns the index of the column of a request, and the text that follows its name, which is a suffix.
+pub(super) fn divided<'a>(headings: &[Heading], name: &'a str) -> Option<(usize, &'a str)> {
     let mut order: Vec<usize> = (0..headings.len()).filter(|&n| !headings[n].name.is_empty()).collect();
     order.sort_by_key(|&n| std::cmp::Reverse(headings[n].name.len()));
-    let following = |at: usize| suffix(name.strip_prefix(headings[at].name.as_str())?);
-    order.into_iter().find_map(|at| Some((at, following(at)?))).or_else(|| {
+    let is_suffix = |(_, rest): &(usize, &str)| suffix(rest).is_some();
+    let following = |at: usize| Some((at, name.strip_prefix(headings[at].name.as_str())?)).filter(is_suffix);
+    order.into_iter().find_map(following).or_else(|| {
         let (length, at) = numbered(headings, name).or_else(|| in_marks(headings, name))?;
-        Some((at, suffix(&name[length..])?))
+        Some((at, &name[length..])).filter(is_suffix)
     })
 }
 

@@ -2,12 +2,12 @@
 
 use super::engine::Engine;
 use super::{Block, CompareSpec, ComparedParameter, Outcome};
+use crate::clock::Instant;
 use crate::optimize::{Budget, Observe, Progress, Run, SearchSettings, Stop, minimize};
 use crate::setting::text;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
-use std::time::Instant;
 
 /// A run: the index of its setting, the index of its method in that setting, and its number.
 struct Entry {

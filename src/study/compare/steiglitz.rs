@@ -3,6 +3,7 @@
 use super::motor_engine::cost_of;
 use super::{CompareSpec, ComparisonSetting, ComparisonSubject, MethodEstimates};
 use crate::Result;
+use crate::clock::Instant;
 use crate::criterion::Noise;
 use crate::estimate::steiglitz_mcbride;
 use crate::experiment::{Excitation, noise_of, simulated, with_noise};
@@ -10,7 +11,6 @@ use crate::identify::Identification;
 use crate::motor::Parameters;
 use crate::record::Record;
 use rayon::prelude::*;
-use std::time::Instant;
 
 /// Results of Steiglitz–McBride.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,6 +2,7 @@
 
 use super::entrant::{Entrant, POPULATION};
 use super::{Suite, SuiteProblem};
+use crate::clock::Instant;
 use crate::device::{BatchSearchEvaluator, DeviceSpec, DeviceUsed, EvaluatorSpec, PrecisionSpec, ThroughputProfile};
 use crate::identify::IdentifySpec;
 use crate::numeric::index;
@@ -12,7 +13,6 @@ use crate::warning::Warning;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
-use std::time::Instant;
 
 /// Largest budget of a run \[evaluations\].
 pub(crate) const BUDGET_MAX: u64 = 1_000_000_000;

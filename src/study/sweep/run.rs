@@ -8,13 +8,13 @@ use super::runs::{Bits, Job, TrustLevels};
 use super::shard::Shard;
 use super::store::{Closed, Log};
 use super::trust::LevelCounts;
+use crate::clock::Instant;
 use crate::device::DeviceUsed;
 use crate::identify::TrustLevel;
 use crate::numeric::count_u64;
 use crate::warning::Warning;
 use crate::{Error, Result};
 use std::ops::ControlFlow;
-use std::time::Instant;
 
 /// Progress of a shard.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,6 +8,7 @@ use super::run::{End, Finished, Running, Step};
 use super::runs::Job;
 use super::streaming::{RUNS, Unit, Units};
 use super::study::{Factors, Study};
+use crate::clock::Instant;
 use crate::device::{BatchSearchEvaluator, DeviceSpec, DeviceUsed, OnLoss, PrecisionSpec};
 use crate::evaluate::{Problem, Scalar};
 use crate::identify::{IdentifySpec, PreparedSearch, SearchRun, has_all_channels};
@@ -19,7 +20,6 @@ use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 use std::sync::Arc;
-use std::time::Instant;
 
 /// Target number of candidate-steps of a piece on the CPU, some tenths of a second; a killed process loses the current piece.
 const STEPS: u64 = 1_000_000_000;

@@ -6,10 +6,10 @@ use super::fits::Fits;
 use super::run::{Finished, Running, Step};
 use super::runs::{Job, Levels, NOISE};
 use super::search::is_lockstep;
+use crate::clock::Instant;
 use crate::identify::Method;
 use crate::numeric::index;
 use rayon::prelude::*;
-use std::time::Instant;
 
 /// Runs on one dataset.
 pub(super) struct Unit {

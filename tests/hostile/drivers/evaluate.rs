@@ -315,7 +315,9 @@ fn profiles(calls: &mut Calls) {
 
 #[cfg(feature = "gpu")]
 pub fn gpus(calls: &mut Calls) {
-    use motorfit::evaluate::gpu::{Fetch, Gpu, Precision, Selector, ShaderFeatures, Variant, assemble, list};
+    use motorfit::evaluate::gpu::{
+        BufferKind, Fetch, Gpu, Precision, Selector, ShaderFeatures, Submission, Variant, assemble, list,
+    };
     for word in texts() {
         ask!(calls, word; "evaluate::gpu::Precision::named" => <Precision as Named>::named("precision", &word));
     }
@@ -331,7 +333,41 @@ pub fn gpus(calls: &mut Calls) {
             }
         }
     }
-    drive!(calls, (); "evaluate::gpu::list" => list());
+    drive!(calls, ();
+        "evaluate::gpu::list" => list(),
+        "evaluate::gpu::BufferKind::name" => [BufferKind::Uniform, BufferKind::Read, BufferKind::Write].map(BufferKind::name),
+    );
+    for space in spaces() {
+        let Ok(problem) = Problem::new(&[step(30)], Model::default(), space, Criterion::default()) else { continue };
+        let problem = Arc::new(problem);
+        let (width, none) = (problem.space().free().len(), Candidates::new(&[], 0));
+        let values = candidates(width);
+        let all = Candidates::new(&values, width);
+        drive!(calls, width; "evaluate::gpu::Submission::candidates_max" => Submission::candidates_max(&problem));
+        for (count, reference) in [(0, None), (usize::MAX, None), (3, Some([f64::NAN].as_slice())), (all.count(), None)]
+        {
+            let made = calls.ask("evaluate::gpu::Submission::new", &(count, reference), || {
+                Submission::new(&problem, count, reference)
+            });
+            let Some(submission) = made else { continue };
+            drive!(calls, count;
+                "evaluate::gpu::Submission::shader" => submission.shader(),
+                "evaluate::gpu::Submission::buffers" => submission.buffers(),
+                "evaluate::gpu::Submission::bindings" => submission.bindings(),
+                "evaluate::gpu::Submission::rounds" => submission.rounds(),
+                "evaluate::gpu::Submission::workgroups" => submission.workgroups(),
+                "evaluate::gpu::Submission::steps" => submission.steps(),
+            );
+            let size = submission.buffers().last().map_or(0, |sums| sums.size);
+            for candidates in [all, none, all.rows(0, 1)] {
+                ask!(calls, count;
+                    "evaluate::gpu::Submission::maps" => submission.maps(candidates),
+                    "evaluate::gpu::Submission::costs" => submission.costs(candidates, &[]),
+                    "evaluate::gpu::Submission::costs" => submission.costs(candidates, &vec![255; size]),
+                );
+            }
+        }
+    }
     for selector in [Selector::Index(usize::MAX), Selector::Name("\0".to_owned())] {
         ask!(calls, selector; "evaluate::gpu::Gpu::open" => Gpu::open(&selector, None).map(drop));
     }

@@ -6,6 +6,7 @@ use motorfit::candidates::Candidates;
 use motorfit::channels::{Channels, by_name};
 use motorfit::criterion::{Criterion, Noise, Norm, Scale};
 use motorfit::named::Named;
+use motorfit::report::command_line;
 use motorfit::setting::{Reference, Setting, Text};
 use motorfit::warning::Warning;
 use motorfit::{Error, ErrorKind, numeric, text};
@@ -134,6 +135,8 @@ pub fn settings_and_errors(calls: &mut Calls) {
             "Error::at_line" => make(ErrorKind::Data).at_line(None),
             "Error::in_column" => make(ErrorKind::Data).in_column(""),
             "Error::kind" => error.kind(),
+            "ErrorKind::name" => error.kind().name(),
+            "report::error_document" => motorfit::report::error_document(&error, command_line),
             "Error::path" => error.path(),
             "Error::part" => error.part(),
             "Error::line" => error.line(),

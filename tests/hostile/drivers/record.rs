@@ -6,7 +6,8 @@ use motorfit::named::Named;
 use motorfit::record::{
     BadRows, ColumnRequest, FilterKind, Gaps, Lines, LowPass, Mask, Offset, Preparation, Quantity, ReadOptions,
     Reading, Record, Samples, can_cause_poor_fit, diagnose, driver, is_driven_by_current, parse_columns, parse_crop,
-    parse_masks, parse_number, parse_offset, read, read_bytes, read_inputs, read_joined, read_recording, write_csv,
+    parse_masks, parse_number, parse_offset, preview, read, read_bytes, read_inputs, read_joined, read_recording,
+    write_csv,
 };
 use std::path::{Path, PathBuf};
 
@@ -25,6 +26,7 @@ pub fn words(calls: &mut Calls) {
             "record::BadRows::named" => <BadRows as Named>::named("bad_rows", &word),
             "record::Gaps::named" => <Gaps as Named>::named("gaps", &word),
             "record::read_bytes" => read_bytes(word.as_bytes(), Some(Path::new(&word)), &ReadOptions::default()),
+            "record::preview" => preview(word.as_bytes(), Some(Path::new(&word)), &ReadOptions::default()),
             "record::Record::from_stored" => Record::from_stored(word.as_bytes()),
         );
         drive!(calls, word;
@@ -64,6 +66,8 @@ pub fn words(calls: &mut Calls) {
     }
     drive!(calls, ();
         "record::Quantity::canonical" => QUANTITIES.map(Quantity::canonical),
+        "record::Quantity::key" => QUANTITIES.map(Quantity::key),
+        "record::Quantity::units" => QUANTITIES.map(|quantity| quantity.units().count()),
         "record::Quantity::unit" => QUANTITIES.map(Quantity::unit),
         "record::BadRows::name" => BadRows::ALL.map(BadRows::name),
         "record::Gaps::name" => Gaps::ALL.map(Gaps::name),

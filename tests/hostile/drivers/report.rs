@@ -13,10 +13,10 @@ use motorfit::motor::{Discretization, Extension, Parameters};
 use motorfit::report::sweep as of_sweep;
 use motorfit::report::{
     AxisScale, Band, Card, Chart, EvaluateDocument, Figure, Form, Item, Map, Mark, Page, Panel, Part, Reproduced,
-    ResidualRow, Section, Series, SignalFacts, Table, Trust, bench_document, characteristics_lines, command_line,
-    compare, compare_page, compare_parts, devices_document, figures, folded, heat_map, html_fragment,
-    identify_document, identify_page, identify_parts, inspect_document, inspect_page, json, noise_floor_text,
-    plain_text, record_figure, residual_panels, selection_table, selection_text, verdicts,
+    ResidualRow, Section, Series, SignalFacts, Table, Trust, bench_document, characteristics_lines, columns_csv,
+    command_line, compare, compare_page, compare_parts, curves_csv, devices_document, figures, folded, heat_map,
+    html_fragment, identify_document, identify_page, identify_parts, inspect_document, inspect_page, json,
+    noise_floor_text, plain_text, record_figure, residual_panels, selection_table, selection_text, verdicts,
 };
 use motorfit::setting::{Command, Reference, Setting};
 use motorfit::study::ThroughputSpec;
@@ -88,6 +88,7 @@ pub fn words(calls: &mut Calls) {
         "report::command_line" => command_line(&Reference::Command(Command::PlanSweep)),
     );
     for value in NUMBERS {
+        drive!(calls, value; "report::columns_csv" => columns_csv(&["a,b".to_owned()], &[vec![value; 2], Vec::new()]));
         drive!(calls, value; "report::json" => json(&serde_json::json!([value, null])));
         let floor = NoiseFloor {
             groups: vec![vec![usize::MAX], vec![]],
@@ -188,6 +189,7 @@ pub fn identified(calls: &mut Calls) {
         );
         for records in &all {
             drive!(calls, (records.len(), &shown);
+                "report::curves_csv" => curves_csv(records, &found),
                 "report::identify_document" => identify_document(records, &spec, &found),
                 "report::identify_page" => identify_page(records, &spec, &found, &how("\0")).html(true),
             );

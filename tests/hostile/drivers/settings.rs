@@ -3,12 +3,14 @@
 use crate::arguments::{NUMBERS, WIDE, texts};
 use crate::calls::{Calls, ask, drive};
 use motorfit::Error;
-use motorfit::identify::Polish;
+use motorfit::identify::{IdentifySpec, Polish};
 use motorfit::setting::Setting;
 use motorfit::settings::parse::{
     auto_bounds, bounds, motor, named, named_ranges, noise, number, pair, parameters, ranges,
 };
-use motorfit::settings::{DEVICE, Given, PROBLEM, READING, SEARCH, Value, device, identify, method, problem, reading};
+use motorfit::settings::{
+    DEVICE, Given, PROBLEM, READING, SEARCH, Value, device, identify, method, problem, reading, with_intersample_of,
+};
 
 pub fn languages(calls: &mut Calls) {
     for word in texts() {
@@ -71,6 +73,7 @@ pub fn given(calls: &mut Calls) {
             "settings::Given::count" => given.count(setting),
             "settings::Given::text" => given.text(setting).map(str::len),
             "settings::Given::list" => given.list(setting).len(),
+            "settings::with_intersample_of" => with_intersample_of(IdentifySpec::default(), &given, &[]),
             "settings::Given::and" => given.and(&given).and(&Given::default()).has(setting),
         );
         ask!(calls, with;

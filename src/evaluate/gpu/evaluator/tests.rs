@@ -1,8 +1,11 @@
 //! Tests of device faults and of the reuse of buffers, with access to private fields.
 
+use super::super::constants::is_beyond;
 use super::super::variant::Fetch;
 use super::*;
+use crate::candidates::Candidates;
 use crate::criterion::Criterion;
+use crate::evaluate::Problem;
 use crate::evaluate::{Model, Scalar};
 use crate::motor::{Parameter, Space};
 use crate::record::{Record, Samples};

@@ -1,7 +1,7 @@
 //! The evaluator of models on one adapter.
 
 use super::super::device::{AdapterFacts, Device, Selector, caught};
-use super::super::set::TASK;
+use super::super::sums::TASK;
 use super::check::check;
 use super::loaded::Loaded;
 use crate::candidates::Candidates;

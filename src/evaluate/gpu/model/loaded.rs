@@ -1,7 +1,9 @@
 //! A problem on the device: evaluation of populations in rounds of samples.
 
 use super::super::device::Device;
-use super::super::set::{TASK, grow, lost, number, unmapped};
+use super::super::layout::ROUND_BYTES;
+use super::super::set::{grow, lost, unmapped};
+use super::super::sums::{TASK, number};
 use super::unit::{Unit, UnitSource, WORKGROUP, put};
 use crate::Result;
 use crate::evaluate::model::{LANES, ModelProblem};
@@ -12,8 +14,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Samples of a round: a dispatch that takes too long is ended by some drivers, and software adapters limit the iterations of a loop.
 const ROUND: usize = 2048;
-/// Distance of the uniforms of successive rounds \[bytes\]: the alignment that every device accepts.
-const ROUND_BYTES: usize = 256;
 /// Largest number of candidates of a submission.
 const CANDIDATES: usize = 1 << 17;
 /// Largest size of a buffer of candidates \[bytes\].

@@ -1,0 +1,43 @@
+//! Curves as CSV.
+
+use crate::identify::Identification;
+use crate::record::Record;
+use crate::text::Shortest;
+
+/// Returns CSV with the measured and modelled signals of all recordings, one after the other.
+#[must_use]
+pub fn curves_csv(records: &[Record], found: &Identification) -> String {
+    let mut columns = vec![Vec::new(); 7];
+    let modelled = found.modelled(records).unwrap_or_default();
+    for ((n, record), [current, speed]) in (1_u32..).zip(records).zip(modelled) {
+        let samples = record.samples();
+        let none = || vec![f64::NAN; record.len()];
+        columns[0].extend(vec![f64::from(n); record.len()]);
+        columns[1].extend(&samples.time_s);
+        let voltage = if samples.voltage.is_empty() { none() } else { samples.voltage.clone() };
+        columns[2].extend(voltage);
+        columns[3].extend(samples.current.clone().unwrap_or_else(none));
+        columns[4].extend(current);
+        columns[5].extend(samples.speed.clone().unwrap_or_else(none));
+        columns[6].extend(speed);
+    }
+    let heads =
+        ["recording", "time_s", "voltage_V", "current_A", "current_model_A", "speed_rad_s", "speed_model_rad_s"];
+    columns_csv(&heads.map(str::to_owned), &columns)
+}
+
+/// Returns CSV text: a heading, then rows of numbers. A cell without a finite number is empty.
+#[must_use]
+pub fn columns_csv(heads: &[String], columns: &[Vec<f64>]) -> String {
+    let mut text = heads.join(",") + "\n";
+    for row in 0..columns.iter().map(Vec::len).max().unwrap_or(0) {
+        for (n, column) in columns.iter().enumerate() {
+            let comma = if n == 0 { "" } else { "," };
+            let value =
+                column.get(row).filter(|v| v.is_finite()).map_or_else(String::new, |v| Shortest(*v).to_string());
+            text.extend([comma, &value]);
+        }
+        text.push('\n');
+    }
+    text
+}

@@ -1,0 +1,117 @@
+"""`motorfit view`: the page from the program, on the loopback address alone."""
+
+import http.client
+import os
+import signal
+import subprocess
+import time
+import urllib.parse
+
+import pytest
+from conftest import EXAMPLE, document, identify, missing, wait
+
+REFUSED = [
+    ("GET", "/", {}, 404),
+    ("GET", "/wrong/recordings/0", {}, 404),
+    ("GET", "{own}recordings/1", {}, 404),
+    ("GET", "{own}recordings/-1", {}, 404),
+    ("GET", "{own}../../etc/passwd", {}, 404),
+    ("GET", "{own}%2e%2e/%2e%2e/etc/passwd", {}, 404),
+    ("GET", "{own}", {"Host": "example.org"}, 403),
+    ("GET", "{own}recordings/0", {"Host": "localhost.example.org:80"}, 403),
+    ("POST", "{own}recordings/0", {}, 405),
+    ("PUT", "{own}recordings/0", {}, 405),
+    ("DELETE", "{own}", {}, 405),
+]
+
+
+@pytest.fixture
+def view():
+    program = os.environ.get("MOTORFIT_PROGRAM")
+    if not program:
+        missing("MOTORFIT_PROGRAM names no program")
+    # A program in the background ignores Ctrl-C of its terminal unless it asks for it.
+    started = subprocess.Popen([program, "view", EXAMPLE, "--no-open"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    address = started.stdout.readline().strip()
+    if not address:
+        text = started.stderr.read()
+        if "without the page" in text:
+            missing("the program was built without the page")
+        pytest.fail(text)
+    yield started, address
+    started.kill()
+    started.wait()
+
+
+def test_the_page_opens_the_recordings_that_were_named(view, opened):
+    _, address = view
+    page = opened(at=address)
+    wait(page, "inspect")
+    assert "m2-step.csv" in page.inner_text("#list")
+    identify(page)
+    assert document(page)["parameters"]["R"]["value"] == pytest.approx(0.921083, abs=1e-6)
+
+
+def test_nothing_else_is_handed_out(view):
+    _, address = view
+    own = urllib.parse.urlsplit(address)
+    assert own.hostname == "127.0.0.1"
+    assert len(own.path) == 34
+    for method, path, headers, code in REFUSED:
+        connection = http.client.HTTPConnection(own.hostname, own.port, timeout=10)
+        connection.request(method, path.replace("{own}", own.path), headers=headers)
+        answer = connection.getresponse()
+        assert (answer.status, method, path) == (code, method, path)
+        assert b"root:" not in answer.read()
+    connection = http.client.HTTPConnection(own.hostname, own.port, timeout=10)
+    connection.request("GET", own.path + "recordings/0")
+    answer = connection.getresponse()
+    assert answer.read() == EXAMPLE.read_bytes()
+    assert answer.getheader("Access-Control-Allow-Origin") is None
+    assert answer.getheader("Cross-Origin-Resource-Policy") == "same-origin"
+
+
+def test_the_command_line_of_the_browser_has_no_lasting_address(tmp_path):
+    program = os.environ.get("MOTORFIT_PROGRAM")
+    if not program:
+        missing("MOTORFIT_PROGRAM names no program")
+    opener = tmp_path / "xdg-open"
+    opener.write_text(f'#!/bin/sh\nprintf %s "$1" > {tmp_path}/seen\n')
+    opener.chmod(0o755)
+    env = {**os.environ, "PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}"}
+    started = subprocess.Popen([program, "view"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=env)
+    try:
+        address = urllib.parse.urlsplit(started.stdout.readline().strip())
+        if not address.path:
+            missing(started.stderr.read())
+        for _ in range(100):
+            if (tmp_path / "seen").exists() and (tmp_path / "seen").read_text():
+                break
+            time.sleep(0.05)
+        ticket = urllib.parse.urlsplit((tmp_path / "seen").read_text())
+        assert ticket.path != address.path
+        codes = []
+        for _ in range(2):
+            connection = http.client.HTTPConnection(ticket.hostname, ticket.port, timeout=10)
+            connection.request("GET", ticket.path)
+            answer = connection.getresponse()
+            codes.append((answer.status, answer.getheader("Location")))
+        assert codes == [(303, address.path), (404, None)]
+    finally:
+        started.kill()
+        started.wait()
+
+
+def test_ctrl_c_ends_it(view):
+    started, _ = view
+    started.send_signal(signal.SIGINT)
+    assert started.wait(timeout=10) == 0
+
+
+def test_a_recording_that_is_not_there_is_named_at_once():
+    program = os.environ.get("MOTORFIT_PROGRAM")
+    if not program:
+        missing("MOTORFIT_PROGRAM names no program")
+    done = subprocess.run([program, "view", "none.csv", "--no-open"], capture_output=True, text=True, timeout=10)
+    assert done.returncode in (2, 3)
+    assert "none.csv" in done.stderr or "without the page" in done.stderr
