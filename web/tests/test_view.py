@@ -3,6 +3,7 @@
 import http.client
 import os
 import signal
+import socket
 import subprocess
 import time
 import urllib.parse
@@ -69,6 +70,24 @@ def test_nothing_else_is_handed_out(view):
     assert answer.read() == EXAMPLE.read_bytes()
     assert answer.getheader("Access-Control-Allow-Origin") is None
     assert answer.getheader("Cross-Origin-Resource-Policy") == "same-origin"
+
+
+def test_idle_connections_and_garbage_do_not_stop_it(view):
+    _, address = view
+    own = urllib.parse.urlsplit(address)
+    idle = [socket.create_connection((own.hostname, own.port)) for _ in range(40)]
+    for text in [b"\x16\x03\x01garbage\r\n\r\n", b"GET / HTTP/9\r\n\r\n", b"A" * 40_000]:
+        with socket.create_connection((own.hostname, own.port), timeout=10) as client:
+            client.sendall(text)
+            client.shutdown(socket.SHUT_WR)
+            assert client.recv(12) == b"HTTP/1.1 400"
+    for _ in range(20):
+        connection = http.client.HTTPConnection(own.hostname, own.port, timeout=5)
+        connection.request("HEAD", own.path + "recordings/0")
+        answer = connection.getresponse()
+        assert (answer.status, answer.getheader("Content-Length"), answer.read()) == (200, str(EXAMPLE.stat().st_size), b"")
+    for connection in idle:
+        connection.close()
 
 
 def test_the_command_line_of_the_browser_has_no_lasting_address(tmp_path):
