@@ -48,7 +48,7 @@ function release(object) {
 // Time of a frame [ms].
 const FRAME = 1000 / 60;
 
-// Passes generations to the page with their candidates and costs, at most one a frame. A paced search waits for the frame.
+// Passes generations to the page with their candidates, at most one a frame. A paced search waits for the frame.
 async function search({ keys, settings, onGpu, isPaced }, tell) {
     const gpu = onGpu ? await device() : null;
     const run = new Search(opened(keys), settings, onGpu);
@@ -63,13 +63,13 @@ async function search({ keys, settings, onGpu, isPaced }, tell) {
         for (let values = run.candidates(); values.length > 0 && !isStopped; values = run.candidates()) {
             const begin = performance.now();
             const job = run.begin_generation();
-            const costs = run.finish_generation(job ? await gpu.sums(job) : new Uint8Array());
+            run.finish_generation(job ? await gpu.sums(job) : new Uint8Array());
             best = [...run.best()];
             generation += 1;
             const now = performance.now();
             milliseconds += now - begin;
             if (isPaced || now - shown > FRAME) {
-                tell({ generation, values, costs, best });
+                tell({ generation, values, best });
                 await pause(isPaced ? FRAME - (now - shown) : 0);
                 shown = performance.now();
             }

@@ -75,6 +75,13 @@ def test_columns_are_chosen_with_menus(opened):
     assert "--columns 'time=#1:ms" in page.evaluate("document.getElementById('report').srcdoc").replace("&#39;", "'")
 
 
+def choose_as_proposed(page):
+    """Chooses a log whose hint has the columns to use, with a supply of 12 V, and applies them."""
+    choose(page, ROOT / "examples/pwm-log.csv", done=None)
+    page.click("#error button")
+    wait(page, "inspect")
+
+
 def menus(page):
     """The quantity, the unit and the scaling of each column."""
     rows = page.locator("#tables tbody tr")
@@ -225,9 +232,7 @@ def test_a_search_is_watched_on_the_cpu_and_on_webgpu(opened):
 
 def test_a_search_takes_the_extensions_that_auto_selected(opened):
     page = opened()
-    choose(page, ROOT / "examples/pwm-log.csv", done=None)
-    page.click("#error button")
-    wait(page, "inspect")
+    choose_as_proposed(page)
     page.check("text=what the recordings call for")
     identify(page)
     found = document(page)
@@ -296,10 +301,7 @@ def test_a_library_that_cannot_be_loaded_is_named(opened):
 
 def test_the_recommended_next_step_is_one_click(opened):
     page = opened()
-    choose(page, ROOT / "examples/pwm-log.csv", done=None)
-    # The hint has the columns to use, with a supply of 12 V.
-    page.click("#error button")
-    wait(page, "inspect")
+    choose_as_proposed(page)
     assert page.input_value("#columns-text") == "time=ms:ms,voltage=pwm*12/255:V,speed=rpm:rpm,current=mA:mA"
     identify(page)
     assert document(page)["trust"]["level"] != "good"
