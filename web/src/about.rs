@@ -2,7 +2,6 @@
 
 use crate::given::rows;
 use crate::spelling::in_page;
-use motorfit::evaluate::Level;
 use motorfit::motor::Extension;
 use motorfit::named::Named;
 use motorfit::optimize::SEARCHES;
@@ -11,7 +10,7 @@ use motorfit::settings::{Kind, Row};
 use serde_json::{Value, json};
 use wasm_bindgen::prelude::wasm_bindgen;
 
-/// Returns the version of the library, the SIMD level of its kernels, and its tables, as JSON.
+/// Returns the version of the library and its tables, as JSON.
 #[wasm_bindgen]
 #[must_use]
 pub fn about() -> String {
@@ -19,7 +18,6 @@ pub fn about() -> String {
     let extension = |of: Extension| json!({ "name": of.name(), "text": of.text() });
     let document = json!({
         "motorfit": env!("CARGO_PKG_VERSION"),
-        "level": Level::best().name(),
         "settings": rows().iter().map(setting).collect::<Vec<_>>(),
         "quantities": Quantity::COLUMNS.map(quantity),
         "extensions": Extension::ALL.map(extension),

@@ -12,7 +12,6 @@ pub struct Job {
     bindings: [u32; 2],
     rounds: [u32; 2],
     workgroups: [u32; 2],
-    steps: u64,
 }
 
 impl Job {
@@ -25,7 +24,6 @@ impl Job {
             bindings: submission.bindings(),
             rounds: submission.rounds(),
             workgroups: submission.workgroups(),
-            steps: submission.steps(),
         }
     }
 }
@@ -77,12 +75,5 @@ impl Job {
     #[must_use]
     pub fn workgroups(&self) -> Vec<u32> {
         self.workgroups.to_vec()
-    }
-
-    /// Returns the number of candidate-steps.
-    #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "a rate is shown with two digits")]
-    pub fn steps(&self) -> f64 {
-        self.steps as f64
     }
 }

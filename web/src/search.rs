@@ -69,11 +69,11 @@ impl Search {
         Ok(with(&self.shared, |exchange| exchange.job.take()))
     }
 
-    /// Finishes this generation with the sums of its job, which are empty on the CPU. Returns the costs.
+    /// Finishes this generation with the sums of its job, which are empty on the CPU.
     ///
     /// # Errors
     /// Returns an error as JSON if the sums are not those of the job.
-    pub fn finish_generation(&mut self, sums: Vec<u8>) -> std::result::Result<Vec<f64>, String> {
+    pub fn finish_generation(&mut self, sums: Vec<u8>) -> std::result::Result<(), String> {
         with(&self.shared, |exchange| exchange.sums = Some(sums));
         self.finish().map_err(|error| described(&error))
     }
@@ -115,7 +115,7 @@ impl Search {
         })
     }
 
-    fn finish(&mut self) -> Result<Vec<f64>> {
+    fn finish(&mut self) -> Result<()> {
         let candidates: Candidates<'_> = self.optimizer.ask();
         let mut costs = vec![0.0; candidates.count()];
         self.evaluator.finish(&[candidates], &mut costs)?;
@@ -135,6 +135,6 @@ impl Search {
         if let Some(ends) = ends {
             self.optimizer.arrive(&ends);
         }
-        Ok(costs)
+        Ok(())
     }
 }
