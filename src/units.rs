@@ -120,9 +120,11 @@ const fn row(symbols: &'static [&'static str], exponents: [i8; BASES], factor: f
 const TURN: f64 = std::f64::consts::TAU;
 
 /// The units, in lengths, masses, times, currents and temperatures.
-const DERIVED: [Row; 26] = [
+const DERIVED: [Row; 28] = [
     row(&["1", "-"], [0, 0, 0, 0, 0], 1.0, false),
     row(&["m"], [1, 0, 0, 0, 0], 1.0, true),
+    row(&["ft"], [1, 0, 0, 0, 0], 0.3048, false),
+    row(&["in"], [1, 0, 0, 0, 0], 0.0254, false),
     row(&["g"], [0, 1, 0, 0, 0], 1e-3, true),
     row(&["s", "sec"], [0, 0, 1, 0, 0], 1.0, true),
     row(&["A"], [0, 0, 0, 1, 0], 1.0, true),

@@ -134,7 +134,7 @@ fn the_library_alone_stays_small() {
     // A bound leaves no room: a crate more is a decision, which changes the bound here and the table in docs/dependencies.md.
     let table = include_str!("../docs/dependencies.md");
     for (features, bound) in
-        [(&["--no-default-features"][..], 69), (&["--no-default-features", "--features", "cli"], 112), (&[], 195)]
+        [(&["--no-default-features"][..], 69), (&["--no-default-features", "--features", "cli"], 112), (&[], 203)]
     {
         let own = crates(features);
         assert!(own <= bound, "{features:?}: {own} crates, expected at most {bound}");

@@ -3,6 +3,7 @@
 
 mod characteristics;
 mod characteristics_document;
+mod feedback;
 mod feedforward;
 mod fit_metrics;
 mod fitted;
@@ -21,6 +22,7 @@ mod validation;
 
 pub use characteristics::{Characteristic, Characteristics, Covariance, Named, characteristics};
 pub(crate) use characteristics_document::characteristics_document;
+pub use feedback::{CONTROLLERS, Controller, FeedbackGains, FeedbackWeights, position_feedback, velocity_feedback};
 pub use feedforward::{Regression, regression, regressions};
 pub(crate) use fit_metrics::{FitMetrics, fit_percent, poor_fit};
 pub use fitted::FittedMotor;

@@ -4,6 +4,7 @@ pub(crate) use super::bench_args::BenchArgs;
 pub(crate) use super::flags::*;
 pub(crate) use super::model::args::*;
 pub(crate) use super::sweep::args::*;
+pub(crate) use super::sysid_args::SysidArgs;
 use clap::builder::ArgPredicate;
 use clap::{ArgGroup, ArgMatches, Args, FromArgMatches};
 use motorfit::identify::Method;
@@ -118,6 +119,7 @@ commands! {
     "Simulate a motor that starts at rest, and write a recording", "simulate" => Simulate(SimulateArgs);
     "Check, list and show models: the equations of a machine as text", "model" => Model(ModelArgs);
     "Show the contents of recordings, how columns were interpreted, and suspect data", "inspect" => Inspect(InspectArgs);
+    "Identify a mechanism of a robot from a log with the tests of SysId: kS, kV, kA, kG and feedback gains", "sysid" => Sysid(SysidArgs);
     "Measure the throughput of CPU and GPU evaluation over population sizes", "bench" => Bench(BenchArgs);
     "List the devices of this machine that can evaluate candidates", "devices" => Devices(DevicesArgs);
     "Open recordings in the page, in a browser on this machine", "view" => View(ViewArgs);
@@ -127,7 +129,7 @@ commands! {
 
 #[derive(Args)]
 pub(crate) struct ViewArgs {
-    /// Recordings (CSV, XLSX, MAT, JSON) that the page opens; it reads no other file
+    /// Recordings (CSV, XLSX, MAT, JSON, wpilog) that the page opens; it reads no other file
     #[arg(value_name = "RECORD")]
     pub records: Vec<PathBuf>,
     /// Print the address of the page without opening a browser
@@ -150,7 +152,7 @@ pub(crate) struct ManArgs {
 
 #[derive(Args)]
 pub(crate) struct Recordings {
-    /// Recordings (CSV, XLSX, MAT, JSON); A+B combines two files into one recording, - reads one from stdin
+    /// Recordings (CSV, XLSX, MAT, JSON) or logs (wpilog, MCAP, Parquet, HDF5, TDMS, MDF4, ULog); A+B combines two files into one recording, - reads one from stdin
     #[arg(required = true, value_name = "RECORD")]
     pub records: Vec<PathBuf>,
     #[command(flatten)]

@@ -9,7 +9,7 @@ use std::ffi::OsString;
 const TEMPLATE: &str = "{about-with-newline}\n{before-help}{usage-heading} {usage}\n\n{all-args}{after-help}";
 
 /// Examples of each command, by its path of subcommands.
-const EXAMPLES: [(&str, &[&str]); 20] = [
+const EXAMPLES: [(&str, &[&str]); 21] = [
     ("", &["identify log.csv", "identify log.csv --with auto --split 0.7", "inspect log.csv"]),
     (
         "identify",
@@ -54,6 +54,14 @@ const EXAMPLES: [(&str, &[&str]); 20] = [
     ("model list", &["model list"]),
     ("model show", &["model show pmsm > pmsm.toml"]),
     ("inspect", &["inspect log.csv", "inspect log.csv --out report"]),
+    (
+        "sysid",
+        &[
+            "sysid FRC_20260301.wpilog",
+            "sysid log.wpilog --mechanism arm --controller ctre-v6 --out report",
+            "sysid log.wpilog --sheet drive:left --velocity-error 0.5",
+        ],
+    ),
     ("bench", &["bench", "bench --seconds 10 --populations 100,10000 --svg rates.svg"]),
     ("devices", &["devices", "devices --json"]),
     ("view", &["view", "view log.csv", "view first.csv second.csv --no-open"]),

@@ -57,7 +57,7 @@ pub(super) fn is_stdio(path: &Path) -> bool {
 }
 
 /// Reads stdin to its end.
-fn stdin() -> Result<Vec<u8>> {
+pub(super) fn stdin() -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     std::io::stdin().read_to_end(&mut bytes).map_err(|error| {
         let hint = "Check what writes to it.";

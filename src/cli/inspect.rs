@@ -3,18 +3,31 @@
 use super::args::InspectArgs;
 use super::prelude::*;
 use motorfit::identify::{Identifiability, Inspection};
-use motorfit::report::{SignalFacts, SignalStatistics, command_line, inspect_document, inspect_page};
+use motorfit::record::{ChannelFacts, channels};
+use motorfit::report::{SignalFacts, SignalStatistics, Table, command_line, inspect_document, inspect_page};
 use motorfit::setting::Text;
+use std::path::PathBuf;
 
 pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
     if let Some(model) = &args.model.model {
         return super::model::inspect::run(args, model, style);
     }
     let band = band(args.band.settling_band)?;
+    let catalogs = catalogs(&args.recordings.records)?;
+    if !args.json {
+        for (path, channels) in &catalogs {
+            show(&catalog(path, channels, style.verbose))?;
+        }
+    }
     let records = inputs::records(&args.recordings.records, &args.recordings.reading.0)?;
     let out = args.out.as_deref().map(Out::take).transpose()?;
     let inspections: Vec<Inspection<'_>> = records.iter().map(Inspection::of).collect();
-    let document = json(&inspect_document(&inspections, band));
+    let mut document = inspect_document(&inspections, band);
+    if !catalogs.is_empty() {
+        let one = |(path, channels): &(&PathBuf, Vec<ChannelFacts>)| serde_json::json!({"path": path.to_string_lossy(), "channels": channels});
+        document["logs"] = catalogs.iter().map(one).collect();
+    }
+    let document = json(&document);
     if args.json {
         data(&document)?;
     }
@@ -29,6 +42,42 @@ pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
     }
     Ok(Outcome::Done)
 }
+
+/// Returns the channels of the recordings that are logs.
+fn catalogs(paths: &[PathBuf]) -> Result<Vec<(&PathBuf, Vec<ChannelFacts>)>> {
+    let files = paths.iter().filter(|path| !inputs::is_stdio(path) && path.is_file());
+    files.filter_map(|path| channels(path).map(|found| Some((path, found?))).transpose()).collect()
+}
+
+/// Largest number of channels that are listed without `--verbose`.
+const CHANNELS_MAX: usize = 40;
+
+/// Returns the table of the channels of a log, those whose quantity is understood first.
+fn catalog(path: &Path, channels: &[ChannelFacts], is_complete: bool) -> String {
+    let title = format!("Channels of {}", path.display());
+    let mut table = Table::new("channels", title, &["channel", "unit", "read as", "samples", "rate [Hz]", "times [s]"]);
+    let mut order: Vec<&ChannelFacts> = channels.iter().collect();
+    order.sort_by_key(|of| of.quantity.is_none());
+    let most = if is_complete { usize::MAX } else { CHANNELS_MAX };
+    for of in order.iter().take(most) {
+        let times = of.span_s.filter(|_| of.samples > 0).map(|span| span.map(|time| significant(time, 5)).join(" … "));
+        table.row(vec![
+            of.name.clone(),
+            of.unit.clone().unwrap_or_default(),
+            of.quantity.unwrap_or_default().to_owned(),
+            of.samples.to_string(),
+            of.rate_hz.map_or_else(String::new, |rate| significant(rate, 4)),
+            times.unwrap_or_default(),
+        ]);
+    }
+    if channels.len() > most {
+        table.note(format!("{} more channels; --verbose lists all.", channels.len() - most));
+    }
+    table.text(terminal::table_width(WIDTH)) + "\n"
+}
+
+/// Width of the table of channels \[characters\].
+const WIDTH: usize = 110;
 
 /// Returns the settling band as a fraction of the steady state.
 pub(super) fn band(percent: f64) -> Result<f64> {

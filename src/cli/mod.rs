@@ -30,6 +30,8 @@ mod simulate;
 mod slice;
 mod suite;
 mod sweep;
+mod sysid;
+mod sysid_args;
 mod terminal;
 #[cfg(feature = "view")]
 mod view;
@@ -106,6 +108,7 @@ fn run(cli: &Cli, style: &Style) -> motorfit::Result<Outcome> {
         Command::Simulate(args) => simulate::run(args, style),
         Command::Inspect(args) => inspect::run(args, style),
         Command::Model(args) => model::run(args, style),
+        Command::Sysid(args) => sysid::run(args, style),
         Command::Bench(args) => bench::run(args, style),
         Command::Devices(args) => devices::run(args),
         Command::View(args) => view::run(args, style),

@@ -21,6 +21,7 @@ mod identifiability;
 mod lacking;
 mod late_voltage;
 mod likelihood;
+pub mod mechanism;
 mod method;
 mod missing_channel;
 pub mod model;

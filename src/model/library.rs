@@ -14,6 +14,12 @@ named! {
         DcExtended = "dc-extended" => include_str!("library/dc-extended.toml"),
         /// The DC motor whose winding warms up.
         DcThermal = "dc-thermal" => include_str!("library/dc-thermal.toml"),
+        /// A mechanism of a robot without gravity: friction, velocity and acceleration.
+        Mechanism = "mechanism" => include_str!("library/mechanism.toml"),
+        /// A mechanism of a robot that lifts a constant weight.
+        Elevator = "elevator" => include_str!("library/elevator.toml"),
+        /// A mechanism of a robot that lifts an arm.
+        Arm = "arm" => include_str!("library/arm.toml"),
         /// A permanent-magnet synchronous machine in rotor coordinates.
         Pmsm = "pmsm" => include_str!("library/pmsm.toml"),
         /// A servo with a pendulum, its control law and Stribeck friction.

@@ -88,7 +88,7 @@ const SPEED: Facts = Facts {
         (1.0, &["rad/s", "rads", "rad_s", "rad/sec"]),
         (1e3, &["krad/s"]),
         (TURN / 60.0, &["rpm", "rev/min", "r/min", "1/min", "min-1", "u/min"]),
-        (TURN, &["rps", "rev/s", "turns/s", "rotations/s", "hz"]),
+        (TURN, &["rps", "rev/s", "turn/s", "turns/s", "rotations/s", "hz"]),
         (TURN / 360.0, &["deg/s", "°/s"]),
     ],
     words: &["speed", "omega", "ω", "w", "velocity", "rpm", "drehzahl", "velocidade", "vitesse", "velocidad"],
@@ -170,6 +170,9 @@ impl Quantity {
             let more = match self {
                 Time => "; for clock ticks, the frequency of the clock, as in time=HEADING:8kHz",
                 Position => "; for encoder counts, divide by the counts per turn, as in position=HEADING/4096:turns",
+                Speed => {
+                    "; a linear speed is divided by the radius of the wheel or drum, as in speed=HEADING/0.05:rad/s"
+                }
                 Voltage => "; for duty cycles and PWM ticks, scale to volts, as in voltage=HEADING*12/255:V",
                 _ => "",
             };
@@ -205,6 +208,8 @@ impl fmt::Display for Quantity {
 
 /// Largest length of a heading \[bytes\]; longer cells are prose.
 const HEADING_MAX: usize = 200;
+/// Largest number of words of a heading.
+const WORDS_MAX: usize = 16;
 
 /// Returns the quantity of a heading and the unit that it names, if any.
 ///
@@ -218,6 +223,9 @@ pub(super) fn understand(heading: &str) -> Option<(Quantity, Option<String>)> {
         return Some((quantity_of(&words_of(&name), Some(unit))?, Some(unit.to_owned())));
     }
     let words = words_of(heading);
+    if words.len() > WORDS_MAX {
+        return None;
+    }
     let runs = (1..words.len()).flat_map(|start| (start..words.len()).map(move |end| (start, end)));
     let unit_at = |(start, end): (usize, usize)| {
         let unit = &heading[words[start].0..words[end].0 + words[end].1.len()];

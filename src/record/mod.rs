@@ -18,8 +18,9 @@ mod time;
 pub use diagnose::{FINDINGS, Finding, Severity, can_cause_poor_fit, diagnose};
 pub use heading::Quantity;
 pub use import::{
-    BadRows, ColumnPreview, ColumnUse, FORMATS, Format, ReadOptions, SignalRequest, TablePreview, parse_number,
-    preview, read, read_bytes, read_inputs, read_joined, read_recording, read_signal_inputs, write_csv,
+    BadRows, ChannelFacts, ColumnPreview, ColumnUse, FORMATS, Format, ReadOptions, SignalRequest, TESTS, TablePreview,
+    channels, parse_number, preview, read, read_bytes, read_inputs, read_joined, read_recording, read_signal_inputs,
+    test_of, write_csv,
 };
 pub use limits::limits;
 pub use lines::Lines;
@@ -232,6 +233,11 @@ impl Record {
     #[must_use]
     pub fn is_interpolated(&self) -> bool {
         self.interpolated
+    }
+
+    /// Returns the recording with outputs that were interpolated; `ratio` is their number of samples over that of the recording.
+    fn with_interpolated_outputs(self, ratio: f64) -> Self {
+        Self { independent: self.independent * ratio, interpolated: true, ..self }
     }
 
     /// Returns a copy without the current.

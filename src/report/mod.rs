@@ -21,6 +21,9 @@ mod inspect;
 mod likelihood;
 #[cfg(feature = "report")]
 mod likelihood_chart;
+mod mechanism;
+#[cfg(feature = "report")]
+mod mechanism_page;
 mod model;
 #[cfg(feature = "report")]
 mod notebook;
@@ -55,6 +58,11 @@ pub use inspect::{inspect_page, record_figure};
 pub use likelihood::likelihood_document;
 #[cfg(feature = "report")]
 pub use likelihood_chart::likelihood_chart;
+pub use mechanism::{
+    FeedbackDesign, MechanismLine, mechanism_code, mechanism_document, mechanism_lines, mechanism_selection,
+};
+#[cfg(feature = "report")]
+pub use mechanism_page::mechanism_page;
 #[cfg(feature = "report")]
 pub use model::{ModelInspection, model_check_page, model_figure, model_inspect_page, model_page};
 pub use model::{ModelSignalFacts, model_inspect_document};

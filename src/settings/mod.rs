@@ -10,6 +10,6 @@ mod read;
 mod table;
 
 pub use given::{Fault, Given, Value};
-pub use model::{model_reading, model_spec};
+pub use model::{model_reading, model_spec, signal_reading};
 pub use read::{device, identify, method, problem, reading, with_intersample_of};
 pub use table::{DEVICE, Kind, PROBLEM, READING, Row, SEARCH, row};

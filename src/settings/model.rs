@@ -11,7 +11,7 @@ use crate::identify::model::ModelSpec;
 use crate::identify::{Method, Polish};
 use crate::model::{IntegrationMethod, Model};
 use crate::motor::Discretization;
-use crate::record::{Mask, Offset, Reading, parse_signal_columns};
+use crate::record::{Mask, Offset, Reading, SignalRequest, parse_signal_columns};
 use crate::setting::{Setting, Text, text};
 use crate::text::excerpt;
 use crate::{Error, Result};
@@ -21,7 +21,14 @@ use crate::{Error, Result};
 /// # Errors
 /// Returns a usage error if a value is invalid.
 pub fn model_reading(given: &Given, model: &Model) -> Read<Reading> {
-    let signals = signal_requests(model);
+    signal_reading(given, signal_requests(model))
+}
+
+/// Returns the options for reading recordings of signals, such as those of a model.
+///
+/// # Errors
+/// Returns a usage error if a value is invalid.
+pub fn signal_reading(given: &Given, signals: Vec<SignalRequest>) -> Read<Reading> {
     let names: Vec<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
     let columns = given.read(Setting::Columns, |text| parse_signal_columns(text, &names))?.unwrap_or_default();
     let mut reading = reading(&given.without(Setting::Columns))?;

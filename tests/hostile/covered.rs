@@ -2,8 +2,8 @@
 
 use crate::calls::Calls;
 use crate::drivers::{
-    analysis, estimate, evaluate, files, ground, identify, models, motor, optimize, record, report, settings, study,
-    suite, sweep,
+    analysis, estimate, evaluate, files, ground, identify, mechanisms, models, motor, optimize, record, report,
+    settings, study, suite, sweep,
 };
 use crate::list::public_functions;
 use std::path::Path;
@@ -66,6 +66,9 @@ const DRIVERS: &[Driver] = &[
     models::problems,
     models::identifications,
     models::exports,
+    mechanisms::feedback,
+    mechanisms::mechanisms,
+    mechanisms::words,
 ];
 
 #[test]

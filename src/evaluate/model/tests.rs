@@ -35,6 +35,9 @@ fn case(of: BuiltIn) -> (Vec<Vec<f64>>, f64, Vec<f64>) {
         BuiltIn::DcThermal => {
             (vec![square(90, 6.0, -3.0), vec![25.0; SAMPLES]], 1e-3, vec![1.0, 1.0, 0.05, 1e-5, 1e-5, 5.0, 4.0, 1e-3])
         }
+        BuiltIn::Mechanism => (vec![square(90, 6.0, -3.0)], 1e-2, vec![0.25, 2.1, 0.32, 0.015]),
+        BuiltIn::Elevator => (vec![square(90, 6.0, -3.0)], 1e-2, vec![0.18, 0.62, 3.9, 0.21, 0.0043]),
+        BuiltIn::Arm => (vec![square(90, 2.0, -1.0)], 1e-2, vec![0.2, 0.75, 1.4, 0.09, 0.1, 0.015]),
         BuiltIn::DcMotor => (vec![after_rest(square(70, 6.0, -3.0)), square(33, 0.01, 0.0)], 1e-3, motor()),
         BuiltIn::DcExtended => (
             vec![after_rest(square(70, 6.0, -3.0)), zero],
@@ -77,6 +80,9 @@ fn steps_follow_the_equations() {
         (BuiltIn::DcMotor, [1e-12, 1e-6]),
         (BuiltIn::DcExtended, [1e-2, 1e-2]),
         (BuiltIn::DcThermal, [3e-3, 3e-3]),
+        (BuiltIn::Mechanism, [1e-2, 1e-2]),
+        (BuiltIn::Elevator, [1e-2, 1e-2]),
+        (BuiltIn::Arm, [1e-2, 1e-2]),
         (BuiltIn::Pmsm, [1e-5, 1e-5]),
         (BuiltIn::ServoPendulum, [1e-2, 1e-2]),
         (BuiltIn::TwoMass, [2e-2, 2e-2]),

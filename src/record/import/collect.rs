@@ -1,18 +1,18 @@
-//! Conversion of the rows of a table into signals in SI units.
+//! Reading of the rows of a table of text.
 
 use super::advice::advice;
 use super::bad_rows::{BadRows, LeftOut, with_remedy};
-use super::columns::{Need, TableSpec, Used, choose};
-use super::convert::{Cells, converted};
-use super::formula::Formula;
+use super::columns::{TableSpec, Used, choose};
+use super::convert::Cells;
 use super::layout::{Layout, comment, find};
+use super::numbers::Numbers;
 use super::parse::{Separator, parse_number};
 use super::quick::Quick;
 use super::signals::Signals;
 use super::text::Lines as Text;
-use crate::record::{Lines, Quantity, SAMPLES_MAX, Source};
+use crate::record::{Lines, Quantity, SAMPLES_MAX};
 use crate::setting::text;
-use crate::text::{counted, excerpt, quoted};
+use crate::text::{counted, excerpt};
 use crate::{Error, Result};
 use std::borrow::Cow;
 use std::ops::Range;
@@ -31,50 +31,16 @@ pub(super) fn collect(lines: &mut impl Text, spec: &TableSpec<'_>) -> Result<Sig
     };
     let mut rows = Rows::new(&used, &layout, spec.bad_rows == BadRows::Skip);
     read_rows(lines, &mut rows)?;
-    let Rows { columns, values, lines: row_lines, blank, mut bad, comma, has_point, quick, skips, .. } = rows;
+    let Rows { columns, values, lines: row_lines, blank, bad, comma, has_point, quick, skips, .. } = rows;
     if let Some(error) = comma.filter(|_| has_point || quick.is_some_and(|quick| quick.has_point)) {
         return Err(error);
     }
-    let mut notes = layout.notes.clone();
-    if !blank.is_empty() {
-        notes.push(format!("{} of nan left out", counted(blank.len(), "row")));
-    }
     let columns = columns.iter().map(|column| (column.at, column.heading)).collect();
-    let mut cells = Cells { columns, values, lines: row_lines };
-    let (mut signals, wrong) = converted(&used, &mut cells)?;
-    let mut row_lines = cells.lines;
-    if let Some(first) = wrong.first().filter(|_| !skips) {
-        return Err(with_remedy(&first.error));
-    }
-    if !wrong.is_empty() {
-        wrong.iter().for_each(|wrong| bad.push(row_lines.get(wrong.row).unwrap_or(0), &wrong.error));
-        let is_good = |row: &usize| wrong.binary_search_by_key(row, |wrong| wrong.row).is_err();
-        let kept: Vec<usize> = (0..row_lines.len()).filter(is_good).collect();
-        signals.iter_mut().for_each(|signal| *signal = kept.iter().map(|&row| signal[row]).collect());
-        row_lines = row_lines.of(kept.into_iter());
-    }
-    let (left_out, note) = bad.finish();
-    notes.extend(note);
-    check_sums(&used, &row_lines, &[blank, left_out.clone()].concat())?;
-    let taken: Vec<usize> = used.iter().flat_map(Used::column_indices).collect();
-    let others =
-        layout.headings.iter().enumerate().filter(|(at, heading)| !taken.contains(at) && !heading.name.is_empty());
-    let source = Source {
-        ignored: others.map(|(_, heading)| heading.name.clone()).collect(),
-        columns: used.into_iter().map(|used| used.column).collect(),
-        lines: row_lines,
-        notes,
-        last_line_open: lines.is_open(),
-        ..Source::default()
-    };
-    let quantities = source.columns.iter().map(|column| column.quantity);
-    let mut list: Vec<(Quantity, Vec<f64>)> = quantities.zip(signals).collect();
-    if spec.need == Need::Inputs || list.iter().any(|(quantity, _)| *quantity == Quantity::Speed) {
-        // If a speed is given, a position is used in formulas only.
-        list.retain(|(quantity, _)| *quantity != Quantity::Position);
-    }
-    let inputs = spec.signals.iter().map(|signal| signal.is_input).collect();
-    Ok(Signals { source, list, left_out, inputs })
+    let cells = Cells { columns, values, lines: row_lines };
+    let table = Numbers { cells, headings: &layout.headings, notes: layout.notes.clone(), blank, bad, skips };
+    let mut signals = table.signals(used, spec)?;
+    signals.source.last_line_open = lines.is_open();
+    Ok(signals)
 }
 
 /// Reads the rows below a heading.
@@ -103,19 +69,6 @@ fn read_rows(lines: &mut impl Text, rows: &mut Rows<'_>) -> Result<()> {
 fn cut_off(error: &Error) -> Error {
     let message = format!("the last line is cut off: {}", error.message());
     Error::data(message, "Remove the last line, or copy the file again.").at_line(error.line())
-}
-
-/// Checks that no row is missing between the rows over which a cumulative sum runs.
-fn check_sums(used: &[Used], lines: &Lines, left_out: &[u64]) -> Result<()> {
-    let Some(sum) = used.iter().find(|used| matches!(&used.formula, Formula::Expression(e) if e.has_sum())) else {
-        return Ok(());
-    };
-    let range = lines.get(0).zip(lines.get(lines.len().saturating_sub(1)));
-    let is_inside = |line: &&u64| range.is_some_and(|(first, last)| (first..last).contains(*line));
-    let Some(&line) = left_out.iter().find(is_inside) else { return Ok(()) };
-    let message = format!("{} needs every row, but this row has no numbers", quoted(&sum.column.heading));
-    let hint = "Give a column with the cumulative value itself, or cut the recording at this line.";
-    Err(Error::data(message, hint).at_line(line))
 }
 
 /// A column whose cells are read.

@@ -69,10 +69,12 @@ impl TableSpec<'_> {
 pub(super) const NONE: &str = "-";
 
 /// A heading with the unit from the row of units below it, if there is one.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Heading {
     pub name: String,
     pub unit: Option<String>,
+    /// Text in which the quantity is recognized in place of the name; empty if the column is used on request alone.
+    pub alias: Option<String>,
 }
 
 impl Heading {
@@ -86,13 +88,13 @@ impl Heading {
 
     /// Returns the quantity that the heading names, and the unit; the row of units takes precedence over the heading.
     pub(super) fn understood(&self) -> Option<(Quantity, Option<String>)> {
-        let (quantity, unit) = understand(&self.name)?;
+        let (quantity, unit) = understand(self.alias.as_ref().unwrap_or(&self.name))?;
         Some((quantity, self.unit.clone().or(unit)))
     }
 }
 
 /// A quantity that is read: its column or expression, and the conversion to SI units.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Used {
     /// Index of its column; `None` for an expression.
     pub at: Option<usize>,
@@ -260,9 +262,16 @@ fn headed_twice(headings: &[Heading], at: usize, quantity: Quantity) -> Result<(
     Err(Error::data(message, text!("Name the column by its number: " [Columns = "{}=#{first}", quantity.key()] ".")))
 }
 
-/// Returns all headings in quotation marks.
+/// Largest number of headings that a message lists.
+const LISTED_MAX: usize = 60;
+
+/// Returns the headings in quotation marks; of many the first ones and their number.
 pub(super) fn listed(headings: &[Heading]) -> String {
-    headings.iter().map(|heading| quoted(&heading.name)).collect::<Vec<_>>().join(", ")
+    let mut all: Vec<String> = headings.iter().take(LISTED_MAX).map(|heading| quoted(&heading.name)).collect();
+    if headings.len() > LISTED_MAX {
+        all.push(format!("… ({} in all)", headings.len()));
+    }
+    all.join(", ")
 }
 
 /// Selects the column of a quantity by its heading: the canonical one, else the only one that names the quantity.

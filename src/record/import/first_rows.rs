@@ -1,10 +1,13 @@
 //! Preview of a file: the headings of its tables, what is understood of them, and the first rows, before any column is chosen.
 
+use super::channels::columns;
 use super::columns::{Heading, Need, TableSpec, one};
-use super::formats::{CellLines, Cells, Format, HEAD};
+use super::formats::{CellLines, Cells, Format, HEAD, Log, Reader};
+use super::input::Input;
 use super::layout::{comment, find};
 use super::options::ReadOptions;
 use super::request::divided;
+use super::routines::Scope;
 use super::serial::{Monitor, SerialLines};
 use super::text::{Lines, TextLines};
 use crate::record::heading::Quantity;
@@ -62,7 +65,12 @@ pub fn preview(bytes: &[u8], path: Option<&Path>, options: &ReadOptions) -> Resu
 fn tables(bytes: &[u8], options: &ReadOptions) -> Result<Vec<TablePreview>> {
     let spec = TableSpec::of(options, Need::Recording);
     let head = &bytes[..bytes.len().min(HEAD)];
-    let Some(format) = Format::of(head) else {
+    let format = Format::of(head)?.map(|format| format.read);
+    if let Some(Reader::Log(open)) = format {
+        let log = open(Input::bytes(bytes).medium(Vec::new())?)?;
+        return Ok(vec![log_table(log.as_ref(), options, &spec)?]);
+    }
+    let Some(Reader::Tables { tables, .. }) = format else {
         let lines = TextLines::new(bytes)?;
         let table = match Monitor::of(head) {
             None => table(lines, &spec),
@@ -80,7 +88,28 @@ fn tables(bytes: &[u8], options: &ReadOptions) -> Result<Vec<TablePreview>> {
             .map_err(|error| part.iter().fold(error, |error, part| Error::in_part(error, part)))?;
         Ok(TablePreview { part, ..table })
     };
-    (format.tables)(bytes, options.sheet.as_deref())?.iter().map(read).collect()
+    tables(bytes, options.sheet.as_deref())?.iter().map(read).collect()
+}
+
+/// Returns the fields of a log as columns, without values.
+fn log_table(log: &dyn Log, options: &ReadOptions, spec: &TableSpec<'_>) -> Result<TablePreview> {
+    let scope = Scope::of(log, options.sheet.as_deref())?;
+    let headings = columns(log, &|channel| scope.has(channel)).headings;
+    let mut columns: Vec<ColumnPreview> = headings.iter().map(|heading| column(heading, Vec::new())).collect();
+    let expressions = use_columns(&headings, spec, &mut columns);
+    Ok(TablePreview { part: None, columns, expressions })
+}
+
+/// Returns the preview of a column with its first cells.
+fn column(heading: &Heading, cells: Vec<String>) -> ColumnPreview {
+    let understood = heading.understood();
+    ColumnPreview {
+        heading: heading.name.clone(),
+        quantity: understood.as_ref().map(|(quantity, _): &(Quantity, _)| quantity.key()),
+        unit: understood.and_then(|(_, unit)| unit).or_else(|| heading.unit.clone()),
+        cells,
+        used: None,
+    }
 }
 
 fn table(mut lines: impl Lines, spec: &TableSpec<'_>) -> Result<TablePreview> {
@@ -94,17 +123,8 @@ fn table(mut lines: impl Lines, spec: &TableSpec<'_>) -> Result<TablePreview> {
     rows.retain(|row| comment(row).is_none() && !row.trim().is_empty());
     rows.truncate(ROWS);
     let rows: Vec<Vec<&str>> = rows.iter().map(|row| layout.separator.row(row)).collect();
-    let column = |(at, heading): (usize, &Heading)| {
-        let understood = heading.understood();
-        let cells = rows.iter().map(|row| row.get(at).map_or_else(String::new, |cell| (*cell).to_owned()));
-        ColumnPreview {
-            heading: heading.name.clone(),
-            quantity: understood.as_ref().map(|(quantity, _): &(Quantity, _)| quantity.key()),
-            unit: understood.and_then(|(_, unit)| unit).or_else(|| heading.unit.clone()),
-            cells: cells.collect(),
-            used: None,
-        }
-    };
+    let cells = |at: usize| rows.iter().map(move |row| row.get(at).map_or_else(String::new, |cell| (*cell).to_owned()));
+    let column = |(at, heading): (usize, &Heading)| column(heading, cells(at).collect());
     let mut columns: Vec<ColumnPreview> = layout.headings.iter().enumerate().map(column).collect();
     let expressions = use_columns(&layout.headings, spec, &mut columns);
     Ok(TablePreview { part: None, columns, expressions })

@@ -114,7 +114,7 @@ fn readable<'a>(line: Line<'a>, spec: &TableSpec<'_>) -> Result<Cow<'a, str>> {
 
 /// Returns headings for columns without any: their numbers from 1.
 fn numbers(width: usize) -> Vec<Heading> {
-    (1..=width).map(|n| Heading { name: n.to_string(), unit: None }).collect()
+    (1..=width).map(|n| Heading { name: n.to_string(), ..Heading::default() }).collect()
 }
 
 /// Returns the layout of rows without a heading, the first of which is the last line in `ahead`.
@@ -134,7 +134,7 @@ fn likeliest(ahead: &VecDeque<(u64, String)>, spec: &TableSpec<'_>) -> usize {
 
 fn headings(row: &[&str], units: Option<&[String]>) -> Vec<Heading> {
     let unit = |n: usize| units.and_then(|units| units.get(n)).filter(|unit| !unit.is_empty()).cloned();
-    row.iter().enumerate().map(|(n, name)| Heading { name: (*name).to_owned(), unit: unit(n) }).collect()
+    row.iter().enumerate().map(|(n, name)| Heading { name: (*name).to_owned(), unit: unit(n), alias: None }).collect()
 }
 
 /// Returns the units of a row that has nothing but units, without brackets; `None` for any other row.

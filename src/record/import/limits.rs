@@ -1,6 +1,7 @@
 //! Limits of imported files.
 
-use super::{FORMATS, expression, formats, layout, text};
+use super::formats::Reader;
+use super::{FORMATS, expression, formats, layout, logs, text};
 use crate::limit::{Limit, limit, limit_of};
 
 const TEXT: [Limit; 4] = [
@@ -12,11 +13,20 @@ const TEXT: [Limit; 4] = [
 
 /// Returns the limits of imported files.
 pub(in crate::record) fn limits() -> impl Iterator<Item = Limit> {
-    let size = |name: &str| FORMATS.iter().find(|format| format.name == name).map_or(0, |format| format.bytes_max);
+    let size = |name: &str| match FORMATS.iter().find(|format| format.name == name).map(|format| format.read) {
+        Some(Reader::Tables { bytes_max, .. }) => bytes_max,
+        _ => 0,
+    };
     let sizes = [
         limit("bytes of a workbook", size("XLSX"), "refused before it is read"),
         limit("bytes of a MAT-file", size("MAT"), "refused before it is read"),
         limit("bytes of a JSON file", size("JSON"), "refused before it is read"),
     ];
-    TEXT.into_iter().chain(sizes).chain(formats::LIMITS.iter().copied())
+    let logs = [
+        limit("values that are read from a log", logs::VALUES_MAX, "refused: cut the log"),
+        limit_of("entries of a WPILib data log", formats::ENTRIES_MAX, "further entries are left out"),
+        limit_of("values of an array entry of a WPILib data log", formats::ARRAY_MAX, "further values are left out"),
+        limit_of("bytes of a record of a WPILib data log", formats::PAYLOAD_MAX, "the record is left out"),
+    ];
+    TEXT.into_iter().chain(sizes).chain(logs).chain(formats::LIMITS.iter().copied())
 }

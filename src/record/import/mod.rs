@@ -2,10 +2,12 @@
 //!
 //! A file is read as lines of cells ([`text`] for CSV, [`formats`] otherwise). The lines give a table whose headings or the
 //! user's requests select the columns ([`layout`], [`columns`], [`request`], [`formula`]); the rows of the table give the
-//! signals in SI units ([`collect`], [`convert`], [`signals`]).
+//! signals in SI units ([`collect`], [`numbers`], [`convert`], [`signals`]). The fields of a log are columns too ([`channels`]);
+//! those that are used are read and brought to one clock ([`logs`], [`routines`], [`merge`]).
 
 mod advice;
 mod bad_rows;
+mod channels;
 mod collect;
 mod columns;
 mod convert;
@@ -14,14 +16,19 @@ mod expression;
 mod first_rows;
 mod formats;
 mod formula;
+mod input;
 mod lacking;
 mod layout;
 mod limits;
+mod logs;
+mod merge;
 mod named;
+mod numbers;
 mod options;
 mod parse;
 mod quick;
 mod request;
+mod routines;
 mod serial;
 mod signals;
 mod suggest;
@@ -29,11 +36,13 @@ mod text;
 mod write;
 
 pub use bad_rows::BadRows;
+pub use channels::{ChannelFacts, channels};
 pub use first_rows::{ColumnPreview, ColumnUse, TablePreview, preview};
 pub(super) use limits::limits;
 pub use named::SignalRequest;
 pub use options::ReadOptions;
 pub use parse::parse_number;
+pub use routines::test_of;
 pub use write::write_csv;
 
 use super::heading::Quantity;
@@ -44,11 +53,11 @@ use crate::setting::text;
 use crate::{Error, Result};
 use collect::collect;
 use columns::{Need, TableSpec};
-use formats::{CellLines, Cells, HEAD};
-pub use formats::{FORMATS, Format};
+use formats::{CellLines, Cells, HEAD, Reader};
+pub use formats::{FORMATS, Format, TESTS};
+use input::Input;
 use serial::{Monitor, SerialLines};
 use signals::Signals;
-use std::fs::File;
 use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -60,7 +69,7 @@ use text::{TextLines, unreadable};
 /// Returns a `Data` error with file, line and column if the file cannot be read or interpreted or its data are invalid, and
 /// a `Usage` error if the options do not fit the file.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Vec<Record>> {
-    let read = || records_from_bytes(open(path)?, Some(path), options);
+    let read = || records_from(Input::open(path)?, Some(path), options);
     read().map_err(|error: Error| error.in_file(path))
 }
 
@@ -70,14 +79,14 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Vec<Record>> {
 /// Returns an error in the cases of [`read`].
 pub fn read_bytes(bytes: &[u8], path: Option<&Path>, options: &ReadOptions) -> Result<Vec<Record>> {
     let located = |error: Error| path.iter().fold(error, |error, path| error.in_file(path));
-    records_from_bytes(bytes, path, options).map_err(located)
+    records_from(Input::bytes(bytes), path, options).map_err(located)
 }
 
-/// Reads the recordings from a reader; `path` is their origin.
-fn records_from_bytes(reader: impl Read, path: Option<&Path>, options: &ReadOptions) -> Result<Vec<Record>> {
+/// Reads the recordings of a file; `path` is their origin.
+fn records_from(input: Input<'_>, path: Option<&Path>, options: &ReadOptions) -> Result<Vec<Record>> {
     let mut records = Vec::new();
     let need = if options.signals.is_empty() { Need::Recording } else { Need::Signals };
-    for mut table in tables(reader, options, need)? {
+    for mut table in tables(input, options, need)? {
         table.source.path = path.map(Path::to_path_buf);
         let part = table.source.part.clone();
         records.extend(split(table, options).map_err(|error| in_part(error, part.as_deref()))?);
@@ -164,13 +173,18 @@ fn split(mut signals: Signals, options: &ReadOptions) -> Result<Vec<Record>> {
     if options.drop_repeats {
         signals.drop_repeats();
     }
-    match options.gaps {
+    let interpolated = signals.interpolated;
+    let records = match options.gaps {
         Gaps::Keep => {
             signals.samples().and_then(|(samples, source)| Ok(vec![Record::from_file(samples, source, true)?]))
         }
         Gaps::Error => with_left_out(signals),
         Gaps::Split => segments(signals),
-    }
+    }?;
+    Ok(match interpolated {
+        None => records,
+        Some(ratio) => records.into_iter().map(|record| record.with_interpolated_outputs(ratio)).collect(),
+    })
 }
 
 /// Creates one recording from signals. A gap in time that is as long as the rows skipped there is a long step, not an error.
@@ -237,29 +251,29 @@ fn with_changing_outputs(records: Vec<Record>) -> Vec<Record> {
     changing
 }
 
-/// Opens a file, and refuses a folder.
-fn open(path: &Path) -> Result<File> {
-    let file = File::open(path).map_err(|e| crate::file::unreadable(path, &e))?;
-    if file.metadata().map_err(|e| unreadable(&e))?.is_dir() {
-        return Err(Error::data("is a folder, expected a file", "Give the path of a recording in it."));
-    }
-    Ok(file)
-}
-
 /// Reads the tables of the file at a path.
 fn tables_in(path: &Path, options: &ReadOptions, need: Need) -> Result<Vec<Signals>> {
-    open(path).and_then(|file| tables(file, options, need)).map_err(|error| error.in_file(path))
+    Input::open(path).and_then(|input| tables(input, options, need)).map_err(|error| error.in_file(path))
 }
 
 /// Reads the tables of a file: one, or one for each test.
-fn tables(mut reader: impl Read, options: &ReadOptions, need: Need) -> Result<Vec<Signals>> {
+fn tables(mut input: Input<'_>, options: &ReadOptions, need: Need) -> Result<Vec<Signals>> {
     let mut head = Vec::new();
-    (&mut reader).take(HEAD as u64).read_to_end(&mut head).map_err(|e| unreadable(&e))?;
+    (&mut input).take(HEAD as u64).read_to_end(&mut head).map_err(|e| unreadable(&e))?;
     let spec = TableSpec::of(options, need);
-    let format = Format::of(&head);
+    let format = Format::of(&head)?;
+    if let Some(Reader::Log(open)) = format.map(|format| format.read) {
+        let mut medium = input.medium(head)?;
+        let sha256 = logs::digest(medium.as_mut())?;
+        let tables = logs::tables(open(medium)?.as_mut(), options, need)?.into_iter().map(|mut table| {
+            table.source.sha256 = Some(sha256.clone());
+            table.timed(options.rate_hz)
+        });
+        return tables.collect();
+    }
     let monitor = Monitor::of(&head);
-    let mut reader = std::io::Cursor::new(head).chain(reader);
-    let Some(format) = format else {
+    let mut reader = std::io::Cursor::new(head).chain(input);
+    let Some(Reader::Tables { bytes_max, tables }) = format.map(|format| format.read) else {
         let mut lines = TextLines::new(reader)?;
         let mut table = match &monitor {
             None => collect(&mut lines, &spec)?,
@@ -275,10 +289,9 @@ fn tables(mut reader: impl Read, options: &ReadOptions, need: Need) -> Result<Ve
         return Ok(vec![table.timed(options.rate_hz)?]);
     };
     let mut bytes = Vec::new();
-    let most = format.bytes_max;
-    (&mut reader).take(most + 1).read_to_end(&mut bytes).map_err(|e| unreadable(&e))?;
-    if bytes.len() as u64 > most {
-        let message = format!("is larger than {} MiB", most >> 20);
+    (&mut reader).take(bytes_max + 1).read_to_end(&mut bytes).map_err(|e| unreadable(&e))?;
+    if bytes.len() as u64 > bytes_max {
+        let message = format!("is larger than {} MiB", bytes_max >> 20);
         return Err(Error::data(message, "Save the recording as CSV, which may have any size."));
     }
     let read = |cells: &Cells| {
@@ -290,7 +303,7 @@ fn tables(mut reader: impl Read, options: &ReadOptions, need: Need) -> Result<Ve
         table.source.part = part;
         table.timed(options.rate_hz)
     };
-    (format.tables)(&bytes, options.sheet.as_deref())?.iter().map(read).collect()
+    tables(&bytes, options.sheet.as_deref())?.iter().map(read).collect()
 }
 
 /// Returns the error located in a part of the file, if there is one.

@@ -36,6 +36,11 @@ impl SignalRequest {
         self.column.as_deref().unwrap_or(&self.name)
     }
 
+    /// Returns true if the signal is the voltage of a motor.
+    pub(super) fn is_voltage(&self) -> bool {
+        self.known() == Some(Quantity::Voltage)
+    }
+
     /// Returns the known quantity with the heading of the signal, such as the current.
     fn known(&self) -> Option<Quantity> {
         let key = self.heading().to_lowercase().replace([' ', '-'], "_");
@@ -74,12 +79,14 @@ pub(super) fn chosen(
                 measured += usize::from(!signal.is_input);
                 used.push(column);
             }
-            None if signal.is_input && !signal.is_optional => missing.push(signal.heading().to_owned()),
+            None if !signal.is_optional => missing.push(signal.heading().to_owned()),
             None => {}
         }
     }
     // A simulation requests inputs only.
-    if measured == 0 && spec.signals.iter().any(|signal| !signal.is_input) {
+    let is_named =
+        spec.signals.iter().any(|signal| !signal.is_input && missing.iter().any(|name| name == signal.heading()));
+    if measured == 0 && !is_named && spec.signals.iter().any(|signal| !signal.is_input) {
         let outputs = spec.signals.iter().filter(|signal| !signal.is_input).map(SignalRequest::heading);
         missing.push(outputs.collect::<Vec<_>>().join(" or "));
     }

@@ -17,6 +17,9 @@ pub(super) struct Signals {
     pub left_out: Vec<u64>,
     /// True for each signal of a model that is an input.
     pub inputs: Vec<bool>,
+    /// If outputs were interpolated between the times of another channel: their number of samples over that of the recording,
+    /// at most 1.
+    pub interpolated: Option<f64>,
 }
 
 /// Returns the signal of a model.
@@ -56,7 +59,8 @@ impl Signals {
     pub(super) fn part(&self, range: Range<usize>) -> Self {
         let cut = |(quantity, signal): &(Quantity, Vec<f64>)| (*quantity, signal[range.clone()].to_vec());
         let source = Source { lines: self.source.lines.of(range.clone()), ..self.source.clone() };
-        Self { source, list: self.list.iter().map(cut).collect(), left_out: Vec::new(), inputs: self.inputs.clone() }
+        let list = self.list.iter().map(cut).collect();
+        Self { source, list, left_out: Vec::new(), inputs: self.inputs.clone(), interpolated: self.interpolated }
     }
 
     /// Returns the number of rows between a sample and the next one that could not be read.

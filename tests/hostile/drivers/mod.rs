@@ -6,6 +6,7 @@ pub mod evaluate;
 pub mod files;
 pub mod ground;
 pub mod identify;
+pub mod mechanisms;
 pub mod models;
 pub mod motor;
 pub mod optimize;

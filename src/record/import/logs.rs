@@ -1,0 +1,233 @@
+//! Signals from logs: the columns that are used, brought to one clock, one table for each test.
+
+use super::bad_rows::{BadRows, LeftOut};
+use super::channels::{Columns, columns, duty_times_supply};
+use super::columns::{Need, TableSpec, Used, choose};
+use super::convert::Cells;
+use super::formats::{Log, Medium};
+use super::merge::{Merged, Wanted, merged};
+use super::numbers::Numbers;
+use super::options::ReadOptions;
+use super::routines::{Scope, cut, notes};
+use super::signals::Signals;
+use super::text::unreadable;
+use crate::record::requests::ColumnRequest;
+use crate::record::{Lines, Quantity};
+use crate::text::{counted, hexadecimal, listed, quoted};
+use crate::{Error, Result};
+use sha2::{Digest as _, Sha256};
+
+/// Largest number of values that are read from a log.
+pub(super) const VALUES_MAX: u64 = 400_000_000;
+
+/// Reads the tables of a log: the complete log, or one for each test of the chosen mechanism.
+///
+/// # Errors
+/// Returns an error if columns cannot be selected, or the log is damaged.
+pub(super) fn tables(log: &mut dyn Log, options: &ReadOptions, need: Need) -> Result<Vec<Signals>> {
+    let scope = Scope::of(log, options.sheet.as_deref())?;
+    let found = columns(log, &|channel| scope.has(channel));
+    let constants = log.constants().to_vec();
+    let mut requests = options.columns.clone();
+    let supplied = with_supply(log, &scope, (&found, need), (options, &mut requests));
+    let spec = TableSpec { requests: &requests, constants: &constants, ..TableSpec::of(options, need) };
+    let used = choose(&found.headings, &spec).map_err(|error| described(error, log, &scope))?;
+    let selection = Selection::of(&used, &found, &spec);
+    selection.check(log)?;
+    let series = log.read(&selection.requests)?;
+    let holds = log.is_of_changes();
+    let mut all_notes = log.notes().to_vec();
+    all_notes.extend(supplied);
+    all_notes.extend(scope.routine.iter().flat_map(notes));
+    let signals = |merged: Merged| selection.signals(used.clone(), merged, (&found, &all_notes), &spec);
+    let Some(routine) = &scope.routine else {
+        return Ok(vec![signals(merged(series, &selection.wanted, holds))?]);
+    };
+    let mut tables = Vec::new();
+    let mut short = Vec::new();
+    for test in &routine.tests {
+        let part = cut(&series, test, holds);
+        let fewest = part.iter().zip(&selection.requests).min_by_key(|(series, _)| series.time_s.len());
+        let fewest = fewest.and_then(|(series, (at, _))| Some((series.time_s.len(), log.channels().get(*at)?)));
+        let merged = merged(part, &selection.wanted, holds);
+        if merged.time_s.len() < 2 {
+            let why = fewest.map_or_else(String::new, |(count, channel)| {
+                format!(" ({} has {} in it)", channel.name, counted(count, "sample"))
+            });
+            short.push(format!("test {} has {} samples{why} and is left out", test.name, merged.time_s.len()));
+            continue;
+        }
+        let mut table = signals(merged)?;
+        table.source.part = Some(test.name.clone());
+        tables.push(table);
+    }
+    if tables.is_empty() {
+        let message = format!("no test has samples: {}", short.join(", "));
+        let hint = "Log voltage and speed while the tests run, in every period of the control loop.";
+        return Err(Error::data(message, hint));
+    }
+    tables.iter_mut().for_each(|table| table.source.notes.extend(short.iter().cloned()));
+    Ok(tables)
+}
+
+/// Adds the request of a voltage that is the product of a duty cycle and the supply voltage, if the log has no voltage; returns the
+/// note.
+fn with_supply(
+    log: &dyn Log,
+    scope: &Scope,
+    (found, need): (&Columns, Need),
+    (options, requests): (&ReadOptions, &mut Vec<ColumnRequest>),
+) -> Option<String> {
+    let spec = TableSpec::of(options, need);
+    let is_voltage = |quantity: &Quantity| match quantity {
+        Quantity::Voltage => true,
+        Quantity::Signal(n) => spec.signals.get(usize::from(*n)).is_some_and(|signal| signal.is_voltage()),
+        _ => false,
+    };
+    let has_none = !spec.signals.is_empty() && !spec.signals.iter().any(|signal| signal.is_voltage());
+    let is_named = has_none
+        || spec.requests.iter().any(|request| is_voltage(&request.quantity))
+        || found.headings.iter().any(|h| h.understood().is_some_and(|(quantity, _)| is_voltage(&quantity)));
+    let name = duty_times_supply(log, &|channel| scope.has(channel)).filter(|_| !is_named)?;
+    let note = format!("the voltage is the duty cycle times the supply voltage, {}", name.trim_end_matches(":V"));
+    requests.push(ColumnRequest { quantity: Quantity::Voltage, name });
+    Some(note)
+}
+
+/// Adds to an error the entries of the part that are empty, and those without numbers.
+fn described(error: Error, log: &dyn Log, scope: &Scope) -> Error {
+    let empty: Vec<&str> = log
+        .channels()
+        .iter()
+        .filter(|channel| channel.count == 0 && scope.has(channel))
+        .map(|channel| channel.name.as_str())
+        .take(10)
+        .collect();
+    let others = log.others();
+    let others: Vec<&str> = others.iter().map(String::as_str).take(10).collect();
+    let mut more = String::new();
+    if !empty.is_empty() {
+        more.push_str(&format!("; without samples: {}", listed(&empty, "and")));
+    }
+    if !others.is_empty() && !scope.is_named() {
+        more.push_str(&format!("; without numbers: {}", listed(&others, "and")));
+    }
+    if more.is_empty() {
+        return error;
+    }
+    let described = Error::new(error.kind(), error.message().clone().and(more), error.hint().clone());
+    error.column().into_iter().fold(described, |described, column| described.in_column(column))
+}
+
+/// The columns that are used, and the fields of channels that they are read from.
+struct Selection {
+    /// Index of each column among the headings.
+    columns: Vec<usize>,
+    /// Channel and fields of each series.
+    requests: Vec<(usize, Vec<usize>)>,
+    /// Place of each column in the series.
+    wanted: Vec<Wanted>,
+}
+
+impl Selection {
+    /// Selects the columns from which the used quantities are computed.
+    fn of(used: &[Used], found: &Columns, spec: &TableSpec<'_>) -> Self {
+        let is_input = |quantity: Quantity| match quantity {
+            Quantity::Voltage | Quantity::Torque => true,
+            Quantity::Signal(number) => spec.signals.get(usize::from(number)).is_some_and(|signal| signal.is_input),
+            _ => false,
+        };
+        let mut selection = Self { columns: Vec::new(), requests: Vec::new(), wanted: Vec::new() };
+        for used in used {
+            for at in used.column_indices() {
+                let Some((channel, field)) = found.of[at].filter(|_| !selection.columns.contains(&at)) else {
+                    continue;
+                };
+                let name = found.headings[at].name.clone();
+                let place = selection.place(channel, field);
+                selection.columns.push(at);
+                selection.wanted.push(Wanted { at: place, name, is_input: is_input(used.column.quantity) });
+            }
+        }
+        selection
+    }
+
+    /// Returns the series and the column of a field, which is requested if it was not before.
+    fn place(&mut self, channel: usize, field: usize) -> (usize, usize) {
+        let own = self.requests.iter().position(|(own, _)| *own == channel);
+        let series = own.unwrap_or_else(|| {
+            self.requests.push((channel, Vec::new()));
+            self.requests.len() - 1
+        });
+        self.requests[series].1.push(field);
+        (series, self.requests[series].1.len() - 1)
+    }
+
+    /// Checks the number of values, and that channels without times have the same number of samples.
+    fn check(&self, log: &dyn Log) -> Result<()> {
+        let channels =
+            || self.requests.iter().filter_map(|(at, fields)| Some((log.channels().get(*at)?, fields.len())));
+        let values: u64 = channels().map(|(channel, fields)| channel.count.saturating_mul(1 + fields as u64)).sum();
+        if values > VALUES_MAX {
+            let message = format!("the columns have {values} values, expected at most {VALUES_MAX}");
+            return Err(Error::data(message, "Cut the log, or read fewer columns."));
+        }
+        let is_timeless = channels().any(|(channel, _)| channel.span_s.is_none());
+        let is_timed = channels().any(|(channel, _)| channel.span_s.is_some());
+        let mut counts = channels().map(|(channel, _)| (&channel.name, channel.count));
+        let Some((name, count)) = counts.next() else { return Ok(()) };
+        match counts.find(|(_, other)| is_timeless && (is_timed || *other != count)) {
+            None => Ok(()),
+            Some((other, others)) => {
+                let message = format!(
+                    "{} has {count} samples and {} {others}, and they have no times in common",
+                    quoted(name),
+                    quoted(other)
+                );
+                Err(Error::data(message, "Name columns of one group, or save the recording with times."))
+            }
+        }
+    }
+
+    /// Returns the signals of merged columns.
+    fn signals(
+        &self,
+        used: Vec<Used>,
+        merged: Merged,
+        (found, notes): (&Columns, &[String]),
+        spec: &TableSpec<'_>,
+    ) -> Result<Signals> {
+        let rows = merged.columns.first().map_or(0, Vec::len);
+        let mut lines = Lines::default();
+        lines.extend(1, rows);
+        let mut columns: Vec<(usize, &str)> =
+            self.columns.iter().map(|at| (*at, found.headings[*at].name.as_str())).collect();
+        let mut values = merged.columns;
+        if let Some(time) = found.of.iter().position(Option::is_none) {
+            columns.push((time, found.headings[time].name.as_str()));
+            values.push(merged.time_s);
+        }
+        let cells = Cells { columns, values, lines };
+        let (blank, bad, skips) = (Vec::new(), LeftOut::default(), spec.bad_rows == BadRows::Skip);
+        let notes = notes.iter().cloned().chain(merged.notes).collect();
+        let table = Numbers { cells, headings: &found.headings, notes, blank, bad, skips };
+        Ok(Signals { interpolated: merged.interpolated, ..table.signals(used, spec)? })
+    }
+}
+
+/// Returns the hexadecimal SHA-256 digest of a file.
+///
+/// # Errors
+/// Returns `Data` if the file cannot be read.
+pub(super) fn digest(medium: &mut dyn Medium) -> Result<String> {
+    let (mut digest, mut buffer) = (Sha256::new(), vec![0; 1 << 18]);
+    medium.rewind().map_err(|error| unreadable(&error))?;
+    loop {
+        match medium.read(&mut buffer) {
+            Ok(0) => return Ok(hexadecimal(&digest.finalize())),
+            Ok(count) => digest.update(&buffer[..count]),
+            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(unreadable(&error)),
+        }
+    }
+}
