@@ -36,6 +36,14 @@ pub const fn real(n: i64) -> f64 {
     n as f64
 }
 
+/// Returns a signed integer of 128 bits as the nearest real number.
+#[inline]
+#[must_use]
+#[expect(clippy::cast_precision_loss, reason = "the nearest number is meant")]
+pub const fn wide(n: i128) -> f64 {
+    n as f64
+}
+
 /// Returns the integer part of `x`: 0 if `x` is negative or NaN, the largest integer if `x` exceeds it.
 #[inline]
 #[must_use]

@@ -55,6 +55,8 @@ pub struct MechanismFit {
 pub const BIC_MIN: f64 = 10.0;
 /// Longest delay that is considered \[s\]; the slowest known filter of a motor controller has 0.112 s.
 const DELAY_MAX: f64 = 0.15;
+/// Largest voltage against friction, relative to the peak voltage: a mechanism that moves has less.
+const FRICTION_MAX: f64 = 0.9;
 /// Smallest voltage against gravity that selects a kind with gravity, relative to the peak voltage: a smaller one may be friction that
 /// differs between the directions.
 const GRAVITY_MIN: f64 = 0.02;
@@ -266,13 +268,13 @@ fn model_spec(from: &MechanismRegression, records: &[Record], seed: u64) -> Mode
     let delay = DELAY_MAX;
     let of = |name: &str, range: [f64; 2]| (name.to_owned(), range);
     let mut bounds = vec![
-        of("kS", [0.0, volts.max(1e-3)]),
+        of("kS", [0.0, FRICTION_MAX * volts.max(1e-3)]),
         of("kV", [kv / 20.0, kv * 20.0]),
         of("kA", [ka / 50.0, ka * 50.0]),
         of("td", [0.0, delay]),
     ];
     let mut start = vec![
-        ("kS".to_owned(), from.ks.clamp(0.0, volts)),
+        ("kS".to_owned(), from.ks.clamp(0.0, FRICTION_MAX * volts)),
         ("kV".to_owned(), kv),
         ("kA".to_owned(), ka),
         ("td".to_owned(), 0.1 * delay),

@@ -6,7 +6,7 @@ use crate::named::named;
 
 named! {
     /// The gravity of a mechanism.
-    #[derive(PartialOrd, Ord, serde::Serialize)]
+    #[derive(serde::Serialize)]
     #[serde(rename_all = "kebab-case")]
     pub enum MechanismKind: BuiltIn {
         /// No gravity: a drivetrain, a flywheel, a turret.

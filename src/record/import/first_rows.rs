@@ -1,10 +1,10 @@
 //! Preview of a file: the headings of its tables, what is understood of them, and the first rows, before any column is chosen.
 
-use super::channels::columns;
 use super::columns::{Heading, Need, TableSpec, one};
 use super::formats::{CellLines, Cells, Format, HEAD, Log, Reader};
 use super::input::Input;
 use super::layout::{comment, find};
+use super::log_columns::columns;
 use super::options::ReadOptions;
 use super::request::divided;
 use super::routines::Scope;

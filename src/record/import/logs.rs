@@ -1,10 +1,10 @@
 //! Signals from logs: the columns that are used, brought to one clock, one table for each test.
 
 use super::bad_rows::{BadRows, LeftOut};
-use super::channels::{Columns, columns, duty_times_supply};
 use super::columns::{Need, TableSpec, Used, choose};
 use super::convert::Cells;
 use super::formats::{Log, Medium};
+use super::log_columns::{Columns, columns, duty_times_supply};
 use super::merge::{Merged, Wanted, merged};
 use super::numbers::Numbers;
 use super::options::ReadOptions;

@@ -34,7 +34,7 @@ const SKEW: f64 = 0.01;
 const GAP: f64 = 2.5;
 /// Number of samples of an input, relative to those of an output, below which it was logged when it changed.
 const CHANGES: f64 = 0.5;
-/// Distance between the times of an input and of the clock, relative to the period, up to which they are of one period of the robot.
+/// Distance between the times of two channels, relative to the period, up to which they are of one period of a control loop.
 const SAME_PERIOD: f64 = 0.2;
 /// Ratio of two periods from which they are equal.
 const EQUAL: f64 = 0.95;
@@ -47,21 +47,7 @@ const EDGE: usize = 2;
 /// `holds` is true for logs of changes: an output whose samples have a gap holds its value in it; otherwise the times in the gap
 /// are left out.
 pub(super) fn merged(mut series: Vec<Series>, wanted: &[Wanted], holds: bool) -> Merged {
-    let mut notes = Vec::new();
-    let is_timeless = series.iter().all(|series| series.time_s.is_empty());
-    if is_timeless {
-        notes.extend(without_nan_rows(&mut series));
-    }
-    for (n, series) in series.iter_mut().enumerate().filter(|_| !is_timeless) {
-        let name = wanted.iter().find(|wanted| wanted.at.0 == n).map_or("", |wanted| &wanted.name);
-        for (left_out, why) in
-            [(without_nan(series), "without a number"), (without_repeats(series), "that repeat the one before")]
-        {
-            if left_out > 0 {
-                notes.push(format!("{} of {name} {why} left out", counted(left_out, "sample")));
-            }
-        }
-    }
+    let notes = cleaned(&mut series, wanted);
     let is_same = series.windows(2).all(|pair| {
         let lengths = [&pair[0], &pair[1]].map(|series| series.columns.first().map_or(0, Vec::len));
         pair[0].time_s == pair[1].time_s && lengths[0] == lengths[1]
@@ -124,6 +110,26 @@ pub(super) fn merged(mut series: Vec<Series>, wanted: &[Wanted], holds: bool) ->
     merged
 }
 
+/// Removes samples without a number and repeated ones; returns notes on them.
+fn cleaned(series: &mut [Series], wanted: &[Wanted]) -> Vec<String> {
+    let mut notes = Vec::new();
+    let is_timeless = series.iter().all(|series| series.time_s.is_empty());
+    if is_timeless {
+        notes.extend(without_nan_rows(series));
+    }
+    for (n, series) in series.iter_mut().enumerate().filter(|_| !is_timeless) {
+        let name = wanted.iter().find(|wanted| wanted.at.0 == n).map_or("", |wanted| &wanted.name);
+        for (left_out, why) in
+            [(without_nan(series), "without a number"), (without_repeats(series), "that repeat the one before")]
+        {
+            if left_out > 0 {
+                notes.push(format!("{} of {name} {why} left out", counted(left_out, "sample")));
+            }
+        }
+    }
+    notes
+}
+
 /// Returns true if an input was logged when it changed: it has far fewer samples than an output, or a longer gap within them.
 fn is_sparse(input: &Series, output: &Series) -> bool {
     let gap = GAP * median_step(&output.time_s);
@@ -179,8 +185,8 @@ fn common(series: &[Series], wanted: &[Wanted], clock: usize, time_s: &[f64]) ->
         from = from.max(*first);
         to = if wanted.is_input { to } else { to.min(*last) };
     }
-    // A skew between channels must not cost the first sample.
-    let margin = SKEW * median_step(time_s);
+    // A skew between channels must not cost the first and the last sample.
+    let margin = SAME_PERIOD * median_step(time_s);
     time_s.iter().copied().filter(|t| *t >= from - margin && *t <= to + margin).collect()
 }
 

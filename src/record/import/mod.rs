@@ -2,12 +2,11 @@
 //!
 //! A file is read as lines of cells ([`text`] for CSV, [`formats`] otherwise). The lines give a table whose headings or the
 //! user's requests select the columns ([`layout`], [`columns`], [`request`], [`formula`]); the rows of the table give the
-//! signals in SI units ([`collect`], [`numbers`], [`convert`], [`signals`]). The fields of a log are columns too ([`channels`]);
+//! signals in SI units ([`collect`], [`numbers`], [`convert`], [`signals`]). The fields of a log are columns too ([`log_columns`]);
 //! those that are used are read and brought to one clock ([`logs`], [`routines`], [`merge`]).
 
 mod advice;
 mod bad_rows;
-mod channels;
 mod collect;
 mod columns;
 mod convert;
@@ -20,6 +19,7 @@ mod input;
 mod lacking;
 mod layout;
 mod limits;
+mod log_columns;
 mod logs;
 mod merge;
 mod named;
@@ -36,9 +36,9 @@ mod text;
 mod write;
 
 pub use bad_rows::BadRows;
-pub use channels::{ChannelFacts, channels};
 pub use first_rows::{ColumnPreview, ColumnUse, TablePreview, preview};
 pub(super) use limits::limits;
+pub use log_columns::{ChannelFacts, channels};
 pub use named::SignalRequest;
 pub use options::ReadOptions;
 pub use parse::parse_number;

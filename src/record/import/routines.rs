@@ -166,7 +166,7 @@ pub(super) fn notes(routine: &Routine) -> Vec<String> {
     let runs = |test: &str| routine.tests.iter().filter(|own| base(&own.name) == test).count();
     let missing = TESTS.iter().filter(|test| runs(test) == 0).map(|test| format!("test {test} is missing"));
     let repeated = TESTS.iter().filter(|test| runs(test) > 1);
-    missing.chain(repeated.map(|test| format!("test {test} ran {} times", runs(&test)))).collect()
+    missing.chain(repeated.map(|test| format!("test {test} ran {} times", runs(test)))).collect()
 }
 
 /// Returns true if a name has a word, with nothing alphanumeric beside it: the 1 of `motor-1`, not of `motor-10`.

@@ -62,6 +62,7 @@ pub fn numbers(calls: &mut Calls) {
             "numeric::count_u64" => numeric::count_u64(wide),
             "numeric::index" => numeric::index(wide),
             "numeric::real" => numeric::real(wide.cast_signed()),
+            "numeric::wide" => numeric::wide(i128::from(wide) * i128::from(wide.cast_signed())),
             "numeric::chi_square_limit" => numeric::chi_square_limit(n),
         );
     }

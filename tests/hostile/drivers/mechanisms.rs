@@ -7,6 +7,7 @@ use motorfit::identify::mechanism::{
     MechanismFit, MechanismKind, MechanismSpec, PositionUnit, identify_mechanism, mechanism_regression,
     mechanism_signals,
 };
+use motorfit::named::Named as _;
 use motorfit::record::{NamedSignal, Record, Samples, channels, test_of};
 use motorfit::report::{
     FeedbackDesign, Reproduced, mechanism_code, mechanism_document, mechanism_lines, mechanism_page,
@@ -120,7 +121,11 @@ pub fn words(calls: &mut Calls) {
         }
         calls.call("identify::mechanism::MechanismKind::has_gravity", &kind, || kind.has_gravity());
     }
+    for kind in MechanismKind::ALL {
+        calls.call("identify::mechanism::MechanismKind::name", &kind, || kind.name());
+    }
     for text in texts() {
+        calls.ask("identify::mechanism::MechanismKind::named", &text, || MechanismKind::named("kind", &text));
         calls.call("record::test_of", &text, || test_of(&text));
         for is_linear in [false, true] {
             calls.call("identify::mechanism::PositionUnit::of_velocity", &text, || {

@@ -68,6 +68,9 @@ pub struct Format {
     pub(super) read: Reader,
 }
 
+/// Function that opens a log.
+pub(super) type Open = fn(Box<dyn Medium>) -> Result<Box<dyn Log>>;
+
 /// Function that reads a file of a format.
 #[derive(Clone, Copy)]
 pub(super) enum Reader {
@@ -78,7 +81,7 @@ pub(super) enum Reader {
         tables: fn(&[u8], Option<&str>) -> Result<Vec<Cells>>,
     },
     /// Opens a log of any size, whose channels are columns.
-    Log(fn(Box<dyn Medium>) -> Result<Box<dyn Log>>),
+    Log(Open),
 }
 
 /// Formats in the order in which they are tried. A file of none of them is read as CSV.

@@ -1,5 +1,7 @@
 //! Numbers of HDF5 files.
 
+use crate::numeric::{count_u64, real};
+
 /// Largest bias of the exponent of a floating-point number; powers of two of the exponents stay exact below it.
 const BIAS_MAX: u32 = 511;
 
@@ -81,10 +83,10 @@ impl Number {
         Some(match self.kind {
             Kind::Double => f64::from_bits(number),
             Kind::Single => f32::from_bits(u32::try_from(number).ok()?).into(),
-            Kind::Integer { bits, signed: false } => bits.of(number) as f64,
+            Kind::Integer { bits, signed: false } => count_u64(bits.of(number)),
             Kind::Integer { bits, signed: true } => {
                 let unused = 64 - bits.width;
-                ((bits.of(number) << unused).cast_signed() >> unused) as f64
+                real((bits.of(number) << unused).cast_signed() >> unused)
             }
             Kind::Float { sign, exponent, mantissa, bias } => float(
                 sign.of(number),
@@ -110,8 +112,8 @@ fn float(sign: u64, (exponent, wide): (u64, u32), (mantissa, digits): (u64, u32)
                 f64::NAN
             }
         }
-        0 => mantissa as f64 * power(1),
-        _ => (mantissa | 1 << digits) as f64 * power(exponent),
+        0 => count_u64(mantissa) * power(1),
+        _ => count_u64(mantissa | 1 << digits) * power(exponent),
     };
     if sign == 0 { magnitude } else { -magnitude }
 }

@@ -1,6 +1,7 @@
 //! Times of the messages of a topic.
 
 use super::limits::STAMP_AWAY_MAX_NS;
+use crate::numeric::count_u64;
 
 /// Times of the messages seen so far \[ns\].
 #[derive(Debug, Clone, Default)]
@@ -43,9 +44,8 @@ impl Clock {
 }
 
 /// Returns the time since the start of the log \[s\].
-#[expect(clippy::cast_precision_loss, reason = "times of less than 104 days are exact")]
 pub(super) fn seconds(time: u64, origin: u64) -> f64 {
-    time.saturating_sub(origin) as f64 / 1e9
+    count_u64(time.saturating_sub(origin)) / 1e9
 }
 
 /// Sorts columns by their times, those of equal times in their order.

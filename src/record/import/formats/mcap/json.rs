@@ -3,6 +3,7 @@
 use super::cdr::Fault;
 use super::limits::{DEPTH_MAX, ELEMENTS_MAX};
 use super::tree::{At, Tree};
+use crate::numeric::{count_u64, real};
 use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 
@@ -46,14 +47,12 @@ impl<'de> Visitor<'de> for Value<'_> {
         Ok(())
     }
 
-    #[expect(clippy::cast_precision_loss, reason = "a column has numbers of 64 bits")]
     fn visit_u64<E: Error>(self, value: u64) -> Result<(), E> {
-        self.visit_f64(value as f64)
+        self.visit_f64(count_u64(value))
     }
 
-    #[expect(clippy::cast_precision_loss, reason = "a column has numbers of 64 bits")]
     fn visit_i64<E: Error>(self, value: i64) -> Result<(), E> {
-        self.visit_f64(value as f64)
+        self.visit_f64(real(value))
     }
 
     fn visit_bool<E: Error>(self, value: bool) -> Result<(), E> {

@@ -5,6 +5,7 @@ use super::data::Data;
 use super::group::{Clock, Group};
 use super::value::Records;
 use crate::Result;
+use crate::numeric::{count_u64, real, wide};
 use std::collections::HashMap;
 
 /// Largest length of a record of varying length \[bytes\].
@@ -233,10 +234,10 @@ impl Times {
             Clock::Counts(place, per_second, _) => {
                 let count = place.whole(record) - self.first;
                 // Most counts fit 64 bits, which are converted faster.
-                let count = i64::try_from(count).map_or(count as f64, |count| count as f64);
+                let count = i64::try_from(count).map_or(wide(count), real);
                 count / per_second + self.shift
             }
-            Clock::Index(per_second, _) => index as f64 / per_second + self.shift,
+            Clock::Index(per_second, _) => count_u64(index) / per_second + self.shift,
             Clock::Reals(place, offset, factor) => place.real(record) * factor + offset + self.shift,
         }
     }
@@ -247,7 +248,7 @@ fn start(clock: &Clock, record: &[u8]) -> (i128, f64) {
     match clock {
         Clock::Counts(place, per_second, offset) => {
             let count = place.whole(record);
-            (count, count as f64 / per_second + offset)
+            (count, wide(count) / per_second + offset)
         }
         Clock::Index(_, offset) => (0, *offset),
         Clock::Reals(place, offset, factor) => (0, place.real(record) * factor + offset),

@@ -1,6 +1,7 @@
 //! Numbers in the records of MDF files, and their conversion to physical values.
 
 use super::block::Block;
+use crate::numeric::{count_u64, real};
 
 /// Type of a number in a record.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,10 +86,10 @@ impl Place {
     pub(crate) fn real(&self, record: &[u8]) -> f64 {
         let bits = self.bits_of(record);
         match (self.kind, self.bits) {
-            (Kind::Unsigned, _) => bits as f64,
+            (Kind::Unsigned, _) => count_u64(bits),
             (Kind::Signed, _) => {
                 let unused = 64_u32.saturating_sub(self.bits).min(63);
-                ((bits << unused).cast_signed() >> unused) as f64
+                real((bits << unused).cast_signed() >> unused)
             }
             (Kind::Real, 64) => f64::from_bits(bits),
             (Kind::Real, 32) => f64::from(f32::from_bits(u32::try_from(bits).unwrap_or(0))),
@@ -118,7 +119,7 @@ impl Place {
 
 /// Returns a real number of 16 bits.
 fn half(bits: u64) -> f64 {
-    let (exponent, fraction) = ((bits >> 10 & 31) as i32, (bits & 1023) as f64);
+    let (exponent, fraction) = ((bits >> 10 & 31) as i32, count_u64(bits & 1023));
     let magnitude = match exponent {
         0 => fraction * 2_f64.powi(-24),
         31 if fraction > 0.0 => f64::NAN,

@@ -3,6 +3,7 @@
 use super::bits::{differences, hybrid, join};
 use super::footer::Meaning;
 use super::schema::Physical;
+use crate::numeric::{count_u64, real, wide};
 
 /// Day of 1 January 1970, counted as in times of 96 bits.
 const EPOCH_DAY: i64 = 2_440_588;
@@ -217,15 +218,15 @@ impl Decoder {
                 let per_second = per_second.unwrap_or(1.0);
                 let Some(&first) = whole.first() else { return };
                 let first = *self.first.get_or_insert(first);
-                out.extend(whole.iter().map(|value| value.wrapping_sub(first) as f64 / per_second));
+                out.extend(whole.iter().map(|value| real(value.wrapping_sub(first)) / per_second));
             }
             Meaning::Unsigned if self.physical == Physical::Int32 => {
                 out.extend(whole.iter().map(|&value| f64::from(value as u32)));
             }
-            Meaning::Unsigned => out.extend(whole.iter().map(|&value| value.cast_unsigned() as f64)),
+            Meaning::Unsigned => out.extend(whole.iter().map(|&value| count_u64(value.cast_unsigned()))),
             Meaning::Decimal(scale) => out.extend(whole.iter().map(|&value| decimal(i128::from(value), scale))),
-            Meaning::Clock(per_second) => out.extend(whole.iter().map(|&value| value as f64 / per_second)),
-            _ => out.extend(whole.iter().map(|&value| value as f64)),
+            Meaning::Clock(per_second) => out.extend(whole.iter().map(|&value| real(value) / per_second)),
+            _ => out.extend(whole.iter().map(|&value| real(value))),
         }
     }
 }
@@ -263,7 +264,7 @@ fn big_endian(bytes: &[u8]) -> i128 {
 /// Returns the real number nearest to `value` / 10^`scale`.
 fn decimal(value: i128, scale: i32) -> f64 {
     if value.unsigned_abs() <= u128::from(EXACT_MAX) && scale <= EXACT_POWER_MAX {
-        return value as f64 / 10_f64.powi(scale);
+        return wide(value) / 10_f64.powi(scale);
     }
     format!("{value}e-{scale}").parse().unwrap_or(f64::NAN)
 }

@@ -1,5 +1,7 @@
 //! Data types of TDMS files and the conversion of their values.
 
+use crate::numeric::{count_u64, real};
+
 /// Data type of the values of an object or of a property.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
@@ -91,11 +93,11 @@ pub(super) fn numbers(kind: Kind, big_endian: bool, bytes: &[u8], column: &mut V
         Kind::I8 => extend!(i8, 1, f64::from),
         Kind::I16 => extend!(i16, 2, f64::from),
         Kind::I32 => extend!(i32, 4, f64::from),
-        Kind::I64 => extend!(i64, 8, |value: i64| value as f64),
+        Kind::I64 => extend!(i64, 8, |value: i64| real(value)),
         Kind::U8 => extend!(u8, 1, f64::from),
         Kind::U16 => extend!(u16, 2, f64::from),
         Kind::U32 => extend!(u32, 4, f64::from),
-        Kind::U64 => extend!(u64, 8, |value: u64| value as f64),
+        Kind::U64 => extend!(u64, 8, |value: u64| count_u64(value)),
         Kind::F32 => extend!(f32, 4, f64::from),
         Kind::F64 => extend!(f64, 8, |value: f64| value),
         Kind::Bool => column.extend(bytes.iter().map(|&value| if value == 0 { 0.0 } else { 1.0 })),

@@ -1,5 +1,7 @@
 //! Times of TDMS files: timestamps, and waveforms with a start and an increment.
 
+use crate::numeric::{count_u64, wide};
+
 /// Nanoseconds of a second.
 const NANO: i128 = 1_000_000_000;
 /// Number of counts of a timestamp in a second.
@@ -16,9 +18,9 @@ pub(super) fn difference_s(time: i128, origin: i128) -> f64 {
     let nanoseconds = rounded(counts);
     let exact = (nanoseconds / NANO).saturating_mul(SECOND).saturating_add(nanoseconds % NANO * SECOND / NANO);
     if counts.saturating_sub(exact).abs() <= SECOND / (1000 * NANO) {
-        nanoseconds as f64 / 1e9
+        wide(nanoseconds) / 1e9
     } else {
-        counts as f64 / SECOND as f64
+        wide(counts) / wide(SECOND)
     }
 }
 
@@ -98,11 +100,11 @@ impl Clock {
 
     /// Returns the time of a sample \[s\].
     pub(super) fn time_s(&self, sample: u64) -> f64 {
-        let start_s = self.start as f64 / 1e9;
+        let start_s = wide(self.start) / 1e9;
         match self.step {
-            Step::Nanoseconds(step) => self.start.saturating_add(step.saturating_mul(i128::from(sample))) as f64 / 1e9,
-            Step::Rate(rate) => start_s + sample as f64 / rate,
-            Step::Seconds(step) => start_s + sample as f64 * step,
+            Step::Nanoseconds(step) => wide(self.start.saturating_add(step.saturating_mul(i128::from(sample)))) / 1e9,
+            Step::Rate(rate) => start_s + count_u64(sample) / rate,
+            Step::Seconds(step) => start_s + count_u64(sample) * step,
         }
     }
 }

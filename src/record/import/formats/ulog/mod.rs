@@ -7,6 +7,7 @@ mod topic;
 
 use super::log::{Channel, Field, Log, Medium, Series};
 use super::window::Window;
+use crate::numeric::count_u64;
 use crate::text::{counted, excerpt};
 use crate::{Error, Result};
 use file::Messages;
@@ -117,7 +118,7 @@ impl Events {
     /// Returns notes on dropouts, changes of parameters and the end of the file.
     fn notes(&self, messages: &Messages, size: u64) -> Vec<String> {
         let mut notes = Vec::new();
-        let since = |time: u64| time.saturating_sub(self.earliest.unwrap_or(0)) as f64 / 1e6;
+        let since = |time: u64| count_u64(time.saturating_sub(self.earliest.unwrap_or(0))) / 1e6;
         if self.dropouts.0 > 0 {
             let (count, duration) = self.dropouts;
             notes.push(format!("{} of {duration} ms in total", counted(count, "dropout")));
@@ -285,5 +286,5 @@ fn no_field() -> Error {
 
 /// Returns a time since the earliest one \[s\].
 fn since(time: u64, origin: u64) -> f64 {
-    time.saturating_sub(origin) as f64 / 1e6
+    count_u64(time.saturating_sub(origin)) / 1e6
 }

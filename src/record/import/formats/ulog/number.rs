@@ -1,5 +1,7 @@
 //! Types of the numbers of ULog files.
 
+use crate::numeric::{count_u64, real};
+
 /// Type of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Number {
@@ -50,11 +52,11 @@ impl Number {
             Self::I8 => bytes.first_chunk().map(|b| f64::from(i8::from_le_bytes(*b))),
             Self::I16 => bytes.first_chunk().map(|b| f64::from(i16::from_le_bytes(*b))),
             Self::I32 => bytes.first_chunk().map(|b| f64::from(i32::from_le_bytes(*b))),
-            Self::I64 => bytes.first_chunk().map(|b| i64::from_le_bytes(*b) as f64),
+            Self::I64 => bytes.first_chunk().map(|b| real(i64::from_le_bytes(*b))),
             Self::U8 => bytes.first().map(|b| f64::from(*b)),
             Self::U16 => bytes.first_chunk().map(|b| f64::from(u16::from_le_bytes(*b))),
             Self::U32 => bytes.first_chunk().map(|b| f64::from(u32::from_le_bytes(*b))),
-            Self::U64 => bytes.first_chunk().map(|b| u64::from_le_bytes(*b) as f64),
+            Self::U64 => bytes.first_chunk().map(|b| count_u64(u64::from_le_bytes(*b))),
             Self::F32 => bytes.first_chunk().map(|b| f64::from(f32::from_le_bytes(*b))),
             Self::F64 => bytes.first_chunk().map(|b| f64::from_le_bytes(*b)),
             Self::Bool => bytes.first().map(|b| f64::from(u8::from(*b != 0))),
