@@ -182,7 +182,7 @@ fn attach_methods(scopes: &mut BTreeMap<Module, Scope>) {
     let all: Vec<(Module, (String, String, bool))> = scopes.iter().flat_map(methods).collect();
     for (module, (ty, method, panics)) in all {
         let common = |m: &Module| m.iter().zip(&module).take_while(|(a, b)| a == b).count();
-        let near = |m: &Module| (*m == module, common(m));
+        let near = |m: &Module| (*m == module, common(m), std::cmp::Reverse(m.len()));
         let homes = scopes.iter().filter(|(_, scope)| scope.types.contains_key(&ty) || scope.private.contains(&ty));
         let home = homes.map(|(m, _)| m).max_by_key(|m| near(m)).cloned();
         let home = home.unwrap_or_else(|| panic!("{ty}, which has {method}, is defined nowhere"));
