@@ -248,6 +248,7 @@ fn advise(found: &mut ModelIdentification) {
         "at_bound" => {
             "Check the units and that voltage and velocity are of one motor; repeat the tests with a larger voltage."
         }
+        "not_accurate" => "Log voltage, velocity and position in shorter periods.",
         "outliers" => "Look at the samples far from the model, and leave them out.",
         "few_samples" => "Let each test run longer, or log in shorter periods.",
         "not_identifiable" => "Run all four tests, each until the mechanism moves fast.",
