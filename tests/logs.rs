@@ -125,6 +125,26 @@ fn logs_of_changes_hold_their_values_and_duty_times_battery_is_the_voltage() {
     is_near(&fit(&records, None, false).unwrap(), &[("kS", 0.25), ("kV", 2.1), ("kA", 0.32)]);
 }
 
+#[test]
+fn a_duty_cycle_in_percent_is_refused() {
+    let mut log = Log::new();
+    let entries = [("/Arm/DutyCycle", ""), ("/BatteryVoltage", "Volt"), ("/Arm/VelocityRadPerSec", "")]
+        .map(|(name, unit)| log.start(name, "double", unit));
+    for n in 0..60_u32 {
+        for (entry, value) in entries.into_iter().zip([f64::from(n % 40), 12.0, f64::from(n)]) {
+            log.double(entry, u64::from(n) * 20_000, value);
+        }
+    }
+    let error = read_bytes(&log.bytes, None, &ReadOptions::default()).unwrap_err();
+    assert!(error.to_string().contains("the duty cycle reaches 39"), "{error}");
+    let named = error.hint().to_string();
+    let request = "voltage=\"/Arm/DutyCycle\"/100*\"/BatteryVoltage\":V";
+    assert!(named.contains("/100"), "{named}");
+    let options = ReadOptions { columns: parse_columns(request).unwrap(), ..ReadOptions::default() };
+    let record = read_bytes(&log.bytes, None, &options).unwrap().remove(0);
+    assert!(record.samples().voltage.iter().all(|volts| (0.0..=0.39 * 12.0 + 1e-9).contains(volts)));
+}
+
 const ARM: Mechanism = Mechanism { ks: 0.2, kv: 1.4, ka: 0.09, kg: 0.75, offset: Some(0.1), noise: 0.01 };
 const LIFT: Mechanism = Mechanism { ks: 0.18, kv: 3.9, ka: 0.21, kg: 0.62, offset: None, noise: 0.01 };
 const WHEEL: Mechanism = Mechanism { ks: 0.25, kv: 2.1, ka: 0.32, kg: 0.0, offset: None, noise: 0.02 };
@@ -400,7 +420,9 @@ fn the_command_refuses_what_it_cannot_use() {
         assert!(error.contains(part) && (code == 2 || error.contains("help:")), "{args:?}: {error}");
     }
     let csv = program::run(&["sysid", program::EXAMPLE]);
-    assert_eq!(csv.status.code(), Some(0), "a recording of voltage and speed: {}", program::text(&csv.stderr));
+    let error = program::text(&csv.stderr);
+    assert_eq!(csv.status.code(), Some(4), "a step of one voltage: {error}");
+    assert!(error.contains("10.5 V whenever the mechanism moves") && error.contains("quasistatic"), "{error}");
 }
 
 #[test]

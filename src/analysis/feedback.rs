@@ -79,7 +79,7 @@ pub fn velocity_feedback(
     weights: &FeedbackWeights,
     controller: &Controller,
 ) -> Option<FeedbackGains> {
-    if !(kv >= 0.0 && ka >= 0.0 && (kv + ka).is_finite()) {
+    if !is_mechanism([kv, ka]) {
         return None;
     }
     let scale = controller.output_per_volt / controller.velocity_per_unit;
@@ -107,7 +107,7 @@ pub fn position_feedback(
     weights: &FeedbackWeights,
     controller: &Controller,
 ) -> Option<FeedbackGains> {
-    if !(kv >= 0.0 && ka >= 0.0 && (kv + ka).is_finite()) {
+    if !is_mechanism([kv, ka]) {
         return None;
     }
     let period = controller.period_s;
@@ -130,6 +130,11 @@ pub fn position_feedback(
     let per_period = if controller.is_normalized { 1.0 } else { 1.0 / period };
     let [kp, kd] = [gain[0], gain[1] * per_period].map(|gain| gain * controller.output_per_volt);
     (kp.is_finite() && kd.is_finite()).then_some(FeedbackGains { kp, kd })
+}
+
+/// Returns true if kV and kA are those of a mechanism.
+fn is_mechanism([kv, ka]: [f64; 2]) -> bool {
+    kv >= 0.0 && ka >= 0.0 && (kv + ka).is_finite()
 }
 
 /// Returns the decay of a velocity over a period, the distance that a unit of velocity moves in it, and the velocity that a volt

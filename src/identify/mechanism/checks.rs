@@ -12,6 +12,8 @@ use crate::{Error, Result};
 const MOVES: f64 = 12.0;
 /// Velocity of a moving mechanism relative to the peak.
 const MOVING: f64 = 0.05;
+/// Range of the magnitude of the voltage, relative to the largest, up to which it is one.
+const ONE_MAGNITUDE: f64 = 0.1;
 /// Smallest number of moving samples of a direction.
 const DIRECTION_MIN: usize = 5;
 /// Number of blocks of a test over which position and velocity are compared: single steps of a coarse encoder are noise.
@@ -36,7 +38,8 @@ const CAUSES: [(f64, &str); 8] = [
 /// Returns warnings about the tests of a mechanism.
 ///
 /// # Errors
-/// Returns `Data` if nothing moves in any test, or the velocity falls where the voltage rises.
+/// Returns `Data` if nothing moves in any test, or the velocity falls where the voltage rises, and `NotIdentified` if the voltage has one
+/// magnitude.
 pub(super) fn checks(records: &[Record]) -> Result<Vec<Warning>> {
     let tests: Vec<(&Record, Signals<'_>)> =
         records.iter().filter_map(|record| Some((record, Signals::of(record)?))).collect();
@@ -59,6 +62,7 @@ pub(super) fn checks(records: &[Record]) -> Result<Vec<Warning>> {
     }
     let moving: Vec<Signals<'_>> = moving.iter().map(|(_, test)| *test).collect();
     check_sign(&moving)?;
+    check_voltage(&moving)?;
     warnings.extend(missing(records));
     warnings.extend(one_direction(&moving));
     warnings.extend(units(&moving));
@@ -85,6 +89,23 @@ fn check_sign(tests: &[Signals<'_>]) -> Result<()> {
         "Invert the sensor in the robot's code and repeat the tests, or change its sign: " [Columns = "speed=HEADING*-1:UNIT,position=HEADING*-1:UNIT"] "."
     );
     Err(Error::data(message, hint))
+}
+
+/// Checks that the voltage has more than one magnitude while the mechanism moves: at a single one a larger kS and a smaller kV explain the
+/// same velocities.
+fn check_voltage(tests: &[Signals<'_>]) -> Result<()> {
+    let threshold = MOVING * tests.iter().map(|test| peak(test.velocity)).fold(0.0, f64::max);
+    let moving = tests.iter().flat_map(|test| test.velocity.iter().zip(test.voltage));
+    let magnitudes: Vec<f64> =
+        moving.filter(|(velocity, _)| velocity.abs() > threshold).map(|(_, volts)| volts.abs()).collect();
+    let [low, high] = extremes(&magnitudes);
+    if magnitudes.is_empty() || high - low > ONE_MAGNITUDE * high {
+        return Ok(());
+    }
+    let volts = significant(high, 3);
+    let message = format!("the voltage is {volts} V whenever the mechanism moves: kS and kV cannot be told apart");
+    let hint = "Run the quasistatic tests too: their voltage is a slow ramp.";
+    Err(Error::not_identified(message, hint))
 }
 
 /// Returns a warning about tests that a routine lacks.

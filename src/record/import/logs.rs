@@ -3,7 +3,7 @@
 use super::bad_rows::{BadRows, LeftOut};
 use super::columns::{Need, TableSpec, Used, choose};
 use super::convert::Cells;
-use super::formats::{Log, Medium};
+use super::formats::{Log, Medium, Series};
 use super::log_columns::{Columns, columns, duty_times_supply};
 use super::merge::{Merged, Wanted, merged};
 use super::numbers::Numbers;
@@ -13,12 +13,15 @@ use super::signals::Signals;
 use super::text::unreadable;
 use crate::record::requests::ColumnRequest;
 use crate::record::{Lines, Quantity};
-use crate::text::{counted, hexadecimal, listed, quoted};
+use crate::setting::text;
+use crate::text::{counted, hexadecimal, listed, quoted, significant};
 use crate::{Error, Result};
 use sha2::{Digest as _, Sha256};
 
 /// Largest number of values that are read from a log.
-pub(super) const VALUES_MAX: u64 = 400_000_000;
+pub(super) const VALUES_MAX: u64 = 100_000_000;
+/// Largest magnitude of a duty cycle that is a fraction.
+const DUTY_MAX: f64 = 1.5;
 
 /// Reads the tables of a log: the complete log, or one for each test of the chosen mechanism.
 ///
@@ -35,6 +38,9 @@ pub(super) fn tables(log: &mut dyn Log, options: &ReadOptions, need: Need) -> Re
     let selection = Selection::of(&used, &found, &spec);
     selection.check(log)?;
     let series = log.read(&selection.requests)?;
+    if let Some(request) = requests.last().filter(|_| supplied.is_some()) {
+        check_duty(&series, &selection, request)?;
+    }
     let holds = log.is_of_changes();
     let mut all_notes = log.notes().to_vec();
     all_notes.extend(supplied);
@@ -92,6 +98,21 @@ fn with_supply(
     let note = format!("the voltage is the duty cycle times the supply voltage, {}", name.trim_end_matches(":V"));
     requests.push(ColumnRequest { quantity: Quantity::Voltage, name });
     Some(note)
+}
+
+/// Checks that the duty cycle in the product with a supply voltage is a fraction.
+fn check_duty(series: &[Series], selection: &Selection, request: &ColumnRequest) -> Result<()> {
+    let name = request.name.split('"').nth(1).unwrap_or_default();
+    let Some(duty) = selection.wanted.iter().find(|wanted| wanted.name == name) else { return Ok(()) };
+    let values = series.get(duty.at.0).and_then(|series| series.columns.get(duty.at.1));
+    let most = values.into_iter().flatten().fold(0.0, |most: f64, value| most.max(value.abs()));
+    if most <= DUTY_MAX {
+        return Ok(());
+    }
+    let scaled = request.name.replacen(&format!("\"{name}\""), &format!("\"{name}\"/100"), 1);
+    let message = format!("the duty cycle reaches {}, expected a fraction from -1 to 1", significant(most, 3));
+    let hint = text!("Name the voltage; if the duty cycle is in percent: " [Columns = "voltage={scaled}"] ".");
+    Err(Error::data(message, hint).in_column(name))
 }
 
 /// Adds to an error the entries of the part that are empty, and those without numbers.
