@@ -55,7 +55,7 @@ pub(super) fn number(value: f64) -> String {
 }
 
 /// Returns the first `max` notes; if there are more, a last note has their count.
-#[cfg(feature = "formats")]
+#[cfg(any(feature = "formats", feature = "hdf5", feature = "mdf", feature = "parquet"))]
 pub(super) fn shortened(mut notes: Vec<String>, max: usize) -> Vec<String> {
     if notes.len() > max {
         let more = notes.len() - max;

@@ -4,9 +4,9 @@ use crate::{Error, Result};
 
 /// A format that is not read.
 struct Foreign {
-    /// First bytes of its files.
+    /// First bytes of its files; empty if they are not known.
     magic: &'static [u8],
-    /// End of the names of its files; empty if the first bytes suffice.
+    /// Extension of its files, by which formats without known first bytes are found.
     extension: &'static str,
     name: &'static str,
     hint: &'static str,

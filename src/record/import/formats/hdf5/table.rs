@@ -1,5 +1,6 @@
 //! Choice of the datasets of an HDF5 file that form a table.
 
+use super::super::cells::{number, shortened};
 use super::datatype::parts;
 use super::limits::CHANNELS_MAX;
 use super::variable::Variable;
@@ -65,10 +66,10 @@ pub(super) fn table(file: &Hdf5File, mut contents: Contents, length: u64) -> Res
         let columns = if other.columns.len() == 1 { String::new() } else { format!("{} × ", other.columns.len()) };
         format!("{}: {columns}{} values, others have {length_of_most}", excerpt(&other.name), other.table.rows())
     };
-    notes.extend(shortened(others.iter().map(other).collect()));
+    notes.extend(shortened(others.iter().map(other).collect(), NOTES_MAX));
     let (constants, of_constants) = constants(file, &scalars);
-    notes.extend(shortened(of_constants));
-    notes.extend(shortened(contents.ignored));
+    notes.extend(shortened(of_constants, NOTES_MAX));
+    notes.extend(shortened(contents.ignored, NOTES_MAX));
     Ok(Table { variables, rows, constants, notes, is_cut })
 }
 
@@ -108,21 +109,15 @@ fn constants(file: &Hdf5File, scalars: &[Variable]) -> (Vec<(String, f64)>, Vec<
         });
         constants.extend(number.map(|number| (message.name.clone(), number)));
     }
-    notes.extend(constants.iter().map(|(name, value)| format!("{}: 1 value, {}", excerpt(name), shown(*value))));
+    notes.extend(constants.iter().map(|(name, value)| format!("{}: 1 value, {}", excerpt(name), number(*value))));
     (constants, notes)
-}
-
-/// Returns a number with an exponent if it is very small or large.
-fn shown(value: f64) -> String {
-    let plain = value == 0.0 || !value.is_finite() || (1e-6..1e17).contains(&value.abs());
-    if plain { value.to_string() } else { format!("{value:e}") }
 }
 
 /// Returns the error for a file without vectors, with its contents.
 fn no_vectors(contents: &Contents, scalars: &[Variable]) -> Error {
     let scalars = scalars.iter().map(|scalar| format!("{}: 1 value", excerpt(&scalar.name)));
     let found: Vec<String> = scalars.chain(contents.ignored.iter().cloned()).collect();
-    let found = if found.is_empty() { "nothing".to_owned() } else { shortened_to(found, 5).join("; ") };
+    let found = if found.is_empty() { "nothing".to_owned() } else { shortened(found, 5).join("; ") };
     let remedy = if contents.objects {
         "Save the data of objects as vectors, for a timeseries ts: t = ts.Time; v = ts.Data; \
          save('file.mat','t','v','-v7'), for a timetable or table tt: v = tt.v, and so on."
@@ -131,18 +126,4 @@ fn no_vectors(contents: &Contents, scalars: &[Variable]) -> Error {
          in MATLAB: save('file.mat','t','v','i','w','-v7')."
     };
     Error::data(format!("no vector of at least 2 numbers; found {found}"), remedy)
-}
-
-fn shortened(notes: Vec<String>) -> Vec<String> {
-    shortened_to(notes, NOTES_MAX)
-}
-
-/// Returns the first `max` notes; if there are more, a last note has their count.
-fn shortened_to(mut notes: Vec<String>, max: usize) -> Vec<String> {
-    if notes.len() > max {
-        let more = notes.len() - max;
-        notes.truncate(max);
-        notes.push(format!("{more} more of this kind"));
-    }
-    notes
 }

@@ -8,6 +8,7 @@ mod records;
 mod tests;
 mod value;
 
+use super::cells::shortened;
 use super::log::{Channel, Field, Log, Medium, Series};
 use crate::text::{counted, excerpt, quoted};
 use crate::{Error, Result};
@@ -127,7 +128,7 @@ impl Mdf {
             self.places.push((place.0, place.1, times));
             self.channels.push(Channel { name, fields, count: found.count, span_s: Some(span) });
         }
-        self.notes = [shortened(incomplete), shortened(left_out)].concat();
+        self.notes = [shortened(incomplete, NOTES_MAX), shortened(left_out, NOTES_MAX)].concat();
         Ok(())
     }
 
@@ -186,16 +187,6 @@ fn lack(group: &Group, data: &Data) -> Option<&'static str> {
         _ => None,
     };
     group.unsupported.or(data.unsupported).or(without)
-}
-
-/// Returns the first notes; if there are more, a last note has their count.
-fn shortened(mut notes: Vec<String>) -> Vec<String> {
-    if notes.len() > NOTES_MAX {
-        let more = notes.len() - NOTES_MAX;
-        notes.truncate(NOTES_MAX);
-        notes.push(format!("{more} more of this kind"));
-    }
-    notes
 }
 
 impl Log for Mdf {

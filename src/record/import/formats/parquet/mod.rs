@@ -10,6 +10,7 @@ mod schema;
 mod tests;
 mod thrift;
 
+use super::cells::shortened;
 use super::log::{Channel, Field, Log, Medium, Series};
 use crate::text::{counted, excerpt, quoted};
 use crate::{Error, Result};
@@ -165,7 +166,7 @@ impl Parquet {
             self.channels.push(Channel { name: String::new(), fields, count: rows, span_s: None });
         }
         let others = others.iter().map(|other| format!("left out {other}")).collect();
-        self.notes = [shortened(relative), shortened(others)].concat();
+        self.notes = [shortened(relative, NOTES_MAX), shortened(others, NOTES_MAX)].concat();
         Ok(())
     }
 
@@ -212,16 +213,6 @@ impl Parquet {
 
 fn no_field(field: usize) -> Error {
     Error::data(format!("has no field {field}"), "Choose one of the fields of the file.")
-}
-
-/// Returns the first notes; if there are more, a last note has their count.
-fn shortened(mut notes: Vec<String>) -> Vec<String> {
-    if notes.len() > NOTES_MAX {
-        let more = notes.len() - NOTES_MAX;
-        notes.truncate(NOTES_MAX);
-        notes.push(format!("{more} more of this kind"));
-    }
-    notes
 }
 
 impl Log for Parquet {
