@@ -33,7 +33,7 @@ fn gpus(text: &mut String) {
             writeln!(text, "     driver {}; bindings up to {megabytes} MiB, {} workgroups", a.driver, a.workgroups_max);
     }
     if adapters.is_empty() {
-        text.push_str("gpu  no adapter found (a Vulkan driver needs its loader, on Debian libvulkan1)\n");
+        text.push_str("gpu  no adapter found (a Vulkan driver needs its loader, on Debian libvulkan1; NVIDIA's also needs libegl1)\n");
     }
 }
 

@@ -1,7 +1,7 @@
 // Menus for the columns of the first recording. They write the setting "columns", with columns by their numbers and with their units.
 import { find, make, option } from "./dom.js";
 
-let columns = [], expressions = [], quantities = [], shown = "", onChange = () => {};
+let columns = [], expressions = [], quantities = [], shown = "", inMenus = "", onChange = () => {};
 
 export function begin(about, changed) {
     quantities = about.quantities;
@@ -44,19 +44,20 @@ export function propose(value) {
 export function show(files, names) {
     const tables = files.flatMap((tables, n) => tables.map((table) => ({ ...table, file: names[n] })));
     find("columns").hidden = tables.length === 0;
-    // Menus in use stay as they are.
+    // Menus in use stay as they are, with a scaling that is being typed.
     if (tables.length === 0 || shown === JSON.stringify(tables)) {
         return;
     }
     const form = ({ columns }) => columns.map(({ heading }) => heading).join("\u0000");
     const others = tables.filter((table) => form(table) !== form(tables[0]));
-    const isSame = columns.length > 0 && shown !== "" && form(JSON.parse(shown)[0]) === form(tables[0]) && written(columns) === written(tables[0].columns.map(begun));
+    const isSame = columns.length > 0 && shown !== "" && form(JSON.parse(shown)[0]) === form(tables[0]) && inMenus === written(tables[0].columns.map(begun));
     shown = JSON.stringify(tables);
     if (isSame) {
         return;
     }
     expressions = tables[0].expressions;
     columns = tables[0].columns.map(begun);
+    inMenus = written(columns);
     const heads = ["Heading", "First values", "Quantity", "Unit", "Scaling"].map((head) => make("th", { scope: "col", textContent: head }));
     const rows = columns.map((column, n) => make("tr", {},
         make("th", { scope: "row", textContent: column.heading || `column ${n + 1}` }),
@@ -131,6 +132,7 @@ function written(menus) {
 }
 
 function write() {
-    set(written(columns));
+    inMenus = written(columns);
+    set(inMenus);
     onChange();
 }

@@ -75,6 +75,21 @@ def test_columns_are_chosen_with_menus(opened):
     assert "--columns 'time=#1:ms" in page.evaluate("document.getElementById('report').srcdoc").replace("&#39;", "'")
 
 
+def test_a_scaling_being_typed_stays_while_the_columns_are_read(opened):
+    page = opened()
+    choose(page, ("log.csv", "\n".join(DUTY).encode()), done=None)
+    cells = page.locator("#tables tbody tr").nth(1)
+    cells.locator("select").first.select_option("voltage")
+    cells.locator("select").nth(1).select_option("V")
+    cells.locator("input").fill("*12/255")
+    # A click by script leaves the focus, and so the text is still being typed when the answer arrives.
+    page.evaluate("delete document.body.dataset.done; document.getElementById('error').hidden = true; document.getElementById('inspect').click()")
+    page.wait_for_selector("#error:not([hidden])", timeout=60_000)
+    assert cells.locator("input").input_value() == "*12/255"
+    cells.locator("input").press("Tab")
+    assert page.input_value("#columns-text").startswith("voltage=#2*12/255:V")
+
+
 def choose_as_proposed(page):
     """Chooses a log whose hint has the columns to use, with a supply of 12 V, and applies them."""
     choose(page, ROOT / "examples/pwm-log.csv", done=None)

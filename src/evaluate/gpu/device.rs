@@ -226,7 +226,7 @@ fn choose(list: &[AdapterFacts], selector: &Selector, f64: bool) -> Result<usize
             "no GPU adapter was found on this machine",
             text!(
                 "Install a Vulkan driver and its loader (Debian: libvulkan1 with mesa-vulkan-drivers or the vendor's \
-                 driver), or use " [Device = "cpu"] "."
+                 driver; NVIDIA's also needs libegl1), or use " [Device = "cpu"] "."
             ),
         ));
     }
