@@ -398,7 +398,8 @@ fn the_command_writes_a_report() {
         assert!(file("report.html").contains(part), "{part}");
     }
     assert!(file("curves.csv").starts_with("test,time_s,voltage [V],velocity [turn/s],velocity model [turn/s]"));
-    assert_eq!(file("curves.csv").lines().count(), 1 + 2 * 150 + 2 * 60);
+    // Before a step there is a sample without voltage.
+    assert_eq!(file("curves.csv").lines().count(), 1 + 2 * 150 + 2 * 61);
     let document: serde_json::Value = serde_json::from_str(&file("result.json")).unwrap();
     assert_eq!(document["mechanism"], "simple");
 }
@@ -443,4 +444,10 @@ fn inspect_lists_the_channels_of_a_log() {
     let output = program::run(&["inspect", &path("sysid_elevator.wpilog")]);
     assert_eq!(output.status.code(), Some(3));
     assert!(program::text(&output.stdout).contains("velocity-main-elevator"));
+    let output = program::run(&["inspect", &path("sysid_elevator.wpilog"), "--json"]);
+    assert_eq!(output.status.code(), Some(3));
+    let document: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(document["error"]["exit_code"], 3);
+    let channels = document["logs"][0]["channels"].as_array().unwrap();
+    assert!(channels.iter().any(|channel| channel["name"] == "velocity-main-elevator"), "{document}");
 }

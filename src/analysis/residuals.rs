@@ -44,20 +44,29 @@ pub(crate) fn residual_tests(
             // Residuals of low-pass filtered signals are correlated even if the model is complete.
             let measured =
                 record.measured()[channel].filter(|_| signals.effective_sample_ratio >= EFFECTIVE_RATIO_MIN)?;
+            let less = |from: &[f64]| from.iter().zip(&model[channel]).map(|(a, b)| a - b).collect::<Vec<f64>>();
+            let moved: Vec<Vec<f64>> = moved.iter().map(|signals| less(&signals[channel])).collect();
+            let own: Vec<usize> = (0..record.len()).filter(|n| signals.is_measured(channel, *n)).collect();
+            let is_whole = own.len() == record.len();
+            let at_own = |values: Vec<f64>| if is_whole { values } else { own.iter().map(|n| values[*n]).collect() };
             let counting: Vec<bool> = match record.excluded().is_empty() {
                 true => Vec::new(),
-                false => (0..record.len()).map(|n| signals.counts(channel, n)).collect(),
+                false => own.iter().map(|n| signals.counts(channel, *n)).collect(),
             };
-            let less = |from: &[f64]| from.iter().zip(&model[channel]).map(|(a, b)| a - b).collect::<Vec<f64>>();
-            let values = less(measured);
+            let values = at_own(less(measured));
             // If there are too few samples for the whiteness test, the input test is not possible either.
             let whiteness = Whiteness::of(&kept(&values, &counting), signals.rms(channel))?;
-            let residuals = Residuals {
-                values: &values,
-                regressors: regressors.get_or_insert_with(|| Regressors::new(record.input())),
-                counting: &counting,
-                sensitivities: &moved.iter().map(|signals| less(&signals[channel])).collect::<Vec<_>>(),
+            let of_own;
+            let regressors = match is_whole {
+                true => regressors.get_or_insert_with(|| Regressors::new(record.input())),
+                false => {
+                    of_own = Regressors::new(&at_own(record.input().to_vec()));
+                    &of_own
+                }
             };
+            let sensitivities: Vec<Vec<f64>> = moved.into_iter().map(at_own).collect();
+            let residuals =
+                Residuals { values: &values, regressors, counting: &counting, sensitivities: &sensitivities };
             Some(ResidualTest { whiteness, voltage: residual_input_test(&residuals) })
         })
     };

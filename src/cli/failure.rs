@@ -4,7 +4,7 @@ use super::Outcome;
 use motorfit::file::with_similar_name;
 use motorfit::report::{command_line, error_document, json};
 use motorfit::{Error, ErrorKind};
-use serde_json::json as value;
+use serde_json::{Value, json as value};
 
 /// Exit codes with their meanings.
 pub(super) const EXIT_CODES: [(&str, &str); 7] = [
@@ -43,12 +43,16 @@ pub(super) fn code_of_error(error: &Error) -> u8 {
     }
 }
 
-/// Returns the JSON document of an error.
-pub(super) fn document(error: &Error) -> String {
+/// Returns the JSON document of an error, beside what was found before it.
+pub(super) fn document(error: &Error, found: &[(&str, Value)]) -> String {
     let error = with_similar_name(error.clone());
     let mut described = error_document(&error, command_line);
     described["exit_code"] = code_of_error(&error).into();
-    json(&value!({ "motorfit": env!("CARGO_PKG_VERSION"), "error": described }))
+    let mut whole = value!({ "motorfit": env!("CARGO_PKG_VERSION"), "error": described });
+    for (key, of) in found {
+        whole[*key] = of.clone();
+    }
+    json(&whole)
 }
 
 #[cfg(test)]

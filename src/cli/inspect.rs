@@ -1,11 +1,13 @@
 //! The command `inspect`: the contents of recordings, how columns were interpreted, and findings.
 
 use super::args::InspectArgs;
+use super::failure;
 use super::prelude::*;
 use motorfit::identify::{Identifiability, Inspection};
 use motorfit::record::{ChannelFacts, channels};
 use motorfit::report::{SignalFacts, SignalStatistics, Table, command_line, inspect_document, inspect_page};
 use motorfit::setting::Text;
+use serde_json::{Value, json as value};
 use std::path::PathBuf;
 
 pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
@@ -19,13 +21,22 @@ pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
             show(&catalog(path, channels, style.verbose))?;
         }
     }
-    let records = inputs::records(&args.recordings.records, &args.recordings.reading.0)?;
+    let logs: Value = catalogs
+        .iter()
+        .map(|(path, channels)| value!({"path": path.to_string_lossy(), "channels": channels}))
+        .collect();
+    let records = inputs::records(&args.recordings.records, &args.recordings.reading.0).or_else(|error| {
+        // The channels are what a program needs to name the columns.
+        if args.json && !catalogs.is_empty() {
+            data(&failure::document(&error, &[("logs", logs.clone())]))?;
+        }
+        Err(error)
+    })?;
     let out = args.out.as_deref().map(Out::take).transpose()?;
     let inspections: Vec<Inspection<'_>> = records.iter().map(Inspection::of).collect();
     let mut document = inspect_document(&inspections, band);
     if !catalogs.is_empty() {
-        let one = |(path, channels): &(&PathBuf, Vec<ChannelFacts>)| serde_json::json!({"path": path.to_string_lossy(), "channels": channels});
-        document["logs"] = catalogs.iter().map(one).collect();
+        document["logs"] = logs;
     }
     let document = json(&document);
     if args.json {

@@ -110,7 +110,7 @@ fn is_json() -> bool {
 /// With `--json`, writes the document of an error to stdout, unless it already has a document or the result that was asked for.
 pub(crate) fn error_document(error: &Error) {
     if is_json() && !WRITTEN.load(Ordering::Relaxed) {
-        let _ = data(&failure::document(error));
+        let _ = data(&failure::document(error, &[]));
     }
 }
 

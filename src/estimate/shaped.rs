@@ -51,6 +51,10 @@ fn run<const P: usize, const FMA: bool>(case: &Case<'_>, filters: &[Vec<f64>; 2]
             continue;
         }
         for channel in 0..2 {
+            // The residuals are those of the samples that were measured.
+            if !signals.is_measured(channel, n) {
+                continue;
+            }
             // A masked sample is a row of zeros; the filter continues.
             let row = if signals.counts(channel, n) { seen[channel].derivatives } else { [0.0; P] };
             sums[channel].add::<FMA>(&shaping[channel].next::<FMA>(row));

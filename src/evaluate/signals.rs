@@ -5,7 +5,7 @@ use super::segment::{Run, Segment};
 use crate::criterion::Criterion;
 use crate::motor::{Discretization, InputHistory, SimulationInput, SplitSteps, sample_times};
 use crate::numeric::{count, noise_sigma, peak, rms, standard_deviation};
-use crate::record::Record;
+use crate::record::{Quantity, Record};
 use crate::setting::text;
 use crate::{Error, ErrorKind, Result};
 use std::sync::{Arc, OnceLock};
@@ -47,6 +47,8 @@ pub struct Signals {
     pub(crate) weight: Vec<[f64; 2]>,
     /// True for each channel of a sample that is not masked; empty if no sample is masked.
     counting: Vec<[bool; 2]>,
+    /// For each channel true for the samples at which it was measured; empty if it was at all.
+    own: [Vec<bool>; 2],
     /// Effective sample ratio: the fraction of the samples that count as independent.
     pub(crate) effective_sample_ratio: f64,
     /// Factor of each channel's sum: its scale and, if weights are empty, the step; 0 for a channel that was not measured.
@@ -102,6 +104,10 @@ impl Signals {
             deviation: OnceLock::new(),
             weight: Vec::new(),
             counting,
+            own: [Quantity::Current, Quantity::Speed].map(|quantity| {
+                let of = record.measured_at().iter().find(|of| of.quantity == quantity);
+                of.map(|of| of.samples.clone()).unwrap_or_default()
+            }),
             effective_sample_ratio: record.effective_sample_ratio(),
             factor: [0.0; 2],
             initial,
@@ -117,6 +123,14 @@ impl Signals {
         signals.history = InputHistory::of(&signals.voltage, signals.starts_at_rest());
         for (channel, signal) in measured.into_iter().enumerate() {
             if let Some(signal) = signal {
+                let own: Vec<f64>;
+                let signal = match signals.own[channel].is_empty() {
+                    true => signal,
+                    false => {
+                        own = (0..signal.len()).filter(|n| signals.own[channel][*n]).map(|n| signal[n]).collect();
+                        &own
+                    }
+                };
                 let divisor = divisor(criterion, channel, signal)
                     .map_err(|e| record.source().path.iter().fold(e, |e, path| e.in_file(path)))?;
                 signals.factor[channel] = criterion.factor(divisor);
@@ -169,7 +183,10 @@ impl Signals {
     /// Returns the standard deviation of a channel's noise, estimated from the channel alone.
     #[must_use]
     pub(crate) fn noise(&self, channel: usize) -> f64 {
-        let of = |channel: usize| noise_sigma(&self.measured.iter().map(|y| y[channel]).collect::<Vec<_>>());
+        let of = |channel: usize| {
+            let counting = (0..self.len()).filter(|n| self.counts(channel, *n));
+            noise_sigma(&counting.map(|n| self.measured[n][channel]).collect::<Vec<_>>())
+        };
         self.noise.get_or_init(|| [0, 1].map(of))[channel]
     }
 
@@ -207,6 +224,11 @@ impl Signals {
     #[must_use]
     pub fn counts(&self, channel: usize, sample: usize) -> bool {
         self.counting.get(sample).is_none_or(|counts| counts.get(channel) == Some(&true))
+    }
+
+    /// Returns true if a channel was measured at a sample, and not interpolated between others.
+    pub(crate) fn is_measured(&self, channel: usize, sample: usize) -> bool {
+        self.own[channel].get(sample).copied().unwrap_or(true)
     }
 
     /// Returns the number of samples of a channel that are not masked.

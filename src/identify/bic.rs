@@ -69,7 +69,9 @@ impl Residuals {
             let signals = &problem.signals()[recording];
             let model = problem.simulate(&refined.values, recording, *initial);
             for channel in (0..2).filter(|channel| signals.has(*channel)) {
-                let residuals: Vec<f64> = signals.measured(channel).zip(&model[channel]).map(|(y, x)| y - x).collect();
+                let residuals = signals.measured(channel).zip(&model[channel]).enumerate();
+                let own = residuals.filter(|(n, _)| signals.is_measured(channel, *n));
+                let residuals: Vec<f64> = own.map(|(_, (y, x))| y - x).collect();
                 let squares: f64 = residuals.iter().map(|e| e * e).sum();
                 let products: f64 = residuals.windows(2).map(|e| e[0] * e[1]).sum();
                 let correlation = if squares > 0.0 { (products / squares).clamp(0.0, 0.9999) } else { 0.0 };

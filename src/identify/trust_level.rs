@@ -38,7 +38,7 @@ pub struct Trust {
 }
 
 /// The codes of reasons with their meanings.
-pub static REASONS: [(&str, &str); 35] = [
+pub static REASONS: [(&str, &str); 37] = [
     ("poor_fit", "The residuals of a channel are large and far above its noise."),
     ("recording_missed", "The model does not fit a channel of one recording of a joint fit."),
     ("search_stuck", "A better optimum is known."),
@@ -70,6 +70,8 @@ pub static REASONS: [(&str, &str); 35] = [
     ("input_noise", "The standard errors do not include the noise of the input."),
     ("initial_state", "A recording does not start as assumed."),
     ("units_disagree", "The velocity of a mechanism is not the derivative of its position."),
+    ("unit_assumed", "The velocity of a mechanism has no unit."),
+    ("voltage_small", "The voltage of the tests of a mechanism is as small as a duty cycle."),
     ("test_missing", "A test of a mechanism is missing."),
     ("test_without_motion", "A mechanism does not move in a test."),
     ("one_direction", "All tests of a mechanism move in one direction."),

@@ -237,9 +237,10 @@ pub(super) fn understand(heading: &str) -> Option<(Quantity, Option<String>)> {
         return Some(found.1);
     }
     let quantity = quantity_of(&words, None)?;
-    // "rpm" denotes both the quantity and its unit.
-    let rpm = words.iter().find(|(_, word)| quantity == Speed && word.eq_ignore_ascii_case("rpm"));
-    Some((quantity, rpm.map(|(_, word)| (*word).to_owned())))
+    // "rpm" and "Drehzahl" denote both the quantity and its unit.
+    let is_per_minute = |word: &str| ["rpm", "drehzahl"].iter().any(|own| word.eq_ignore_ascii_case(own));
+    let rpm = words.iter().find(|(_, word)| quantity == Speed && is_per_minute(word));
+    Some((quantity, rpm.map(|_| "rpm".to_owned())))
 }
 
 /// Returns a heading without its first bracket, and the text in the bracket.

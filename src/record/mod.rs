@@ -8,6 +8,7 @@ mod heading;
 mod import;
 mod limits;
 mod lines;
+mod measured;
 mod prepare;
 mod reading;
 mod requests;
@@ -24,6 +25,7 @@ pub use import::{
 };
 pub use limits::limits;
 pub use lines::Lines;
+pub(crate) use measured::MeasuredAt;
 pub use prepare::{FilterKind, LowPass, Mask, Offset, Preparation, parse_masks};
 pub use reading::{Reading, parse_crop, parse_offset};
 pub use requests::{ColumnRequest, parse_columns, parse_signal_columns};
@@ -123,6 +125,8 @@ pub struct Record {
     steps: Steps,
     source: Source,
     excluded: Vec<Excluded>,
+    /// Outputs that were measured at some of the samples only.
+    measured_at: Vec<MeasuredAt>,
     /// Effective sample size over the number of samples.
     independent: f64,
     /// Rise of the input over each step; empty if the input is as recorded.
@@ -171,6 +175,7 @@ impl Record {
             steps,
             source,
             excluded: Vec::new(),
+            measured_at: Vec::new(),
             independent: 1.0,
             slope: Vec::new(),
             interpolated: false,
@@ -188,8 +193,10 @@ impl Record {
         });
         let excluded = excluded.filter(|e| e.start < e.end).collect();
         let record = Self::from_file(self.samples.slice(range.clone()), source, true)?;
-        let slope = self.slope.get(range).unwrap_or_default().to_vec();
-        Ok(Self { excluded, slope, independent: self.independent, interpolated: self.interpolated, ..record })
+        let slope = self.slope.get(range.clone()).unwrap_or_default().to_vec();
+        let measured_at = self.measured_at.iter().map(|of| of.part(range.clone())).collect();
+        let (independent, interpolated) = (self.independent, self.interpolated);
+        Ok(Self { excluded, slope, measured_at, independent, interpolated, ..record })
     }
 
     /// Returns the samples of a range, counted from 0, as a recording.
@@ -235,11 +242,6 @@ impl Record {
         self.interpolated
     }
 
-    /// Returns the recording with outputs that were interpolated; `ratio` is their number of samples over that of the recording.
-    fn with_interpolated_outputs(self, ratio: f64) -> Self {
-        Self { independent: self.independent * ratio, interpolated: true, ..self }
-    }
-
     /// Returns a copy without the current.
     pub(crate) fn without_current(&self) -> Self {
         Self { samples: Samples { current: None, ..self.samples.clone() }, ..self.clone() }
@@ -270,16 +272,25 @@ impl Record {
         &self.excluded
     }
 
-    /// Returns a mask \[current, speed\] for each sample, true if its residual counts; empty if all count.
+    /// Returns a mask \[current, speed\] for each sample, true if its residual counts: it was measured and is not excluded. Empty if
+    /// all count.
     #[must_use]
     pub fn counting(&self) -> Vec<[bool; 2]> {
-        if self.excluded.is_empty() {
+        if self.excluded.is_empty() && self.measured_at.is_empty() {
             return Vec::new();
         }
         let mut counting = vec![[true; 2]; self.len()];
         for Excluded { start, end, channels } in &self.excluded {
             for counts in &mut counting[*start..*end] {
                 *counts = [counts[0] && !channels[0], counts[1] && !channels[1]];
+            }
+        }
+        for of in &self.measured_at {
+            let Some(channel) = [Quantity::Current, Quantity::Speed].iter().position(|q| *q == of.quantity) else {
+                continue;
+            };
+            for (counts, is_measured) in counting.iter_mut().zip(&of.samples) {
+                counts[channel] &= is_measured;
             }
         }
         counting

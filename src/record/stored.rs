@@ -2,18 +2,19 @@
 //!
 //! The format is bound to one version of the program and is not meant for files that are kept.
 
-use super::{Excluded, NamedSignal, Record, SAMPLES_MAX, Samples, Source};
+use super::{Excluded, MeasuredAt, NamedSignal, Record, SAMPLES_MAX, Samples, Source};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 
 /// First bytes, with the version of the format.
-const MAGIC: &[u8] = b"motorfit record 3\n";
+const MAGIC: &[u8] = b"motorfit record 4\n";
 
 /// Header before the values.
 #[derive(Serialize, Deserialize)]
 struct Head {
     source: Source,
     excluded: Vec<Excluded>,
+    measured_at: Vec<MeasuredAt>,
     independent: f64,
     interpolated: bool,
     /// Lengths of time, voltage, load torque, current, speed and slope; `None` for a signal that was not recorded.
@@ -34,6 +35,7 @@ impl Record {
         let head = Head {
             source: self.source.clone(),
             excluded: self.excluded.clone(),
+            measured_at: self.measured_at.clone(),
             independent: self.independent,
             interpolated: self.interpolated,
             lengths: signals.map(|signal| signal.map(Vec::len)),
@@ -75,10 +77,11 @@ impl Record {
         let inside = head.excluded.iter().all(|e| e.start < e.end && e.end <= count);
         let lines = head.source.lines.is_empty() || head.source.lines.len() == count;
         let share = head.independent > 0.0 && head.independent <= 1.0;
-        if !(fits && inside && lines && share) {
+        let measured = head.measured_at.iter().all(|of| of.samples.len() == count);
+        if !(fits && inside && lines && share && measured) {
             return Err(wrong());
         }
-        let Head { source, excluded, independent, interpolated, .. } = head;
-        Ok(Self { excluded, independent, slope, interpolated, ..Self::from_file(samples, source, true)? })
+        let Head { source, excluded, measured_at, independent, interpolated, .. } = head;
+        Ok(Self { excluded, measured_at, independent, slope, interpolated, ..Self::from_file(samples, source, true)? })
     }
 }

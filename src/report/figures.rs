@@ -70,8 +70,11 @@ pub fn response_charts(id: &str, record: &Record, models: &[Modelled<'_>], left_
     );
     let (mut signals, mut differences) = (Vec::new(), Vec::new());
     for (channel, labels) in CHANNELS.into_iter().enumerate().skip(usize::from(by_current)) {
-        let measured = record.measured()[channel].unwrap_or_default();
-        let mut shown = vec![Series::new("measured", 0, Form::Dots, curve(measured))];
+        let quantity = [Quantity::Current, Quantity::Speed][channel];
+        let measured = record.measured()[channel].unwrap_or_default().iter().enumerate();
+        let at_own = |(n, value): (usize, &f64)| if record.is_measured(quantity, n) { *value } else { f64::NAN };
+        let measured: Vec<f64> = measured.map(at_own).collect();
+        let mut shown = vec![Series::new("measured", 0, Form::Dots, curve(&measured))];
         let (mut left, mut limits) = (Vec::new(), Vec::new());
         for (n, (name, values)) in (1..).zip(models.iter().map(|(name, values)| (*name, &values[channel]))) {
             let residual = residuals(record, channel, values, left_out);

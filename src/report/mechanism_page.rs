@@ -12,7 +12,7 @@ use crate::text::{Shortest, engineering, significant};
 /// Returns the page of an identification of a mechanism.
 #[must_use]
 pub fn mechanism_page(records: &[Record], fit: &MechanismFit, design: &FeedbackDesign<'_>, how: &Reproduced) -> Page {
-    let page = model_page(records, (&fit.model, &fit.recordings), &fit.found, how);
+    let page = model_page(&fit.fitted(records), (&fit.model, &fit.recordings), &fit.found, how);
     let cards = mechanism_lines(fit).into_iter().map(|line| Card {
         symbol: line.name.to_owned(),
         name: line.text.to_owned(),

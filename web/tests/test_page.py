@@ -80,14 +80,20 @@ def test_a_scaling_being_typed_stays_while_the_columns_are_read(opened):
     choose(page, ("log.csv", "\n".join(DUTY).encode()), done=None)
     cells = page.locator("#tables tbody tr").nth(1)
     cells.locator("select").first.select_option("voltage")
-    cells.locator("select").nth(1).select_option("V")
-    cells.locator("input").fill("*12/255")
-    # A click by script leaves the focus, and so the text is still being typed when the answer arrives.
-    page.evaluate("delete document.body.dataset.done; document.getElementById('error').hidden = true; document.getElementById('inspect').click()")
+    page.wait_for_function("document.getElementById('columns-text').value === 'voltage=#2:V'")
+    # The unit is chosen and the scaling begun before the answer to the choice can arrive.
+    page.evaluate("""() => {
+        const row = document.querySelectorAll("#tables tbody tr")[1], input = row.querySelector("input"), unit = row.querySelectorAll("select")[1];
+        document.getElementById("error").hidden = true;
+        unit.value = "mV";
+        unit.onchange();
+        input.focus();
+        input.value = "*12/255";
+    }""")
     page.wait_for_selector("#error:not([hidden])", timeout=60_000)
     assert cells.locator("input").input_value() == "*12/255"
-    cells.locator("input").press("Tab")
-    assert page.input_value("#columns-text").startswith("voltage=#2*12/255:V")
+    page.evaluate("document.querySelectorAll('#tables tbody tr')[1].querySelector('input').onchange()")
+    assert page.input_value("#columns-text") == "voltage=#2*12/255:mV"
 
 
 def choose_as_proposed(page):

@@ -140,7 +140,7 @@ fn noises(fit: &Fit<'_>, descent: &Descent<'_>) -> (Vec<Vec<Option<Whiteness>>>,
             .iter()
             .zip(&found.outputs[block.output])
             .enumerate()
-            .filter(|(n, _)| recording.counts(*n))
+            .filter(|(n, _)| recording.counts(block.output, *n))
             .map(|(_, (y, x))| y - x)
             .collect();
         let variance = rms(&residuals).powi(2);
@@ -172,7 +172,16 @@ fn sandwich(
             _ => fit.trajectory(&descent.at, block.recording),
         };
         let recording = fit.problem.recording(block.recording);
-        let products = shaped(&trajectory.sensitivities[block.output], numbers.len(), noise, &|n| recording.counts(n));
+        let (rows, width) = (&trajectory.sensitivities[block.output], numbers.len());
+        let counts = |n: usize| recording.counts(block.output, n);
+        let products = match recording.is_scattered(block.output) {
+            // The residuals are those of the samples that count.
+            true => {
+                let own = rows.chunks(width.max(1)).enumerate().filter(|(n, _)| counts(*n));
+                shaped(&own.flat_map(|(_, row)| row).copied().collect::<Vec<f64>>(), width, noise, &|_| true)
+            }
+            false => shaped(rows, width, noise, &counts),
+        };
         for (a, row) in numbers.iter().enumerate() {
             for (b, column) in numbers.iter().enumerate() {
                 middle[(*row, *column)] += products[(a, b)] * noise.innovation / sigma.powi(4);

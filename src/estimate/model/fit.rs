@@ -208,7 +208,7 @@ impl Fit<'_> {
                 matrix[(numbers[a], numbers[b])] = products[a * size + b];
             }
         }
-        let count = self.problem.recording(recording).count();
+        let count = self.problem.recording(recording).count(output);
         Some(Block { recording, output, count, squares, matrix, gradient: all })
     }
 

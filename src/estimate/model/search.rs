@@ -59,11 +59,11 @@ impl<'a> Search<'a> {
         (0..problem.recordings()).all(|recording| {
             let of = problem.recording(recording);
             let outputs = problem.simulate(&at.values, recording, &at.initial[recording]).outputs;
-            outputs.iter().zip(&of.measured).all(|(own, measured)| {
+            outputs.iter().zip(&of.measured).enumerate().all(|(output, (own, measured))| {
                 let Some(measured) = measured else { return true };
-                let counting = (0..of.len()).filter(|n| of.counts(*n));
+                let counting = (0..of.len()).filter(|n| of.counts(output, *n));
                 let residuals: Vec<f64> = counting.map(|n| measured[n] - own[n]).collect();
-                rms(&residuals) <= NOISY * noise_sigma(measured)
+                rms(&residuals) <= NOISY * noise_sigma(&of.counted(output).unwrap_or_default())
             })
         })
     }

@@ -39,7 +39,8 @@ fn chain(states: usize, outputs: usize, has_friction: bool) -> Model {
     Model::parse(&text).unwrap()
 }
 
-/// Returns a recording with constant and changing inputs, one sample in seven of which does not count.
+/// Returns a recording with constant and changing inputs; with a mask, one sample in seven of the first output does not count, and one in
+/// five of the second.
 fn recording(model: &Model, has_mask: bool) -> ModelRecording {
     let mut numbers = Xoshiro256PlusPlus::seed_from_u64(3);
     let mut signal = |n: usize| if n % 100 < 60 { [6.0, -4.0][n / 30 % 2] } else { numbers.random_range(-6.0..6.0) };
@@ -48,7 +49,12 @@ fn recording(model: &Model, has_mask: bool) -> ModelRecording {
         step_s: vec![1e-2],
         inputs: (0..2).map(|_| (0..SAMPLES).map(&mut signal).collect()).collect(),
         measured: model.outputs().iter().map(|_| Some(time_s.clone())).collect(),
-        counting: if has_mask { (0..SAMPLES).map(|n| n % 7 != 2).collect() } else { Vec::new() },
+        counting: match has_mask {
+            true => (0..model.outputs().len())
+                .map(|of| (0..SAMPLES).map(|n| n % (7 - 2 * (of % 2)) != 2).collect())
+                .collect(),
+            false => Vec::new(),
+        },
         effective_sample_ratio: 1.0,
         time_s,
     }

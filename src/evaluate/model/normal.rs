@@ -88,7 +88,7 @@ impl ModelProblem {
         let measured = own.measured[output].as_deref().unwrap_or_default();
         let size = point.unknowns.len();
         let mut sums = OutputSums { output, squares: 0.0, products: vec![0.0; size * size], gradient: vec![0.0; size] };
-        for n in (0..own.len()).filter(|n| own.counts(*n)) {
+        for n in (0..own.len()).filter(|n| own.counts(output, *n)) {
             let error = measured[n] - trajectory.outputs[output][n];
             let row = trajectory.sensitivities.get(output).map_or(&[][..], |all| &all[n * size..(n + 1) * size]);
             sums.squares += error * error;

@@ -42,7 +42,7 @@ pub(super) fn prepare(
     for (output, signal) in recording.measured.iter().enumerate() {
         let Some(signal) = signal else { continue };
         factors[output] = factor(criterion, &recording, output);
-        for n in (0..samples).filter(|n| recording.counts(*n)) {
+        for n in (0..samples).filter(|n| recording.counts(output, *n)) {
             measured[n * outputs + output] = signal[n];
             weights[n * outputs + output] = criterion.weight(recording.elapsed(n), recording.step(n));
         }
@@ -55,9 +55,12 @@ pub(super) fn prepare(
         _ => Loss::WeightedSquares,
     };
     let [own, of_tangent] = [&programs.program, &programs.tangent].map(|program| uniforms(program, model, &recording));
-    let of_count = |n: usize| recording.measured.iter().map(move |signal| (n, signal.is_some()));
-    let counted = |(n, is_measured): (usize, bool)| f64::from(u8::from(is_measured && recording.counts(n)));
-    let counts = if is_whole { Vec::new() } else { (0..samples).flat_map(of_count).map(counted).collect() };
+    let all = (0..samples).flat_map(|n| (0..outputs).map(move |output| (output, n)));
+    let counts = |output: usize, n: usize| recording.measured[output].is_some() && recording.counts(output, n);
+    let counts: Vec<f64> = match is_whole {
+        true => Vec::new(),
+        false => all.map(|(output, n)| f64::from(u8::from(counts(output, n)))).collect(),
+    };
     let weights = if is_plain { Vec::new() } else { weights };
     let open = open_initial(model, &recording);
     let clock = clock(&recording);

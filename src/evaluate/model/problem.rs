@@ -145,7 +145,10 @@ impl ModelProblem {
     /// Returns the number of samples that count over all recordings and measured outputs.
     #[must_use]
     pub fn counted(&self) -> usize {
-        let one = |of: &Prepared| of.recording.count() * of.factors.iter().filter(|factor| **factor > 0.0).count();
+        let one = |of: &Prepared| {
+            let counting = (0..of.factors.len()).filter(|output| of.factors[*output] > 0.0);
+            counting.map(|output| of.recording.count(output)).sum::<usize>()
+        };
         self.recordings.iter().map(one).sum()
     }
 
@@ -222,7 +225,7 @@ impl ModelProblem {
                     *total += factor * work.outputs[output].lane(lane);
                 }
             }
-            samples += prepared.recording.count();
+            samples += prepared.recording.count_most();
         }
         for (cost, total) in costs.iter_mut().zip(totals) {
             *cost = self.settings.criterion.cost(total, samples);

@@ -3,7 +3,7 @@
 use crate::model::step::open_states;
 use crate::model::{InitialState, Model};
 use crate::numeric::count;
-use crate::record::{Record, SignalRequest};
+use crate::record::{Quantity, Record, SignalRequest};
 use crate::setting::text;
 use crate::text::quoted;
 use crate::{Error, Result};
@@ -53,8 +53,8 @@ pub struct ModelRecording {
     pub inputs: Vec<Vec<f64>>,
     /// Measured outputs, shape `[outputs][samples]`; `None` for an output that was not measured.
     pub measured: Vec<Option<Vec<f64>>>,
-    /// True for each sample whose residuals count; empty if all count.
-    pub counting: Vec<bool>,
+    /// True for each sample of an output whose residual counts, shape `[outputs][samples]`; empty if all count.
+    pub counting: Vec<Vec<bool>>,
     /// Effective sample size over the number of samples.
     pub effective_sample_ratio: f64,
 }
@@ -87,10 +87,7 @@ impl ModelRecording {
             let hint = "Record at least one of its outputs.";
             return Err(located(Error::data("no output of the model was recorded", hint)));
         }
-        let mut counting = if record.excluded().is_empty() { Vec::new() } else { vec![true; record.len()] };
-        for excluded in record.excluded() {
-            counting[excluded.start..excluded.end].fill(false);
-        }
+        let counting = counting(record, first, measured.len());
         let steps = record.steps();
         let step_s = if steps.step_index.is_empty() {
             vec![steps.period_s]
@@ -110,7 +107,7 @@ impl ModelRecording {
             step_s: self.step_s[..self.step_s.len().min(end)].to_vec(),
             inputs: self.inputs.iter().map(cut).collect(),
             measured: self.measured.iter().map(|signal| signal.as_ref().map(cut)).collect(),
-            counting: self.counting[..self.counting.len().min(end)].to_vec(),
+            counting: self.counting.iter().map(|counting| counting[..end].to_vec()).collect(),
             ..*self
         }
     }
@@ -144,23 +141,37 @@ impl ModelRecording {
         self.step_s.get(n).or(self.step_s.last()).copied().unwrap_or(0.0)
     }
 
-    /// Returns true if the residuals of a sample count.
+    /// Returns true if the residual of an output at a sample counts.
     #[must_use]
-    pub fn counts(&self, n: usize) -> bool {
-        self.counting.get(n).copied().unwrap_or(true)
+    pub fn counts(&self, output: usize, n: usize) -> bool {
+        self.counting.get(output).and_then(|counting| counting.get(n)).copied().unwrap_or(true)
     }
 
-    /// Returns the number of samples that count.
+    /// Returns the number of samples of an output that count.
     #[must_use]
-    pub fn count(&self) -> usize {
-        if self.counting.is_empty() { self.len() } else { self.counting.iter().filter(|counts| **counts).count() }
+    pub fn count(&self, output: usize) -> usize {
+        let counting = self.counting.get(output);
+        counting.map_or(self.len(), |counting| counting.iter().filter(|counts| **counts).count())
+    }
+
+    /// Returns the largest number of samples of an output that count.
+    pub(crate) fn count_most(&self) -> usize {
+        (0..self.measured.len()).map(|output| self.count(output)).max().unwrap_or(0)
+    }
+
+    /// Returns true if the samples of an output that count are single ones between others, as of a sensor that is slower than the clock.
+    pub(crate) fn is_scattered(&self, output: usize) -> bool {
+        /// Fewest samples of a run that are not scattered.
+        const RUN: usize = 20;
+        let starts = |n: &usize| self.counts(output, *n) && (*n == 0 || !self.counts(output, n - 1));
+        !self.counting.is_empty() && (0..self.len()).filter(starts).count() * RUN > self.count(output)
     }
 
     /// Returns the measured values of an output at the samples that count.
     #[must_use]
     pub fn counted(&self, output: usize) -> Option<Vec<f64>> {
         let measured = self.measured.get(output)?.as_ref()?;
-        Some(measured.iter().enumerate().filter(|(n, _)| self.counts(*n)).map(|(_, value)| *value).collect())
+        Some(measured.iter().enumerate().filter(|(n, _)| self.counts(output, *n)).map(|(_, value)| *value).collect())
     }
 
     /// Returns the time since the first sample \[s\].
@@ -170,4 +181,21 @@ impl ModelRecording {
             None => self.time_s[n] - self.time_s[0],
         }
     }
+}
+
+/// Returns the samples of each output that count; the signals of the outputs have the numbers from `first` on.
+fn counting(record: &Record, first: usize, outputs: usize) -> Vec<Vec<bool>> {
+    if record.excluded().is_empty() && record.measured_at().is_empty() {
+        return Vec::new();
+    }
+    let of = |output: usize| {
+        let number = Quantity::Signal(u8::try_from(first + output).unwrap_or(u8::MAX));
+        let own = record.measured_at().iter().find(|of| of.quantity == number);
+        let mut counting = own.map_or_else(|| vec![true; record.len()], |of| of.samples.clone());
+        for excluded in record.excluded() {
+            counting[excluded.start..excluded.end].fill(false);
+        }
+        counting
+    };
+    (0..outputs).map(of).collect()
 }

@@ -198,7 +198,8 @@ fn sums_of_candidates_side_by_side_are_those_of_their_trajectories() {
         recording.measured = simulated.iter().map(|signal| Some(measured(signal))).collect();
         for is_masked in [false, true] {
             if is_masked {
-                recording.counting = (0..recording.len()).map(|n| !(20..60).contains(&n)).collect();
+                let counting = |of: usize| (0..recording.len()).map(|n| !(20 + of..60).contains(&n)).collect();
+                recording.counting = (0..recording.measured.len()).map(counting).collect();
                 recording.measured[0] = None;
             }
             let settings = problem.settings();

@@ -188,7 +188,8 @@ fn check(model: &Model, recording: &ModelRecording) -> Result<()> {
         && recording.measured.len() == model.outputs.len()
         && recording.inputs.iter().chain(recording.measured.iter().flatten()).all(|signal| signal.len() == samples)
         && (recording.step_s.len() == 1 || recording.step_s.len() == samples)
-        && (recording.counting.is_empty() || recording.counting.len() == samples);
+        && (recording.counting.is_empty() || recording.counting.len() == recording.measured.len())
+        && recording.counting.iter().all(|counting| counting.len() == samples);
     let is_finite = |signal: &Vec<f64>| signal.iter().all(|value| value.is_finite());
     let has_numbers = recording.inputs.iter().chain(recording.measured.iter().flatten()).all(is_finite)
         && recording.step_s.iter().all(|step| *step > 0.0 && step.is_finite());

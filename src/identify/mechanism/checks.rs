@@ -2,7 +2,7 @@
 
 use super::signals::Signals;
 use crate::numeric::{extremes, mean, noise_sigma, peak};
-use crate::record::{Record, test_of};
+use crate::record::{Quantity, Record, test_of};
 use crate::setting::text;
 use crate::text::{listed, significant};
 use crate::warning::Warning;
@@ -11,7 +11,9 @@ use crate::{Error, Result};
 /// Range of the velocity, relative to its noise, from which a mechanism moves.
 const MOVES: f64 = 12.0;
 /// Velocity of a moving mechanism relative to the peak.
-const MOVING: f64 = 0.05;
+pub(super) const MOVING: f64 = 0.05;
+/// Largest voltage that may be a duty cycle \[V\]: the tests of a mechanism take several volts.
+const DUTY_MAX: f64 = 1.2;
 /// Range of the magnitude of the voltage, relative to the largest, up to which it is one.
 const ONE_MAGNITUDE: f64 = 0.1;
 /// Smallest number of moving samples of a direction.
@@ -35,12 +37,12 @@ const CAUSES: [(f64, &str); 8] = [
     (1000.0, "the position may be in thousandths of its unit"),
 ];
 
-/// Returns warnings about the tests of a mechanism.
+/// Returns warnings about the tests of a mechanism, and true for each that moves.
 ///
 /// # Errors
 /// Returns `Data` if nothing moves in any test, or the velocity falls where the voltage rises, and `NotIdentified` if the voltage has one
 /// magnitude.
-pub(super) fn checks(records: &[Record]) -> Result<Vec<Warning>> {
+pub(super) fn checks(records: &[Record]) -> Result<(Vec<Warning>, Vec<bool>)> {
     let tests: Vec<(&Record, Signals<'_>)> =
         records.iter().filter_map(|record| Some((record, Signals::of(record)?))).collect();
     let name = |record: &Record| record.source().part.clone().unwrap_or_else(|| "the recording".to_owned());
@@ -58,15 +60,34 @@ pub(super) fn checks(records: &[Record]) -> Result<Vec<Warning>> {
     if !still.is_empty() {
         let names: Vec<String> = still.iter().map(|(record, _)| name(record)).collect();
         let names = listed(&names.iter().map(String::as_str).collect::<Vec<_>>(), "and");
-        warnings.push(Warning::new("test_without_motion", format!("nothing moves in {names}")));
+        let remedy = "Check the connection of motor and sensor, and repeat the tests.";
+        let message = format!("nothing moves in {names}, which the fit leaves out");
+        warnings.push(Warning { remedy: Some(remedy.into()), ..Warning::new("test_without_motion", message) });
     }
+    let is_moving = tests.iter().map(|(_, test)| moves(test)).collect();
     let moving: Vec<Signals<'_>> = moving.iter().map(|(_, test)| *test).collect();
     check_sign(&moving)?;
     check_voltage(&moving)?;
+    warnings.extend(duty(records, &moving));
     warnings.extend(missing(records));
     warnings.extend(one_direction(&moving));
     warnings.extend(units(&moving));
-    Ok(warnings)
+    Ok((warnings, is_moving))
+}
+
+/// Returns a warning if the voltage resembles a duty cycle.
+fn duty(records: &[Record], tests: &[Signals<'_>]) -> Option<Warning> {
+    let most = tests.iter().map(|test| peak(test.voltage)).fold(0.0, f64::max);
+    if most > DUTY_MAX {
+        return None;
+    }
+    let message = format!("the voltage is at most {} V, as of a duty cycle", significant(most, 3));
+    let columns = records.iter().flat_map(|record| &record.source().columns);
+    let column = columns.into_iter().find(|column| column.quantity == Quantity::Signal(0));
+    let heading = column.map_or("HEADING", |column| column.heading.as_str());
+    let remedy =
+        text!("If it is one, multiply it by the voltage of the battery: " [Columns = "voltage=\"{heading}\"*12:V"] ".");
+    Some(Warning { remedy: Some(remedy), ..Warning::new("voltage_small", message) })
 }
 
 /// Returns true if the velocity of a test changes by more than its noise.
@@ -117,7 +138,7 @@ fn missing(records: &[Record]) -> Option<Warning> {
     }
     let (noun, verb) = if missing.len() == 1 { ("test", "is") } else { ("tests", "are") };
     let message = format!("the {noun} {} {verb} missing", listed(&missing, "and"));
-    let remedy = "Run the missing tests in the same session, so that battery and friction are those of the others.";
+    let remedy = "Run the missing tests in the same session: a ramp alone does not tell kS and kA apart, and steps alone not kS and kV.";
     Some(Warning { remedy: Some(remedy.into()), ..Warning::new("test_missing", message) })
 }
 

@@ -1,15 +1,16 @@
 //! The output-error fit of a mechanism, and its feedback gains.
 
-use super::checks::checks;
+use super::checks::{MOVING, checks};
+use super::delay::{Selected, with_delay};
 use super::kind::MechanismKind;
 use super::regression::{MechanismRegression, mechanism_regression};
 use super::unit::PositionUnit;
 use crate::analysis::{Controller, FeedbackGains, FeedbackWeights, position_feedback, velocity_feedback};
 use crate::evaluate::model::ModelRecording;
-use crate::identify::model::{ModelEstimate, ModelIdentification, ModelProgress, ModelSpec, identify_model};
+use crate::identify::model::{ModelEstimate, ModelIdentification, ModelProgress, ModelSpec};
 use crate::identify::{TrustLevel, TrustReason};
-use crate::model::Model;
-use crate::numeric::{count, extremes};
+use crate::model::{IntegrationMethod, Model};
+use crate::numeric::{extremes, peak, whole};
 use crate::record::{Quantity, Record};
 use crate::setting::text;
 use crate::warning::Warning;
@@ -46,6 +47,8 @@ pub struct MechanismFit {
     pub spec: ModelSpec,
     /// Result of the fit; warnings about the tests are among its warnings and the reasons of its trust.
     pub found: ModelIdentification,
+    /// True for each recording that was fitted; one in which nothing moves is not.
+    pub is_fitted: Vec<bool>,
     /// Decrease of the Bayesian information criterion by a delay; the delay is 0 unless it is above [`BIC_MIN`].
     pub delay_gain: f64,
 }
@@ -60,6 +63,10 @@ const FRICTION_MAX: f64 = 0.9;
 /// Smallest voltage against gravity that selects a kind with gravity, relative to the peak voltage: a smaller one may be friction that
 /// differs between the directions.
 const GRAVITY_MIN: f64 = 0.02;
+/// Longest substep of a search on an irregular clock, relative to the time constant of the regression, and the largest number of them;
+/// the refinement halves them until the estimates do not depend on them.
+const STIFFNESS_OF_STEP: f64 = 0.7;
+const SUBSTEPS_MAX: usize = 8;
 
 /// Gains with their standard errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,6 +78,13 @@ pub struct Feedback {
 }
 
 impl MechanismFit {
+    /// Returns the recordings that were fitted, of those that were given.
+    #[must_use]
+    pub fn fitted(&self, records: &[Record]) -> Vec<Record> {
+        let is_fitted = |n: usize| self.is_fitted.get(n).copied().unwrap_or(true);
+        records.iter().enumerate().filter(|(n, _)| is_fitted(*n)).map(|(_, record)| record.clone()).collect()
+    }
+
     /// Returns the estimate of a parameter of the model, per radian or metre.
     #[must_use]
     pub fn estimate(&self, name: &str) -> Option<&ModelEstimate> {
@@ -140,34 +154,78 @@ pub fn identify_mechanism(
     spec: &MechanismSpec,
     observe: &mut dyn FnMut(ModelProgress) -> ControlFlow<()>,
 ) -> Result<MechanismFit> {
-    let warnings = checks(records)?;
+    let at_slowest = |record: &Record| record.at_slowest_output().map_or_else(|| record.clone(), |(slow, _)| slow);
+    let slow: Vec<Record> = records.iter().map(at_slowest).collect();
+    let (mut warnings, is_moving) = checks(&slow)?;
+    // A test in which nothing moves, of a motor that was off, has no part in the fit.
+    let moving =
+        |all: &[Record]| all.iter().zip(&is_moving).filter(|(_, moves)| **moves).map(|(of, _)| of.clone()).collect();
+    let is_fitted = if is_moving.len() == records.len() { is_moving.clone() } else { vec![true; records.len()] };
+    let (records, slow): (Vec<Record>, Vec<Record>) = match is_moving.len() == records.len() {
+        true => (moving(records), moving(&slow)),
+        false => (records.to_vec(), slow),
+    };
+    let records = records.as_slice();
+    warnings.extend(assumed_unit(records));
     let has_one_direction = warnings.iter().any(|warning| warning.code == "one_direction");
-    let regressions = considered(records, spec, has_one_direction)?;
+    let regressions = considered(&slow, spec, has_one_direction)?;
     let chosen = chosen(&regressions, peak_voltage(records));
     let kind = chosen.kind;
     let model = kind.model(spec.is_linear)?;
+    let trimmed = if kind.has_gravity() { moving_parts(records) } else { records.to_vec() };
+    let records = trimmed.as_slice();
     let recordings: Vec<ModelRecording> =
         records.iter().map(|record| ModelRecording::new(&model, record)).collect::<Result<_>>()?;
     let settings = model_spec(&chosen, records, spec.seed);
-    let without = ModelSpec { fixed: vec![("td".to_owned(), 0.0)], ..settings.clone() };
-    let mut found = identify_model(&model, &recordings, &without, observe)?;
-    let mut fitted = without;
-    let mut delay_gain = 0.0;
-    if found.stop != crate::optimize::Stop::Interrupted {
-        let delayed = identify_model(&model, &recordings, &settings, observe)?;
-        delay_gain = gain(&found, &delayed, &recordings);
-        let (stop, seconds) = (delayed.stop, found.seconds + delayed.seconds);
-        let evaluations = found.evaluations + delayed.evaluations;
-        if delay_gain > BIC_MIN {
-            (found, fitted) = (delayed, settings);
-        }
-        (found.stop, found.seconds, found.evaluations) = (stop, seconds, evaluations);
-    }
+    let period = records.iter().map(Record::period_s).fold(0.0, f64::max);
+    let Selected { mut found, spec: fitted, recordings, gain } =
+        with_delay(&model, recordings, (&settings, period), observe)?;
     advise(&mut found);
     add(&mut found, warnings);
     let unit = PositionUnit::of_velocity(velocity_unit(records), spec.is_linear);
     let is_selected = spec.kind.is_none();
-    Ok(MechanismFit { kind, is_selected, unit, model, recordings, regressions, spec: fitted, found, delay_gain })
+    Ok(MechanismFit {
+        kind,
+        is_selected,
+        unit,
+        model,
+        recordings,
+        regressions,
+        spec: fitted,
+        found,
+        is_fitted,
+        delay_gain: gain,
+    })
+}
+
+/// Returns the parts of recordings from the first to the last sample that moves: before and after, a stop may hold the weight.
+fn moving_parts(records: &[Record]) -> Vec<Record> {
+    /// Smallest number of samples of a part.
+    const SAMPLES_MIN: usize = 20;
+    let velocity = |record: &Record| {
+        let velocity = record.samples().named.iter().find(|signal| signal.number == 1);
+        velocity.map(|signal| signal.values.clone()).unwrap_or_default()
+    };
+    let threshold = MOVING * records.iter().map(|record| peak(&velocity(record))).fold(0.0, f64::max);
+    let part = |record: &Record| {
+        let velocity = velocity(record);
+        let moves = |value: &f64| value.abs() > threshold;
+        let (first, last) = (velocity.iter().position(moves)?, velocity.iter().rposition(moves)?);
+        (last - first >= SAMPLES_MIN).then(|| record.slice(first..last + 1).ok())?
+    };
+    records.iter().map(|record| part(record).unwrap_or_else(|| record.clone())).collect()
+}
+
+/// Returns a warning if no unit of the velocity is given and no position shows it.
+fn assumed_unit(records: &[Record]) -> Option<Warning> {
+    let columns = records.iter().flat_map(|record| &record.source().columns);
+    let velocity = columns.into_iter().find(|column| column.quantity == Quantity::Signal(1))?;
+    if velocity.unit_named {
+        return None;
+    }
+    let message = format!("{} has no unit and is taken in {}", velocity.heading, velocity.unit);
+    let remedy = text!("Name its unit: " [Columns = "speed=\"{}\":rpm", velocity.heading] ".");
+    Some(Warning { remedy: Some(remedy), ..Warning::new("unit_assumed", message) })
 }
 
 /// Returns the unit of the velocity in the log.
@@ -292,17 +350,12 @@ fn model_spec(from: &MechanismRegression, records: &[Record], seed: u64) -> Mode
             start.push(("offset".to_owned(), from.offset));
         }
     }
-    ModelSpec { bounds, start, seed, ..ModelSpec::default() }
-}
-
-/// Returns the decrease of the Bayesian information criterion from one result to another with one parameter more.
-fn gain(before: &ModelIdentification, after: &ModelIdentification, recordings: &[ModelRecording]) -> f64 {
-    let independent = |of: &ModelRecording| count(of.count()) * of.effective_sample_ratio;
-    let samples: f64 = recordings.iter().map(independent).sum();
-    let of = |found: &ModelIdentification| {
-        found.residual_sigma.iter().flatten().map(|sigma| 2.0 * samples * sigma.max(1e-300).ln()).sum::<f64>()
-    };
-    of(before) - of(after) - samples.max(1.0).ln()
+    // The bounds include time constants far shorter than that of the regression, for which a search would take many substeps.
+    let longest = records.iter().flat_map(|record| &record.steps().step_s).fold(0.0, |most: f64, step| most.max(*step));
+    let substeps = whole((longest * kv / ka / STIFFNESS_OF_STEP).ceil()).clamp(1, SUBSTEPS_MAX);
+    let is_even = records.iter().all(|record| record.steps().step_index.is_empty());
+    let integration = (!is_even).then_some((IntegrationMethod::RungeKutta, substeps));
+    ModelSpec { bounds, start, seed, integration, ..ModelSpec::default() }
 }
 
 /// Adds warnings about the tests to a result, and the reasons that they are against its trust.
@@ -316,6 +369,10 @@ fn add(found: &mut ModelIdentification, warnings: Vec<Warning>) {
             found.trust.reasons.insert(0, reason);
         } else {
             found.trust.reasons.push(reason);
+            // Missing tests are the cause of other reasons.
+            if warning.code == "test_missing" {
+                found.trust.next.clone_from(&warning.remedy);
+            }
         }
     }
     found.warnings.extend(warnings);

@@ -5,6 +5,7 @@
 //! the output-error fit of the equations to the velocity ([`crate::identify::model`]), which noise does not bias.
 
 mod checks;
+mod delay;
 mod fit;
 mod kind;
 mod regression;

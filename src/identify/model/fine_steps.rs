@@ -13,6 +13,8 @@ const SAME_SQUARES: f64 = 1e-6;
 const SAME_DEVIANCE: f64 = 1e-3;
 /// Part of the residuals below which a difference by half the step is far from what the model leaves unexplained.
 const OF_RESIDUALS: f64 = 0.1;
+/// Ratio of the changes of two halvings of the step up to which estimates converge.
+const CONVERGES: f64 = 0.6;
 
 /// Returns the best estimate that descents from given values of the parameters find, if it is better than the one found, so that a model
 /// that contains another one and starts at its estimates explains no less; beside it the problem with other steps, if it needs them.
@@ -128,8 +130,9 @@ fn objective(problem: &ModelProblem, refined: &ModelRefined) -> f64 {
         return squares(problem, refined);
     }
     let of = |(recording, rms): (usize, &Vec<Option<f64>>)| {
-        let sum: f64 = rms.iter().flatten().map(|rms| 2.0 * rms.ln()).sum();
-        count(problem.recording(recording).count()) * sum
+        let own = problem.recording(recording);
+        let one = |(output, rms): (usize, &Option<f64>)| Some(2.0 * count(own.count(output)) * (*rms)?.ln());
+        rms.iter().enumerate().filter_map(one).sum::<f64>()
     };
     refined.residual_rms.iter().enumerate().map(of).sum()
 }
@@ -154,27 +157,43 @@ pub(super) fn with_fine_steps(
     mut refined: ModelRefined,
     estimates_initial: bool,
 ) -> Result<(ModelProblem, ModelRefined)> {
+    let mut before = f64::INFINITY;
     while !problem.method().is_exact() {
         if 2 * problem.method().substeps > SUBSTEPS_MAX {
-            return Ok((problem.with_rough_steps(true), refined));
+            let is_rough = match before.is_finite() {
+                true => true,
+                // A search with the finest steps: estimates with twice the step show whether they are short enough.
+                false => {
+                    let coarser = problem.with_substeps(problem.method().substeps / 2)?;
+                    let ModelRefined { values, initial, weights, .. } = &refined;
+                    let other = refined_as(&coarser, (values, initial), estimates_initial, *weights);
+                    other.map_or(true, |other| largest_change(&refined, &other) >= CHANGE_MAX)
+                }
+            };
+            return Ok((problem.with_rough_steps(is_rough), refined));
         }
         let finer = problem.with_substeps(2 * problem.method().substeps)?;
-        // Where friction sticks, the moments of rest depend on the steps however short they are; shorter ones take long where the
+        // Where friction sticks, the moments of rest can depend on the steps however short they are; shorter ones take long where the
         // equations are not affine.
         let takes_long = problem.model().reactions() > 0 && !problem.method().stiffness.is_affine;
-        let is_last = takes_long && !steps_matter(&problem, &finer, &refined);
+        let is_enough = takes_long && !steps_matter(&problem, &finer, &refined);
         let ModelRefined { values, initial, weights, .. } = &refined;
         let next = refined_as(&finer, (values, initial), estimates_initial, *weights)?;
-        let errors = next.uncertainty.std_error.iter();
-        let changes = errors.zip(next.values.iter().zip(&refined.values));
-        let largest = changes.filter_map(|(error, (new, old))| Some((new - old).abs() / (*error)?)).fold(0.0, f64::max);
+        let largest = largest_change(&next, &refined);
         (problem, refined) = (finer, next);
-        if largest < CHANGE_MAX || is_last {
+        if largest < CHANGE_MAX || is_enough && largest > CONVERGES * before {
             problem = problem.with_rough_steps(largest >= CHANGE_MAX);
             break;
         }
+        before = largest;
     }
     Ok((problem, refined))
+}
+
+/// Returns the largest change of an estimate, in standard errors of the first.
+fn largest_change(of: &ModelRefined, from: &ModelRefined) -> f64 {
+    let changes = of.uncertainty.std_error.iter().zip(of.values.iter().zip(&from.values));
+    changes.filter_map(|(error, (new, old))| Some((new - old).abs() / (*error)?)).fold(0.0, f64::max)
 }
 
 /// Returns true if half the step changes an output by more than a small part of its residuals.

@@ -13,7 +13,7 @@ pub(super) fn fitted(problem: &ModelProblem, values: &[f64], recording: usize, i
     let regressors: Vec<Regressors> =
         own.inputs.iter().filter(|input| !is_constant(input)).map(|input| Regressors::new(input)).collect();
     let (mut fit_percent, mut residual_sigma, mut residuals) = (Vec::new(), Vec::new(), Vec::new());
-    for (measured, simulated) in own.measured.iter().zip(&simulated) {
+    for (output, (measured, simulated)) in own.measured.iter().zip(&simulated).enumerate() {
         let Some(measured) = measured else {
             fit_percent.push(None);
             residual_sigma.push(None);
@@ -21,13 +21,32 @@ pub(super) fn fitted(problem: &ModelProblem, values: &[f64], recording: usize, i
             continue;
         };
         let all: Vec<f64> = measured.iter().zip(simulated).map(|(y, x)| y - x).collect();
-        let kept: Vec<f64> = (0..own.len()).filter(|n| own.counts(*n)).map(|n| all[n]).collect();
-        let signal: Vec<f64> = (0..own.len()).filter(|n| own.counts(*n)).map(|n| measured[n]).collect();
+        let kept: Vec<f64> = (0..own.len()).filter(|n| own.counts(output, *n)).map(|n| all[n]).collect();
+        let signal: Vec<f64> = (0..own.len()).filter(|n| own.counts(output, *n)).map(|n| measured[n]).collect();
         fit_percent.push(percent(kept.iter().map(|e| e * e).sum(), squares_about(mean(&signal), &signal)));
         residual_sigma.push(Some(rms(&kept)));
         let tested = own.effective_sample_ratio >= EFFECTIVE_RATIO_MIN;
-        residuals
-            .push(tested.then(|| tested_residuals(&all, &kept, (&regressors, &own.counting), rms(&signal))).flatten());
+        let size = rms(&signal);
+        let test = || match own.is_scattered(output) {
+            // At the samples of a sensor that is slower than the clock.
+            true => {
+                let at_own = |input: &Vec<f64>| {
+                    (0..own.len()).filter(|n| own.counts(output, *n)).map(|n| input[n]).collect::<Vec<f64>>()
+                };
+                let inputs = own.inputs.iter().map(at_own).filter(|input| !is_constant(input));
+                tested_residuals(
+                    &kept,
+                    &kept,
+                    (&inputs.map(|input| Regressors::new(&input)).collect::<Vec<_>>(), &[]),
+                    size,
+                )
+            }
+            false => {
+                let counting = own.counting.get(output).map_or(&[][..], Vec::as_slice);
+                tested_residuals(&all, &kept, (&regressors, counting), size)
+            }
+        };
+        residuals.push(tested.then(test).flatten());
     }
     ModelFit { simulated, fit_percent, residual_sigma, residuals, initial: initial.to_vec() }
 }

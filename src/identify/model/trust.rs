@@ -93,12 +93,11 @@ const INTERVALS: usize = 10;
 fn outliers(problem: &ModelProblem, found: &ModelIdentification) -> Option<(String, String)> {
     for (n, fit) in found.fits.iter().enumerate() {
         let recording = problem.recording(n);
-        for ((output, simulated), measured) in
-            problem.model().outputs().iter().zip(&fit.simulated).zip(&recording.measured)
-        {
+        let outputs = problem.model().outputs().iter().enumerate();
+        for (((number, output), simulated), measured) in outputs.zip(&fit.simulated).zip(&recording.measured) {
             let Some(measured) = measured else { continue };
             let size = |k: usize| (measured[k] - simulated[k]).abs();
-            let counting: Vec<usize> = (0..measured.len()).filter(|k| recording.counts(*k)).collect();
+            let counting: Vec<usize> = (0..measured.len()).filter(|k| recording.counts(number, *k)).collect();
             let median = upper_median(&mut counting.iter().map(|k| size(*k)).collect::<Vec<f64>>());
             let far: Vec<usize> = counting.iter().copied().filter(|k| size(*k) > OUTLIER * median).collect();
             let Some(&first) = far.first().filter(|_| median > 0.0 && far.len() <= measured.len() / 50) else {

@@ -139,25 +139,34 @@ pub fn can_cause_poor_fit(code: &str) -> bool {
 /// Examines a recording and appends its findings.
 type Rule = fn(&View<'_>, &mut Vec<Finding>);
 
-/// Rules in the order in which they are applied, each with true if it also applies to recordings whose input is the current.
-/// A rule sees the findings of those before it; some rules apply only without certain findings.
-const RULES: [(Rule, bool); 16] = [
-    (clock::jitter, true),
-    (units::units, true),
-    (sign::sign_reversed, true),
-    (undersampled::undersampled, false),
-    (input::input, false),
-    (rest::rest, false),
-    (motion::motion, false),
-    (drive::drive, false),
-    (off::off, false),
-    (comb::averaged_sensor, false),
-    (sampling::sampling, true),
-    (curve::curve, false),
-    (saturation::saturation, false),
-    (latency::start_latency, false),
-    (start::start, false),
-    (ripple::speed_ripple, false),
+/// Signals that a rule examines.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum About {
+    /// The times and the input, at all samples.
+    Input,
+    /// The outputs too, at the samples of the slowest.
+    Outputs,
+}
+
+/// Rules in the order in which they are applied, each with true if it also applies to recordings whose input is the current, and with
+/// what it examines. A rule sees the findings of those before it; some rules apply only without certain findings.
+const RULES: [(Rule, bool, About); 16] = [
+    (clock::jitter, true, About::Outputs),
+    (units::units, true, About::Outputs),
+    (sign::sign_reversed, true, About::Outputs),
+    (undersampled::undersampled, false, About::Input),
+    (input::input, false, About::Input),
+    (rest::rest, false, About::Outputs),
+    (motion::motion, false, About::Outputs),
+    (drive::drive, false, About::Outputs),
+    (off::off, false, About::Outputs),
+    (comb::averaged_sensor, false, About::Outputs),
+    (sampling::sampling, true, About::Outputs),
+    (curve::curve, false, About::Outputs),
+    (saturation::saturation, false, About::Outputs),
+    (latency::start_latency, false, About::Outputs),
+    (start::start, false, About::Outputs),
+    (ripple::speed_ripple, false, About::Outputs),
 ];
 
 /// Returns the findings about a recording, in decreasing order of importance.
@@ -168,26 +177,50 @@ pub fn diagnose(record: &Record) -> Vec<Finding> {
     findings
 }
 
-/// Returns the findings with all their ranges. Outliers are detected first and replaced before the other rules are applied;
-/// masked samples beyond the range of the others are replaced too.
+/// Returns the findings with all their ranges. Of outputs that were measured at some of the samples, those of the slowest one are
+/// examined: values between samples resemble those of a filter.
 pub(super) fn findings(record: &Record) -> Vec<Finding> {
-    let mut findings = Vec::new();
     // The rules are those of a DC motor.
     if record.is_of_model() {
-        return findings;
+        return Vec::new();
     }
+    let mut findings = match record.at_slowest_output() {
+        None => findings_of(record, None),
+        Some((slow, rows)) => {
+            let mut found = findings_of(&slow, Some(About::Outputs));
+            let place = |place: &Range<usize>| rows[place.start]..rows[place.end.saturating_sub(1)] + 1;
+            for finding in &mut found {
+                finding.places = finding.places.iter().map(place).collect();
+            }
+            found.extend(findings_of(record, Some(About::Input)));
+            found
+        }
+    };
+    let rank = |code: &str| FINDINGS.iter().position(|(listed, _)| *listed == code);
+    debug_assert!(findings.iter().all(|finding| rank(finding.code).is_some()), "every code is in the table");
+    findings.sort_by_key(|finding| (finding.severity == Severity::Mention, rank(finding.code)));
+    findings
+}
+
+/// Applies the rules about some signals, or all. Outliers are detected first and replaced before the other rules are applied; masked
+/// samples beyond the range of the others are replaced too.
+fn findings_of(record: &Record, about: Option<About>) -> Vec<Finding> {
+    let mut findings = Vec::new();
     let view = View::new(record);
-    let outliers = outliers(&view);
+    let outliers = match about {
+        None => outliers(&view),
+        Some(About::Input) => input_outliers::of_input(&view).into_iter().collect(),
+        Some(About::Outputs) => outliers::of_outputs(&view),
+    };
     outliers::report(&view, &outliers, &mut findings);
     let repaired = (!outliers.is_empty()).then(|| record.with_repaired(&outliers));
     let repaired = repaired.as_ref().unwrap_or(record).with_masked_interpolated().or(repaired);
     let view = repaired.as_ref().map_or(view, View::new);
-    for (rule, _) in RULES.iter().filter(|(_, by_current)| *by_current || !view.by_current()) {
+    let applies =
+        |by_current: bool, of: About| (by_current || !view.by_current()) && about.is_none_or(|about| about == of);
+    for (rule, _, _) in RULES.iter().filter(|(_, by_current, of)| applies(*by_current, *of)) {
         rule(&view, &mut findings);
     }
-    let rank = |code: &str| FINDINGS.iter().position(|(listed, _)| *listed == code);
-    debug_assert!(findings.iter().all(|finding| rank(finding.code).is_some()), "every code is in the table");
-    findings.sort_by_key(|finding| (finding.severity == Severity::Mention, rank(finding.code)));
     findings
 }
 

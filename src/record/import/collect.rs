@@ -37,7 +37,15 @@ pub(super) fn collect(lines: &mut impl Text, spec: &TableSpec<'_>) -> Result<Sig
     }
     let columns = columns.iter().map(|column| (column.at, column.heading)).collect();
     let cells = Cells { columns, values, lines: row_lines };
-    let table = Numbers { cells, headings: &layout.headings, notes: layout.notes.clone(), blank, bad, skips };
+    let table = Numbers {
+        cells,
+        headings: &layout.headings,
+        notes: layout.notes.clone(),
+        measured_at: Vec::new(),
+        blank,
+        bad,
+        skips,
+    };
     let mut signals = table.signals(used, spec)?;
     signals.source.last_line_open = lines.is_open();
     Ok(signals)

@@ -1,7 +1,7 @@
 //! Headings of the channels of a log: the name of each numeric field, and the words in which its quantity is recognized.
 
 use super::columns::Heading;
-use super::formats::{Channel, Format, HEAD, Log, Reader, split};
+use super::formats::{Channel, Field, Format, HEAD, Log, Reader, split};
 use super::input::Input;
 use super::text::unreadable;
 use crate::Result;
@@ -17,7 +17,9 @@ const SUPPLY: [&str; 5] = ["battery", "bus", "supply", "input", "rail"];
 /// Words of references and limits, which are not measured.
 const REFERENCES: [&str; 7] = ["setpoint", "goal", "target", "desired", "reference", "limit", "error"];
 /// Words of what a motor controller measures beside its position and velocity.
-const INTERNAL: [&str; 2] = ["rotor", "differential"];
+const INTERNAL: [&str; 4] = ["rotor", "differential", "analog", "alternate"];
+/// Parts of the names of channels that belong to the supply of a robot, in lower case.
+const SUPPLIES: [&str; 4] = ["battery", "powerdistribution", "systemstats", "batterystate"];
 /// Words of a duty cycle.
 const DUTY: [&str; 4] = ["duty", "dutycycle", "appliedoutput", "motoroutput"];
 /// Names of fields that add nothing to the name of their channel.
@@ -146,6 +148,7 @@ fn alias(channel: &Channel, path: &str) -> (String, Option<String>) {
     let Some((words, unit)) = found else { return (String::new(), None) };
     // Supplies, references and what a controller measures before its gear are used on request alone.
     let is_other = has(&words, &SUPPLY) || has(&words, &REFERENCES) || has(&words, &INTERNAL) || is_duty(&words);
+    let is_other = is_other || is_of_supply(&channel.name);
     let words = if is_other { String::new() } else { words };
     (words, unit)
 }
@@ -156,24 +159,41 @@ fn has(words: &str, list: &[&str]) -> bool {
 
 fn is_duty(words: &str) -> bool {
     let joined = words.to_lowercase().replace(' ', "");
-    DUTY.iter().any(|duty| joined.contains(duty))
+    // An absolute encoder has a duty cycle too.
+    let is_of_encoder = ["position", "velocity", "encoder"].iter().any(|word| joined.contains(word));
+    !is_of_encoder && DUTY.iter().any(|duty| joined.contains(duty))
 }
 
 /// Returns the product of a duty cycle and the voltage that supplies the drive, as an expression of columns, if the log has one
 /// duty cycle in scope; of several supplies the one whose name has the longest beginning in common.
 pub(super) fn duty_times_supply(log: &dyn Log, scope: &dyn Fn(&Channel) -> bool) -> Option<String> {
-    let numbers = || log.channels().iter().filter(|channel| channel.count > 0 && channel.fields.len() == 1);
-    let words = |channel: &Channel| split(channel.name.rsplit('/').next().unwrap_or_default());
-    let mut duties = numbers().filter(|channel| scope(channel) && is_duty(&words(channel).0));
+    let fields = || {
+        let channels = log.channels().iter().filter(|channel| channel.count > 0);
+        channels.flat_map(|channel| channel.fields.iter().map(move |field| (channel, field)))
+    };
+    let words = |(channel, field): (&Channel, &Field)| {
+        let last = field.path.rsplit(['/', '.']).next().unwrap_or_default();
+        let last = if PLAIN.contains(&last) { channel.name.rsplit('/').next().unwrap_or_default() } else { last };
+        split(last)
+    };
+    let mut duties = fields().filter(|(channel, field)| scope(channel) && is_duty(&words((channel, field)).0));
     let duty = duties.next().filter(|_| duties.next().is_none())?;
-    let supplies = numbers().filter(|channel| {
-        let (words, unit) = words(channel);
-        let is_voltage = unit.as_deref() == Some("V") || has(&words, &["voltage", "volts", "volt"]);
-        has(&words, &SUPPLY) && is_voltage
+    let supplies = fields().filter(|(channel, field)| {
+        let (words, own) = words((channel, field));
+        let unit = field.unit.as_deref().or(own.as_deref());
+        let is_voltage = unit == Some("V") || has(&words, &["voltage", "volts", "volt"]);
+        (has(&words, &SUPPLY) || is_of_supply(&channel.name)) && is_voltage && !field.path.contains('[')
     });
-    let common = |channel: &&Channel| channel.name.bytes().zip(duty.name.bytes()).take_while(|(a, b)| a == b).count();
-    let supply = supplies.max_by_key(common)?;
-    let field = |channel: &Channel| name(channel, channel.fields.first().map_or("", |field| &field.path));
-    let names = [field(duty), field(supply)];
-    (!names.iter().any(|name| name.contains('"'))).then(|| format!("\"{}\"*\"{}\":V", names[0], names[1]))
+    let named = |(channel, field): (&Channel, &Field)| name(channel, &field.path);
+    let own = named(duty);
+    let common = |of: &(&Channel, &Field)| named(*of).bytes().zip(own.bytes()).take_while(|(a, b)| a == b).count();
+    let supply = named(supplies.max_by_key(common)?);
+    let percent = if duty.1.unit.as_deref() == Some("%") { "/100" } else { "" };
+    (!own.contains('"') && !supply.contains('"')).then(|| format!("\"{own}\"{percent}*\"{supply}\":V"))
+}
+
+/// Returns true if a part of the name of a channel is that of the supply of a robot.
+fn is_of_supply(channel: &str) -> bool {
+    let plain = |part: &str| part.chars().filter(|c| c.is_alphanumeric()).collect::<String>().to_lowercase();
+    channel.split('/').map(plain).any(|part| SUPPLIES.iter().any(|supply| part == *supply))
 }

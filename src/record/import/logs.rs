@@ -5,14 +5,15 @@ use super::columns::{Need, TableSpec, Used, choose};
 use super::convert::Cells;
 use super::formats::{Log, Medium, Series};
 use super::log_columns::{Columns, columns, duty_times_supply};
-use super::merge::{Merged, Wanted, merged};
+use super::merge::merged;
 use super::numbers::Numbers;
 use super::options::ReadOptions;
-use super::routines::{Scope, cut, notes};
+use super::routines::{Routine, Scope, Test, cut, notes};
 use super::signals::Signals;
 use super::text::unreadable;
+use super::track::{Merged, Role, Wanted};
 use crate::record::requests::ColumnRequest;
-use crate::record::{Lines, Quantity};
+use crate::record::{Lines, MeasuredAt, Quantity};
 use crate::setting::text;
 use crate::text::{counted, hexadecimal, listed, quoted, significant};
 use crate::{Error, Result};
@@ -45,7 +46,10 @@ pub(super) fn tables(log: &mut dyn Log, options: &ReadOptions, need: Need) -> Re
     let mut all_notes = log.notes().to_vec();
     all_notes.extend(supplied);
     all_notes.extend(scope.routine.iter().flat_map(notes));
-    let signals = |merged: Merged| selection.signals(used.clone(), merged, (&found, &all_notes), &spec);
+    let signals = |merged: Merged| {
+        let read = selection.signals(used.clone(), merged, (&found, &all_notes), &spec);
+        read.map(|read| Signals { holds, ..read })
+    };
     let Some(routine) = &scope.routine else {
         return Ok(vec![signals(merged(series, &selection.wanted, holds))?]);
     };
@@ -55,13 +59,18 @@ pub(super) fn tables(log: &mut dyn Log, options: &ReadOptions, need: Need) -> Re
         let part = cut(&series, test, holds);
         let fewest = part.iter().zip(&selection.requests).min_by_key(|(series, _)| series.time_s.len());
         let fewest = fewest.and_then(|(series, (at, _))| Some((series.time_s.len(), log.channels().get(*at)?)));
-        let merged = merged(part, &selection.wanted, holds);
+        let before = selection.wanted.iter().map(|wanted| value_before(&series, &part, wanted, (routine, test)));
+        let before: Vec<Option<f64>> = before.collect();
+        let mut merged = merged(part, &selection.wanted, holds);
         if merged.time_s.len() < 2 {
             let why = fewest.map_or_else(String::new, |(count, channel)| {
                 format!(" ({} has {} in it)", channel.name, counted(count, "sample"))
             });
             short.push(format!("test {} has {} samples{why} and is left out", test.name, merged.time_s.len()));
             continue;
+        }
+        if need == Need::Signals {
+            merged.begin_with(&before, &selection.wanted);
         }
         let mut table = signals(merged)?;
         table.source.part = Some(test.name.clone());
@@ -115,8 +124,19 @@ fn check_duty(series: &[Series], selection: &Selection, request: &ColumnRequest)
     Err(Error::data(message, hint).in_column(name))
 }
 
-/// Adds to an error the entries of the part that are empty, and those without numbers.
+/// Adds to an error the entries of the part that are empty, and those without numbers; of two channels that have the same quantity, what
+/// chooses all those of one motor.
 fn described(error: Error, log: &dyn Log, scope: &Scope) -> Error {
+    if let Some(part) = part_of_one(&error.message().to_string()).filter(|_| !scope.is_named()) {
+        let hint = error
+            .hint()
+            .clone()
+            .and(text!(" For all channels of one motor give what their names have: " [Sheet = "{part}"] "."));
+        return error
+            .column()
+            .into_iter()
+            .fold(Error::new(error.kind(), error.message().clone(), hint), Error::in_column);
+    }
     let empty: Vec<&str> = log
         .channels()
         .iter()
@@ -140,6 +160,17 @@ fn described(error: Error, log: &dyn Log, scope: &Scope) -> Error {
     error.column().into_iter().fold(described, |described, column| described.in_column(column))
 }
 
+/// Returns the part of the first name by which the two names of a message differ, such as `TalonFX-1`; `None` for other messages.
+fn part_of_one(message: &str) -> Option<String> {
+    let mut names = message.strip_prefix("both ")?.split('"').skip(1).step_by(2);
+    let (first, second) = (names.next()?, names.next()?);
+    let [first, second]: [Vec<&str>; 2] = [first, second].map(|name| name.split('/').collect());
+    // The last part names the quantity.
+    let parts = first.iter().zip(&second).take(first.len().saturating_sub(1));
+    let (part, _) = parts.into_iter().find(|(a, b)| a != b)?;
+    (first.len() == second.len() && !part.is_empty() && first.last() == second.last()).then(|| (*part).to_owned())
+}
+
 /// The columns that are used, and the fields of channels that they are read from.
 struct Selection {
     /// Index of each column among the headings.
@@ -153,10 +184,16 @@ struct Selection {
 impl Selection {
     /// Selects the columns from which the used quantities are computed.
     fn of(used: &[Used], found: &Columns, spec: &TableSpec<'_>) -> Self {
-        let is_input = |quantity: Quantity| match quantity {
-            Quantity::Voltage | Quantity::Torque => true,
-            Quantity::Signal(number) => spec.signals.get(usize::from(number)).is_some_and(|signal| signal.is_input),
-            _ => false,
+        let has_voltage = used.iter().any(|used| used.column.quantity == Quantity::Voltage);
+        let role = |quantity: Quantity| match quantity {
+            Quantity::Time => Role::Time,
+            Quantity::Voltage | Quantity::Torque => Role::Input,
+            // Without a voltage the current is the input.
+            Quantity::Current if !has_voltage => Role::Input,
+            Quantity::Signal(n) if spec.signals.get(usize::from(n)).is_some_and(|signal| signal.is_input) => {
+                Role::Input
+            }
+            _ => Role::Output,
         };
         let mut selection = Self { columns: Vec::new(), requests: Vec::new(), wanted: Vec::new() };
         for used in used {
@@ -167,7 +204,7 @@ impl Selection {
                 let name = found.headings[at].name.clone();
                 let place = selection.place(channel, field);
                 selection.columns.push(at);
-                selection.wanted.push(Wanted { at: place, name, is_input: is_input(used.column.quantity) });
+                selection.wanted.push(Wanted { at: place, name, role: role(used.column.quantity) });
             }
         }
         selection
@@ -184,8 +221,17 @@ impl Selection {
         (series, self.requests[series].1.len() - 1)
     }
 
-    /// Checks the number of values, and that channels without times have the same number of samples.
+    /// Checks the number of values, that channels without times have the same number of samples, and that others have no time besides.
     fn check(&self, log: &dyn Log) -> Result<()> {
+        let has_times = |wanted: &&Wanted| {
+            let (channel, _) = self.requests[wanted.at.0];
+            wanted.role == Role::Time && log.channels().get(channel).is_some_and(|channel| channel.span_s.is_some())
+        };
+        if let Some(time) = self.wanted.iter().find(has_times) {
+            let message =
+                format!("{} cannot be the time: the channels of the log have times of their own", quoted(&time.name));
+            return Err(Error::data(message, "Leave the time out, or convert the log to a table with one time."));
+        }
         let channels =
             || self.requests.iter().filter_map(|(at, fields)| Some((log.channels().get(*at)?, fields.len())));
         let values: u64 = channels().map(|(channel, fields)| channel.count.saturating_mul(1 + fields as u64)).sum();
@@ -223,6 +269,7 @@ impl Selection {
         lines.extend(1, rows);
         let mut columns: Vec<(usize, &str)> =
             self.columns.iter().map(|at| (*at, found.headings[*at].name.as_str())).collect();
+        let measured_at = self.measured_at(&used, &merged.measured);
         let mut values = merged.columns;
         if let Some(time) = found.of.iter().position(Option::is_none) {
             columns.push((time, found.headings[time].name.as_str()));
@@ -231,9 +278,32 @@ impl Selection {
         let cells = Cells { columns, values, lines };
         let (blank, bad, skips) = (Vec::new(), LeftOut::default(), spec.bad_rows == BadRows::Skip);
         let notes = notes.iter().cloned().chain(merged.notes).collect();
-        let table = Numbers { cells, headings: &found.headings, notes, blank, bad, skips };
-        Ok(Signals { interpolated: merged.interpolated, ..table.signals(used, spec)? })
+        let table = Numbers { cells, headings: &found.headings, notes, measured_at, blank, bad, skips };
+        table.signals(used, spec)
     }
+
+    /// Returns the rows at which outputs were measured: where their only column was, or the one with the fewest samples of several.
+    fn measured_at(&self, used: &[Used], measured: &[Vec<bool>]) -> Vec<MeasuredAt> {
+        let of = |used: &Used| {
+            let columns = used.column_indices();
+            let own = columns.iter().filter_map(|at| measured.get(self.columns.iter().position(|own| own == at)?));
+            let own = own.filter(|own| !own.is_empty());
+            let fewest = own.min_by_key(|own| own.iter().filter(|is| **is).count())?;
+            Some(MeasuredAt { quantity: used.column.quantity, samples: fewest.clone() })
+        };
+        used.iter().filter_map(of).collect()
+    }
+}
+
+/// Returns the last value of a column between a test and the one before it, if the log has one.
+fn value_before(all: &[Series], part: &[Series], wanted: &Wanted, (routine, test): (&Routine, &Test)) -> Option<f64> {
+    let (series, column) = wanted.at;
+    let first = part[series].time_s.first().copied().unwrap_or(test.from_s).min(test.from_s);
+    let ends = routine.tests.iter().map(|other| other.to_s).filter(|end| *end <= test.from_s);
+    let end = ends.fold(f64::NEG_INFINITY, f64::max);
+    let before = all[series].time_s.partition_point(|t| *t < first).checked_sub(1)?;
+    let value = all[series].columns[column][before];
+    (all[series].time_s[before] > end && value.is_finite()).then_some(value)
 }
 
 /// Returns the hexadecimal SHA-256 digest of a file.

@@ -1,260 +1,184 @@
-//! Channels with different clocks on one clock, that of the input.
+//! Channels with different clocks on the times of all of them.
+//!
+//! An output counts at the times of its own samples only: values between them, such as those of a linear interpolation, are not
+//! measured, and would bias parameters by many standard errors. An input holds its last value.
 
 use super::formats::Series;
-use crate::numeric::{count, upper_median};
-use crate::text::{counted, engineering};
+use super::table_rows::rows;
+use super::track::{GAP, Merged, Role, Track, Wanted};
+use crate::numeric::count;
+use crate::text::{counted, engineering, listed};
 
-/// A column of a channel that is used.
-pub(super) struct Wanted {
-    /// Index of its series, and of the column in it.
-    pub at: (usize, usize),
-    /// Name for notes.
-    pub name: String,
-    /// True for an input, which holds between its samples; outputs are interpolated.
-    pub is_input: bool,
-}
-
-/// Columns at the times of one clock.
-#[derive(Debug, Default)]
-pub(super) struct Merged {
-    /// Times \[s\].
-    pub time_s: Vec<f64>,
-    /// Values of each wanted column.
-    pub columns: Vec<Vec<f64>>,
-    /// Notes on the clock and the methods.
-    pub notes: Vec<String>,
-    /// Number of samples of the slowest interpolated output over that of the clock, at most 1; `None` if no output was
-    /// interpolated by more than [`SKEW`] of a period.
-    pub interpolated: Option<f64>,
-}
-
-/// Distance between the times of two channels, relative to the period, up to which their samples count as simultaneous.
-const SKEW: f64 = 0.01;
-/// Length of a gap between samples, relative to their median step, over which nothing is interpolated.
-const GAP: f64 = 2.5;
+/// Distance between the times of two channels, relative to the shorter period, up to which their samples are simultaneous. The
+/// second is for logs of changes: a robot logs the values of a period one after the other.
+const SKEW: [f64; 2] = [0.002, 0.02];
 /// Number of samples of an input, relative to those of an output, below which it was logged when it changed.
 const CHANGES: f64 = 0.5;
 /// Distance between the times of two channels, relative to the period, up to which they are of one period of a control loop.
 const SAME_PERIOD: f64 = 0.2;
-/// Ratio of two periods from which they are equal.
-const EQUAL: f64 = 0.95;
 /// Number of samples outside of the other channels that is not worth a note.
 const EDGE: usize = 2;
 
-/// Brings the wanted columns of several series to one clock: that of the input with the most samples, or that of the output with the
-/// most samples if the input was logged when it changed. Inputs hold their last value, outputs are interpolated linearly.
+/// Brings the wanted columns of several series to the times of all of them.
 ///
-/// `holds` is true for logs of changes: an output whose samples have a gap holds its value in it; otherwise the times in the gap
-/// are left out.
+/// `holds` is true for logs of changes: there an output whose samples are uneven holds its value, and counts at the times of the clock:
+/// those of the input with the most samples, or of the output with the most if the input was logged when it changed.
 pub(super) fn merged(mut series: Vec<Series>, wanted: &[Wanted], holds: bool) -> Merged {
-    let notes = cleaned(&mut series, wanted);
-    let is_same = series.windows(2).all(|pair| {
-        let lengths = [&pair[0], &pair[1]].map(|series| series.columns.first().map_or(0, Vec::len));
-        pair[0].time_s == pair[1].time_s && lengths[0] == lengths[1]
-    });
-    if is_same {
-        let time_s = series.first().map(|first| first.time_s.clone()).unwrap_or_default();
-        let columns = wanted.iter().map(|w| series[w.at.0].columns[w.at.1].clone()).collect();
-        return Merged { time_s, columns, notes, interpolated: None };
+    if series.iter().all(|series| series.time_s.is_empty()) {
+        return rows(series, wanted);
     }
-    let inputs = wanted.iter().filter(|w| w.is_input);
-    let (input, output) = (inputs.max_by_key(|w| series[w.at.0].time_s.len()), wanted.iter().find(|w| !w.is_input));
-    let changes = input.zip(output).is_some_and(|(input, output)| is_sparse(&series[input.at.0], &series[output.at.0]));
-    let clock = if changes && holds { output } else { input.or(output) };
-    let Some(clock) = clock else { return Merged::default() };
-    let time_s = common(&series, wanted, clock.at.0, &series[clock.at.0].time_s);
-    let period = median_step(&series[clock.at.0].time_s);
-    let early = SAME_PERIOD * period;
-    let tracks: Vec<Track<'_>> = wanted.iter().map(|w| Track::new(&series[w.at.0], w, holds, early)).collect();
-    let (mut columns, facts): (Vec<Vec<f64>>, Vec<Facts>) = tracks.iter().map(|track| track.values(&time_s)).unzip();
-    let is_in_gap = |n: usize| columns.iter().any(|column| column[n].is_nan());
-    let kept: Vec<usize> = (0..time_s.len()).filter(|n| !is_in_gap(*n)).collect();
-    let left_out = time_s.len() - kept.len();
-    let of_kept = |values: &Vec<f64>| kept.iter().map(|n| values[*n]).collect::<Vec<f64>>();
-    if left_out > 0 {
-        columns = columns.iter().map(of_kept).collect();
-    }
-    let mut merged = Merged { time_s: of_kept(&time_s), columns, notes, interpolated: None };
-    let rate = |series: &Series| match median_step(&series.time_s) {
-        step if step.is_finite() => format!(" ({})", engineering(1.0 / step, "Hz", 4)),
-        _ => String::new(),
-    };
-    let why = if changes && holds { ", as the input is logged when it changes" } else { "" };
-    let own = &series[clock.at.0];
-    merged.notes.push(format!("channels are brought to the clock of {}{}{why}", clock.name, rate(own)));
-    for ((wanted, facts), track) in wanted.iter().zip(&facts).zip(&tracks) {
-        if wanted.at.0 == clock.at.0 {
-            continue;
+    let mut notes = Vec::new();
+    for (n, series) in series.iter_mut().enumerate() {
+        let repeats = without_repeats(series);
+        if repeats > 0 {
+            let name = wanted.iter().find(|wanted| wanted.at.0 == n).map_or("", |wanted| &wanted.name);
+            notes.push(format!("{} of {name} that repeat the one before left out", counted(repeats, "sample")));
         }
-        let how = if wanted.is_input { "holds its last value" } else { "is interpolated linearly" };
-        let held = if holds && facts.held > 0 && !wanted.is_input {
-            format!("; in gaps it holds its value ({})", counted(facts.held, "sample"))
-        } else {
-            String::new()
+    }
+    let tracks: Vec<Track<'_>> = wanted.iter().map(|w| Track::new(&series[w.at.0], w)).collect();
+    for track in tracks.iter().filter(|track| track.left_out > 0) {
+        notes.push(format!("{} of {} without a number left out", counted(track.left_out, "sample"), track.name));
+    }
+    let Some(first) = tracks.first() else { return Merged { notes, ..Merged::default() } };
+    if tracks.iter().all(|track| track.time_s == first.time_s) {
+        let time_s = first.time_s.to_vec();
+        let columns = tracks.iter().map(|track| track.values.to_vec()).collect();
+        return Merged { time_s, columns, measured: vec![Vec::new(); tracks.len()], notes };
+    }
+    debug_assert!(tracks.iter().all(|track| track.role != Role::Time), "channels with times have no other");
+    let Some(clock) = clock(&tracks, holds) else { return Merged { notes, ..Merged::default() } };
+    let [from, to] = range(&tracks, clock, holds);
+    let inside =
+        |track: &Track<'_>| track.time_s.iter().copied().filter(|t| (from..=to).contains(t)).collect::<Vec<f64>>();
+    let own = inside(&tracks[clock]);
+    let mut time_s = own.clone();
+    // A robot logs the values of a period one after the other: they act in it.
+    let early = if holds { SAME_PERIOD * tracks[clock].step_s } else { 0.0 };
+    let skew = |track: &Track<'_>| SKEW[usize::from(holds)] * track.step_s.min(tracks[clock].step_s);
+    let is_held = |track: &Track<'_>| track.role == Role::Output && holds && track.is_of_changes();
+    for (_, track) in tracks.iter().enumerate().filter(|(n, track)| *n != clock && !is_held(track)) {
+        let early = if track.role == Role::Input { early } else { 0.0 };
+        time_s = with_more(&time_s, &inside(track), [early, skew(track)]);
+    }
+    let mut merged = Merged { notes, ..Merged::default() };
+    for track in &tracks {
+        let (values, measured) = match track.role {
+            Role::Input => (track.held(&time_s, early.max(skew(track))), Vec::new()),
+            _ if is_held(track) => track.held_at(&time_s, &own, early),
+            _ => track.at(&time_s, skew(track)),
         };
-        merged.notes.push(format!("{}{} {how}{held}", wanted.name, rate(track.series)));
-        if !wanted.is_input && facts.distance > SKEW * period {
-            let ratio = period / median_step(&track.series.time_s);
-            // Of equal rates each sample of the output counts once.
-            let ratio = if ratio < EQUAL { ratio } else { 1.0 };
-            merged.interpolated = Some(merged.interpolated.unwrap_or(1.0).min(ratio));
-        }
+        merged.columns.push(values);
+        merged.measured.push(if measured.contains(&false) { measured } else { Vec::new() });
     }
-    if left_out > 0 {
-        merged.notes.push(format!("{} in gaps of other channels left out", counted(left_out, "sample")));
-    }
-    let outside = own.time_s.len() - time_s.len();
+    merged.notes.extend(notes_on(&tracks, &merged.measured, (clock, time_s.len())));
+    let outside = tracks[clock].time_s.len() - own.len();
     if outside > EDGE {
         merged.notes.push(format!("{} before or after those of other channels left out", counted(outside, "sample")));
     }
+    merged.time_s = time_s;
     merged
 }
 
-/// Removes samples without a number and repeated ones; returns notes on them.
-fn cleaned(series: &mut [Series], wanted: &[Wanted]) -> Vec<String> {
-    let mut notes = Vec::new();
-    let is_timeless = series.iter().all(|series| series.time_s.is_empty());
-    if is_timeless {
-        notes.extend(without_nan_rows(series));
+/// Returns the notes on channels with clocks of their own.
+fn notes_on(tracks: &[Track<'_>], measured: &[Vec<bool>], (clock, rows): (usize, usize)) -> Option<String> {
+    let is_simultaneous = |(track, own): (&Track<'_>, &Vec<bool>)| {
+        own.is_empty() && (track.role == Role::Output || track.time_s.len() >= rows)
+    };
+    if tracks.iter().zip(measured).all(is_simultaneous)
+        || tracks[clock].time_s.len() == rows && measured.iter().all(Vec::is_empty)
+    {
+        return None;
     }
-    for (n, series) in series.iter_mut().enumerate().filter(|_| !is_timeless) {
-        let name = wanted.iter().find(|wanted| wanted.at.0 == n).map_or("", |wanted| &wanted.name);
-        for (left_out, why) in
-            [(without_nan(series), "without a number"), (without_repeats(series), "that repeat the one before")]
-        {
-            if left_out > 0 {
-                notes.push(format!("{} of {name} {why} left out", counted(left_out, "sample")));
-            }
+    let shown = |role: Role| {
+        let of = tracks.iter().filter(|track| track.role == role);
+        let named = |track: &Track<'_>| match track.step_s {
+            step if step.is_finite() => format!("{} ({})", track.name, engineering(1.0 / step, "Hz", 4)),
+            _ => track.name.to_owned(),
+        };
+        of.map(named).collect::<Vec<String>>()
+    };
+    let [inputs, outputs] = [Role::Input, Role::Output].map(shown);
+    let [hold, counts] = [&inputs, &outputs].map(|of| of.len() == 1);
+    let inputs = listed(&inputs.iter().map(String::as_str).collect::<Vec<_>>(), "and");
+    let outputs = listed(&outputs.iter().map(String::as_str).collect::<Vec<_>>(), "and");
+    let [hold, count] = [if hold { "holds" } else { "hold" }, if counts { "counts at its" } else { "count at their" }];
+    Some(format!("channels have clocks of their own: {inputs} {hold} the last value, {outputs} {count} own samples"))
+}
+
+/// Returns the index of the column whose times are those of the clock.
+fn clock(tracks: &[Track<'_>], holds: bool) -> Option<usize> {
+    let most =
+        |role: Role| (0..tracks.len()).filter(|n| tracks[*n].role == role).max_by_key(|n| tracks[*n].time_s.len());
+    let (input, output) = (most(Role::Input), most(Role::Output));
+    let changes = input.zip(output).is_some_and(|(input, output)| is_sparse(&tracks[input], &tracks[output]));
+    if changes && holds { output } else { input.or(output) }
+}
+
+/// Returns the range of times in which every column has values.
+fn range(tracks: &[Track<'_>], clock: usize, holds: bool) -> [f64; 2] {
+    let (mut from, mut to) = (f64::NEG_INFINITY, f64::INFINITY);
+    let most =
+        tracks.iter().filter(|track| track.role == Role::Output).map(|track| track.time_s.len()).max().unwrap_or(0);
+    for (n, track) in tracks.iter().enumerate() {
+        let Some((first, last)) = track.time_s.first().zip(track.time_s.last()) else { return [f64::INFINITY; 2] };
+        // A skew between channels must not cost the first and the last sample.
+        let margin = if n == clock { 0.0 } else { SAME_PERIOD * tracks[clock].step_s };
+        from = from.max(first - margin);
+        let is_held = track.role == Role::Input && (holds || count(track.time_s.len()) < CHANGES * count(most));
+        let is_held = is_held || holds && track.is_of_changes();
+        to = match track.role {
+            _ if is_held => to,
+            Role::Input => to.min(last + track.step_s),
+            _ => to.min(last + margin),
+        };
+    }
+    if to.is_infinite() {
+        to = tracks[clock].time_s.last().copied().unwrap_or(to);
+    }
+    [from, to]
+}
+
+/// Returns times with more of them, unless one is at most `early` after, or `skew` from, one that is there.
+fn with_more(time_s: &[f64], more: &[f64], [early, skew]: [f64; 2]) -> Vec<f64> {
+    let mut all = Vec::with_capacity(time_s.len());
+    let mut at = 0;
+    for &t in more {
+        while time_s.get(at).is_some_and(|own| *own <= t + skew) {
+            all.push(time_s[at]);
+            at += 1;
+        }
+        if all.last().is_none_or(|last| t - last > early.max(skew)) {
+            all.push(t);
         }
     }
-    notes
+    all.extend(&time_s[at..]);
+    all
 }
 
 /// Returns true if an input was logged when it changed: it has far fewer samples than an output, or a longer gap within them.
-fn is_sparse(input: &Series, output: &Series) -> bool {
-    let gap = GAP * median_step(&output.time_s);
+fn is_sparse(input: &Track<'_>, output: &Track<'_>) -> bool {
+    let gap = GAP * output.step_s;
     let has_gap = || input.time_s.windows(2).any(|pair| pair[1] - pair[0] > gap);
     let ends_early = || output.time_s.last().zip(input.time_s.last()).is_some_and(|(last, own)| last - own > gap);
     count(input.time_s.len()) < CHANGES * count(output.time_s.len()) || has_gap() || ends_early()
 }
 
-/// Removes the rows of tables without times that have NaN in any column; returns the note on them.
-fn without_nan_rows(all: &mut [Series]) -> Option<String> {
-    let rows = all.iter().flat_map(|series| &series.columns).map(Vec::len).min().unwrap_or(0);
-    let is_good = |n: &usize| all.iter().flat_map(|series| &series.columns).all(|column| !column[*n].is_nan());
-    let good: Vec<usize> = (0..rows).filter(is_good).collect();
-    let left_out = rows - good.len();
-    if left_out > 0 {
-        let columns = all.iter_mut().flat_map(|series| &mut series.columns);
-        columns.for_each(|column| *column = good.iter().map(|n| column[*n]).collect());
-    }
-    (left_out > 0).then(|| format!("{} without a number left out", counted(left_out, "row")))
-}
-
-/// Removes the samples that have NaN in a column; returns their number.
-fn without_nan(series: &mut Series) -> usize {
-    keep(series, |series, n| series.columns.iter().all(|column| !column[n].is_nan()))
-}
-
 /// Removes the samples that repeat the time and the values of the one before; returns their number.
 fn without_repeats(series: &mut Series) -> usize {
-    keep(series, |series, n| {
-        let is_repeated = |values: &Vec<f64>| n > 0 && values[n].to_bits() == values[n - 1].to_bits();
-        series.time_s.is_empty() || !is_repeated(&series.time_s) || !series.columns.iter().all(is_repeated)
-    })
-}
-
-/// Keeps the samples that pass a test; returns the number of the others.
-fn keep(series: &mut Series, is_kept: impl Fn(&Series, usize) -> bool) -> usize {
     let count = series.columns.first().map_or(0, Vec::len);
-    let good: Vec<usize> = (0..count).filter(|n| is_kept(series, *n)).collect();
+    let is_repeated = |values: &Vec<f64>, n: usize| n > 0 && values[n].to_bits() == values[n - 1].to_bits();
+    let is_good = |n: &usize| {
+        series.time_s.is_empty()
+            || !is_repeated(&series.time_s, *n)
+            || !series.columns.iter().all(|of| is_repeated(of, *n))
+    };
+    let good: Vec<usize> = (0..count).filter(is_good).collect();
     if good.len() < count {
         let kept = |values: &Vec<f64>| good.iter().filter_map(|n| values.get(*n).copied()).collect();
         series.columns = series.columns.iter().map(kept).collect();
         series.time_s = kept(&series.time_s);
     }
     count - good.len()
-}
-
-/// Returns the times of a clock at which every wanted column has a value.
-fn common(series: &[Series], wanted: &[Wanted], clock: usize, time_s: &[f64]) -> Vec<f64> {
-    let (mut from, mut to) = (f64::NEG_INFINITY, f64::INFINITY);
-    for wanted in wanted.iter().filter(|wanted| wanted.at.0 != clock) {
-        let times = &series[wanted.at.0].time_s;
-        let Some((first, last)) = times.first().zip(times.last()) else { return Vec::new() };
-        from = from.max(*first);
-        to = if wanted.is_input { to } else { to.min(*last) };
-    }
-    // A skew between channels must not cost the first and the last sample.
-    let margin = SAME_PERIOD * median_step(time_s);
-    time_s.iter().copied().filter(|t| *t >= from - margin && *t <= to + margin).collect()
-}
-
-/// Returns the median step between times; infinite for fewer than two.
-pub(super) fn median_step(time_s: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
-    if steps.is_empty() { f64::INFINITY } else { upper_median(&mut steps) }
-}
-
-/// Facts on the values of a column at the times of the clock.
-#[derive(Debug, Clone, Default)]
-struct Facts {
-    /// Number of values that were held over a gap.
-    held: usize,
-    /// Largest distance between a time of the clock and the nearest sample that it was computed from \[s\].
-    distance: f64,
-}
-
-/// A column as a function of time.
-struct Track<'a> {
-    series: &'a Series,
-    of: &'a [f64],
-    is_input: bool,
-    holds: bool,
-    gap_s: f64,
-    /// Time by which a value acts early: an input that is logged after an output in the same period of a robot.
-    early_s: f64,
-}
-
-impl<'a> Track<'a> {
-    fn new(series: &'a Series, wanted: &Wanted, holds: bool, early: f64) -> Self {
-        let gap_s = GAP * median_step(&series.time_s);
-        Self {
-            series,
-            of: &series.columns[wanted.at.1],
-            is_input: wanted.is_input,
-            holds,
-            gap_s,
-            early_s: if wanted.is_input && holds { early } else { 0.0 },
-        }
-    }
-
-    /// Returns the values at increasing times; NaN in a gap.
-    fn values(&self, time_s: &[f64]) -> (Vec<f64>, Facts) {
-        let (mut at, mut facts) = (0, Facts::default());
-        let values = time_s.iter().map(|t| self.value(*t, &mut at, &mut facts).unwrap_or(f64::NAN)).collect();
-        (values, facts)
-    }
-
-    /// Returns the value at a time; `at` is the sample before it, which moves on with increasing times. `None` in a gap.
-    fn value(&self, t: f64, at: &mut usize, facts: &mut Facts) -> Option<f64> {
-        let time = &self.series.time_s;
-        while time.get(*at + 1).is_some_and(|next| *next <= t + self.early_s) {
-            *at += 1;
-        }
-        let (before, value) = (*time.get(*at)?, *self.of.get(*at)?);
-        let Some((after, next)) = time.get(*at + 1).zip(self.of.get(*at + 1)) else { return Some(value) };
-        if self.is_input || before >= t {
-            return Some(value);
-        }
-        let step = after - before;
-        if step > self.gap_s {
-            facts.held += 1;
-            return self.holds.then_some(value);
-        }
-        facts.distance = facts.distance.max((t - before).min(after - t));
-        Some(value + (next - value) * (t - before) / step)
-    }
 }
 
 #[cfg(test)]
@@ -266,50 +190,84 @@ mod tests {
     }
 
     fn wanted() -> [Wanted; 2] {
-        let of = |n: usize, name: &str, is_input| Wanted { at: (n, 0), name: name.to_owned(), is_input };
-        [of(0, "voltage", true), of(1, "speed", false)]
+        let of = |n: usize, name: &str, role| Wanted { at: (n, 0), name: name.to_owned(), role };
+        [of(0, "voltage", Role::Input), of(1, "speed", Role::Output)]
+    }
+
+    /// Returns the times and values at which a column counts.
+    fn counted(merged: &Merged, column: usize) -> Vec<(f64, f64)> {
+        let counts = |n: &usize| merged.measured[column].get(*n).copied().unwrap_or(true);
+        (0..merged.time_s.len()).filter(counts).map(|n| (merged.time_s[n], merged.columns[column][n])).collect()
     }
 
     #[test]
-    fn outputs_are_interpolated_to_the_clock_of_the_input() {
+    fn outputs_count_at_their_own_samples_and_inputs_hold() {
         let input = series(&[0.0, 1.0, 2.0, 3.0, 4.0], &[1.0, 1.0, 2.0, 2.0, 2.0]);
         let output = series(&[0.5, 1.5, 2.5, 3.5], &[5.0, 15.0, 25.0, 35.0]);
         let merged = merged(vec![input, output], &wanted(), false);
-        assert_eq!(merged.time_s, [1.0, 2.0, 3.0]);
-        assert_eq!(merged.columns, [[1.0, 2.0, 2.0], [10.0, 20.0, 30.0]]);
-        assert_eq!(merged.interpolated, Some(1.0), "the output has the rate of the clock");
-        assert!(merged.notes[0].contains("clock of voltage (1.000 Hz)"), "{:?}", merged.notes);
+        assert_eq!(merged.time_s, [0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5]);
+        assert_eq!(merged.columns[0], [1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0]);
+        assert_eq!(counted(&merged, 1), [(0.5, 5.0), (1.5, 15.0), (2.5, 25.0), (3.5, 35.0)]);
+        assert!(merged.columns[1].iter().zip(&merged.time_s).all(|(value, t)| (value - 10.0 * t).abs() < 1e-12));
+        assert!(merged.notes[0].contains("voltage (1.000 Hz) holds the last value"), "{:?}", merged.notes);
+    }
+
+    #[test]
+    fn a_slower_output_on_the_clock_of_the_input_adds_no_times() {
+        let times: Vec<f64> = (0..101).map(f64::from).collect();
+        let slow: Vec<f64> = (0..26).map(|n| 4.0 * f64::from(n)).collect();
+        let merged = merged(vec![series(&times, &times), series(&slow, &slow)], &wanted(), false);
+        assert_eq!(merged.time_s, times);
+        assert_eq!(counted(&merged, 1), slow.iter().map(|t| (*t, *t)).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn simultaneous_samples_share_a_time_without_a_note() {
+        let (first, second) =
+            (series(&[0.0, 1.0, 2.0], &[1.0, 2.0, 3.0]), series(&[0.0, 0.999, 2.002], &[4.0, 5.0, 6.0]));
+        let merged = merged(vec![first, second], &wanted(), false);
+        assert_eq!((&merged.time_s[..], counted(&merged, 1).len(), merged.notes.len()), (&[0.0, 1.0, 2.0][..], 3, 0));
     }
 
     #[test]
     fn an_input_that_is_logged_when_it_changes_holds_on_the_clock_of_the_output() {
         let input = series(&[0.0, 2.5], &[0.0, 7.0]);
         let output = series(&[0.0, 1.0, 2.0, 3.0, 4.0], &[0.0, 0.0, 0.0, 1.0, 2.0]);
-        let merged = merged(vec![input, output], &wanted(), true);
-        assert_eq!(merged.columns, [[0.0, 0.0, 0.0, 7.0, 7.0], [0.0, 0.0, 0.0, 1.0, 2.0]]);
-        assert_eq!(merged.interpolated, None);
+        for holds in [true, false] {
+            let merged = merged(vec![input.clone(), output.clone()], &wanted(), holds);
+            assert_eq!(merged.time_s, [0.0, 1.0, 2.0, 2.5, 3.0, 4.0], "the input changes between two samples");
+            assert_eq!(merged.columns[0], [0.0, 0.0, 0.0, 7.0, 7.0, 7.0]);
+            assert_eq!(counted(&merged, 1).len(), 5);
+        }
     }
 
     #[test]
-    fn gaps_hold_in_logs_of_changes_and_are_left_out_otherwise() {
+    fn an_input_that_stops_ends_the_recording() {
         let times: Vec<f64> = (0..9).map(f64::from).collect();
-        let input = series(&times, &[1.0; 9]);
-        let output = series(&[0.0, 1.0, 2.0, 7.0, 8.0], &[0.0, 0.0, 0.0, 3.0, 4.0]);
-        let held = merged(vec![input.clone(), output.clone()], &wanted(), true);
-        assert_eq!(held.columns[1], [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 3.0, 4.0]);
-        let cut = merged(vec![input, output], &wanted(), false);
-        assert_eq!(cut.time_s, [0.0, 1.0, 2.0, 7.0, 8.0]);
-        assert!(cut.notes.iter().any(|note| note.contains("4 samples in gaps")), "{:?}", cut.notes);
+        let merged = merged(vec![series(&times[..6], &[1.0; 6]), series(&times, &times)], &wanted(), false);
+        assert_eq!(merged.time_s.last(), Some(&6.0));
     }
 
     #[test]
-    fn a_slower_output_counts_by_its_own_samples() {
-        let times: Vec<f64> = (0..101).map(f64::from).collect();
-        let slow: Vec<f64> = (0..26).map(|n| 4.0 * f64::from(n) + 0.5).collect();
+    fn uneven_outputs_hold_in_logs_of_changes_and_count_alone_otherwise() {
+        let times: Vec<f64> = (0..9).map(f64::from).collect();
         let input = series(&times, &times);
-        let merged = merged(vec![input, series(&slow, &slow)], &wanted(), false);
-        assert_eq!(merged.interpolated, Some(0.25));
-        assert!(merged.time_s.iter().zip(&merged.columns[1]).all(|(t, value)| (t - value).abs() < 1e-12));
+        let output = series(&[0.0, 1.0, 2.0, 7.0, 8.0], &[0.0, 0.5, 1.7, 3.0, 4.2]);
+        let held = merged(vec![input.clone(), output.clone()], &wanted(), true);
+        let values: Vec<f64> = counted(&held, 1).iter().map(|(_, value)| *value).collect();
+        assert_eq!(values, [0.0, 0.5, 1.7, 1.7, 1.7, 1.7, 1.7, 3.0, 4.2]);
+        let own = merged(vec![input, output], &wanted(), false);
+        assert_eq!((own.time_s.len(), counted(&own, 1).len()), (9, 5));
+    }
+
+    #[test]
+    fn coarsely_quantized_outputs_hold_in_logs_of_changes() {
+        let times: Vec<f64> = (0..16).map(f64::from).collect();
+        // Changes every three periods, by one step.
+        let output = series(&[0.0, 3.0, 6.0, 9.0, 12.0, 15.0], &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+        let held = merged(vec![series(&times, &times), output], &wanted(), true);
+        assert_eq!(counted(&held, 1).len(), 16);
+        assert_eq!(held.columns[1][..7], [0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 2.0]);
     }
 
     #[test]
@@ -322,10 +280,23 @@ mod tests {
     }
 
     #[test]
-    fn rows_without_times_lose_nan_together() {
-        let of = |values: &[f64]| Series { time_s: Vec::new(), columns: vec![values.to_vec()] };
-        let merged = merged(vec![of(&[1.0, f64::NAN, 3.0, 4.0]), of(&[5.0, 6.0, f64::NAN, 8.0])], &wanted(), false);
-        assert_eq!(merged.columns, [[1.0, 4.0], [5.0, 8.0]]);
+    fn numbers_that_are_missing_do_not_cost_those_of_other_columns() {
+        let times = [0.0, 1.0, 2.0, 3.0];
+        let input = series(&times, &[1.0, 2.0, 3.0, 4.0]);
+        let merged = merged(vec![input, series(&times, &[5.0, f64::NAN, 7.0, 8.0])], &wanted(), false);
+        assert_eq!(merged.columns[0], [1.0, 2.0, 3.0, 4.0]);
+        assert_eq!(counted(&merged, 1), [(0.0, 5.0), (2.0, 7.0), (3.0, 8.0)]);
+        assert!(merged.notes[0].contains("1 sample of speed without a number"), "{:?}", merged.notes);
+    }
+
+    #[test]
+    fn a_sample_before_a_test_has_the_voltage_before_it() {
+        let (input, output) = (series(&[1.0, 2.0, 3.0], &[7.0; 3]), series(&[1.0, 2.0, 3.0], &[0.0, 1.0, 2.0]));
+        let mut merged = merged(vec![input, output], &wanted(), true);
+        merged.begin_with(&[Some(0.5), None], &wanted());
+        assert_eq!(merged.columns, [[0.5, 7.0, 7.0, 7.0], [0.0, 0.0, 1.0, 2.0]]);
+        assert!((merged.time_s[0] - 0.998).abs() < 1e-12);
+        assert_eq!(merged.measured[1], [false, true, true, true]);
     }
 
     #[test]

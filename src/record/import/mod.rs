@@ -32,7 +32,9 @@ mod routines;
 mod serial;
 mod signals;
 mod suggest;
+mod table_rows;
 mod text;
+mod track;
 mod write;
 
 pub use bad_rows::BadRows;
@@ -142,7 +144,7 @@ pub fn read_inputs(path: &Path, columns: &[ColumnRequest]) -> Result<Samples> {
         let Ok([table]) = <[Signals; 1]>::try_from(tables_in(path, &options, Need::Inputs)?) else {
             return Err(Error::data("holds several recordings, expected one", "Save the input as a CSV file."));
         };
-        let (samples, source) = table.samples()?;
+        let (samples, source, _) = table.samples()?;
         // Checks time and inputs. A recording must have an output, so that a current of zeros is added.
         let checked = Samples { current: Some(vec![0.0; samples.time_s.len()]), ..samples };
         Ok(Record::from_file(checked, source, false)?.samples().clone())
@@ -159,12 +161,14 @@ pub fn read_signal_inputs(path: &Path, options: &ReadOptions) -> Result<Samples>
         let Ok([table]) = <[Signals; 1]>::try_from(tables_in(path, options, Need::Signals)?) else {
             return Err(Error::data("holds several recordings, expected one", "Save the inputs as a CSV file."));
         };
-        let (samples, source) = table.samples()?;
+        let (samples, source, _) = table.samples()?;
         Ok(Record::from_file(samples, source, false)?.samples().clone())
     };
     read().map_err(|error: Error| error.in_file(path))
 }
 
+/// Longest gap in a log of changes that is kept \[s\]: the control loop of a robot was late, and its voltage held.
+const LATE_MAX_S: f64 = 0.5;
 /// Smallest number of samples of a segment between gaps.
 const SEGMENT_MIN: usize = 10;
 
@@ -173,24 +177,22 @@ fn split(mut signals: Signals, options: &ReadOptions) -> Result<Vec<Record>> {
     if options.drop_repeats {
         signals.drop_repeats();
     }
-    let interpolated = signals.interpolated;
-    let records = match options.gaps {
-        Gaps::Keep => {
-            signals.samples().and_then(|(samples, source)| Ok(vec![Record::from_file(samples, source, true)?]))
+    match options.gaps {
+        Gaps::Error if !signals.holds => with_left_out(signals),
+        Gaps::Keep | Gaps::Error => {
+            let (samples, source, measured_at) = signals.samples()?;
+            let time_s = samples.time_s.clone();
+            let keep = |n: usize, _| options.gaps == Gaps::Keep || time_s[n + 1] - time_s[n] <= LATE_MAX_S;
+            Ok(vec![Record::with_gaps(samples, source, &keep)?.with_measured_at(measured_at)?])
         }
-        Gaps::Error => with_left_out(signals),
         Gaps::Split => segments(signals),
-    }?;
-    Ok(match interpolated {
-        None => records,
-        Some(ratio) => records.into_iter().map(|record| record.with_interpolated_outputs(ratio)).collect(),
-    })
+    }
 }
 
 /// Creates one recording from signals. A gap in time that is as long as the rows skipped there is a long step, not an error.
 fn with_left_out(mut signals: Signals) -> Result<Vec<Record>> {
     let left_out = std::mem::take(&mut signals.left_out);
-    let (samples, mut source) = signals.samples()?;
+    let (samples, mut source, measured_at) = signals.samples()?;
     let lines = source.lines.clone();
     let keep = |n: usize, periods: f64| time::is_of_left_out(periods, Signals::left_out_after(&lines, &left_out, n));
     let gaps = if left_out.is_empty() { Vec::new() } else { time::gaps(&samples.time_s) };
@@ -200,7 +202,7 @@ fn with_left_out(mut signals: Signals) -> Result<Vec<Record>> {
             "{gaps} in time where rows were left out; the voltage is constant over them (zero-order hold)"
         ));
     }
-    Ok(vec![Record::with_gaps(samples, source, &keep)?])
+    Ok(vec![Record::with_gaps(samples, source, &keep)?.with_measured_at(measured_at)?])
 }
 
 /// Creates a recording from each segment between gaps and between restarts of the clock.
@@ -208,8 +210,8 @@ fn segments(mut signals: Signals) -> Result<Vec<Record>> {
     let time = signals.get(Quantity::Time).map_or(&[][..], Vec::as_slice);
     let edges: Vec<usize> = std::iter::once(0).chain(time::breaks(time)).chain([time.len()]).collect();
     if edges.len() == 2 {
-        let (samples, source) = signals.samples()?;
-        return Ok(vec![Record::from_file(samples, source, false)?]);
+        let (samples, source, measured_at) = signals.samples()?;
+        return Ok(vec![Record::from_file(samples, source, false)?.with_measured_at(measured_at)?]);
     }
     let all = edges.windows(2).map(|edge| edge[0]..edge[1]);
     let (long, short): (Vec<_>, Vec<_>) = all.partition(|segment| segment.len() >= SEGMENT_MIN);
@@ -223,10 +225,11 @@ fn segments(mut signals: Signals) -> Result<Vec<Record>> {
     }
     let count = long.len();
     let record = |(n, range): (usize, Range<usize>)| {
-        let (samples, source) = signals.part(range).samples()?;
+        let (samples, source, measured_at) = signals.part(range).samples()?;
         let source = source.with_segment(n, count);
         let part = source.part.clone();
-        Record::from_file(samples, source, false).map_err(|error| in_part(error, part.as_deref()))
+        let record = Record::from_file(samples, source, false).and_then(|record| record.with_measured_at(measured_at));
+        record.map_err(|error| in_part(error, part.as_deref()))
     };
     let records: Vec<Record> = long.into_iter().enumerate().map(record).collect::<Result<_>>()?;
     Ok(with_changing_outputs(records))

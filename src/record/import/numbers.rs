@@ -5,7 +5,7 @@ use super::columns::{Heading, Need, TableSpec, Used};
 use super::convert::{Cells, converted};
 use super::formula::Formula;
 use super::signals::Signals;
-use crate::record::{Lines, Quantity, Source};
+use crate::record::{Lines, MeasuredAt, Quantity, Source};
 use crate::text::{counted, quoted};
 use crate::{Error, Result};
 
@@ -14,6 +14,8 @@ pub(super) struct Numbers<'a> {
     pub cells: Cells<'a>,
     pub headings: &'a [Heading],
     pub notes: Vec<String>,
+    /// Outputs that were measured in some rows only.
+    pub measured_at: Vec<MeasuredAt>,
     /// Lines of rows that hold NaN in all used columns.
     pub blank: Vec<u64>,
     /// Skipped rows that could not be read.
@@ -29,7 +31,7 @@ impl Numbers<'_> {
     /// Returns `Data` if a formula gives no number in a row that is not skipped, a flag has other than two values, or a row over
     /// which a sum runs was left out.
     pub(super) fn signals(self, used: Vec<Used>, spec: &TableSpec<'_>) -> Result<Signals> {
-        let Self { mut cells, headings, mut notes, blank, mut bad, skips } = self;
+        let Self { mut cells, headings, mut notes, mut measured_at, blank, mut bad, skips } = self;
         if !blank.is_empty() {
             notes.push(format!("{} of nan left out", counted(blank.len(), "row")));
         }
@@ -43,6 +45,8 @@ impl Numbers<'_> {
             let is_good = |row: &usize| wrong.binary_search_by_key(row, |wrong| wrong.row).is_err();
             let kept: Vec<usize> = (0..row_lines.len()).filter(is_good).collect();
             signals.iter_mut().for_each(|signal| *signal = kept.iter().map(|&row| signal[row]).collect());
+            let kept_of = |of: &mut MeasuredAt| of.samples = kept.iter().map(|&row| of.samples[row]).collect();
+            measured_at.iter_mut().for_each(kept_of);
             row_lines = row_lines.of(kept.into_iter());
         }
         let (left_out, note) = bad.finish();
@@ -66,7 +70,7 @@ impl Numbers<'_> {
             list.retain(|(quantity, _)| *quantity != Quantity::Position);
         }
         let inputs = spec.signals.iter().map(|signal| signal.is_input).collect();
-        Ok(Signals { source, list, left_out, inputs, interpolated: None })
+        Ok(Signals { source, list, left_out, inputs, measured_at, holds: false })
     }
 }
 

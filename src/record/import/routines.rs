@@ -1,7 +1,7 @@
 //! Tests in a log: routines of a mechanism whose state, such as `dynamic-forward`, is logged as a text.
 
 use super::formats::{Channel, Log, NO_TEST, Series, States, TESTS};
-use super::merge::median_step;
+use super::track::median_step;
 use crate::setting::text;
 use crate::text::{listed, quoted};
 use crate::{Error, Result};
@@ -126,7 +126,23 @@ fn routines(log: &dyn Log) -> Vec<Routine> {
         let name = last.strip_prefix(PREFIX).unwrap_or(states.name.trim_start_matches('/'));
         Routine { name: name.to_owned(), tests: tests_of(states) }
     };
-    log.states().iter().map(of).filter(|routine| !routine.tests.is_empty()).collect()
+    let mut all: Vec<Routine> = Vec::new();
+    for routine in log.states().iter().map(of).filter(|routine| !routine.tests.is_empty()) {
+        // A copy of the states on another topic, as by NetworkTables, is the same routine.
+        if !all.iter().any(|known| is_copy(&known.tests, &routine.tests)) {
+            all.push(routine);
+        }
+    }
+    all
+}
+
+/// Largest difference between the times of two copies of a state \[s\].
+const COPY_S: f64 = 0.1;
+
+/// Returns true if two lists of tests are the same, up to a delay.
+fn is_copy(a: &[Test], b: &[Test]) -> bool {
+    let is_same = |(a, b): (&Test, &Test)| a.name == b.name && (a.from_s - b.from_s).abs() < COPY_S;
+    a.len() == b.len() && a.iter().zip(b).all(is_same)
 }
 
 /// Returns the tests of an entry: each from its state to the next one. A test that ran again is numbered.

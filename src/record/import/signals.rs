@@ -2,7 +2,7 @@
 //! differences, removal of rows that are not samples, joining of files.
 
 use crate::numeric::{count, extremes, upper_median};
-use crate::record::{Lines, NamedSignal, Quantity, Samples, Source};
+use crate::record::{Lines, MeasuredAt, NamedSignal, Quantity, Samples, Source};
 use crate::setting::text;
 use crate::text::{counted, engineering};
 use crate::{Error, Result};
@@ -17,9 +17,10 @@ pub(super) struct Signals {
     pub left_out: Vec<u64>,
     /// True for each signal of a model that is an input.
     pub inputs: Vec<bool>,
-    /// If outputs were interpolated between the times of another channel: their number of samples over that of the recording,
-    /// at most 1.
-    pub interpolated: Option<f64>,
+    /// Outputs that were measured at some of the samples only.
+    pub measured_at: Vec<MeasuredAt>,
+    /// True if the inputs hold over gaps in time: a robot that is late changes nothing.
+    pub holds: bool,
 }
 
 /// Returns the signal of a model.
@@ -60,7 +61,9 @@ impl Signals {
         let cut = |(quantity, signal): &(Quantity, Vec<f64>)| (*quantity, signal[range.clone()].to_vec());
         let source = Source { lines: self.source.lines.of(range.clone()), ..self.source.clone() };
         let list = self.list.iter().map(cut).collect();
-        Self { source, list, left_out: Vec::new(), inputs: self.inputs.clone(), interpolated: self.interpolated }
+        let of_part = |of: &MeasuredAt| MeasuredAt { samples: of.samples[range.clone()].to_vec(), ..*of };
+        let measured_at = self.measured_at.iter().map(of_part).collect();
+        Self { source, list, left_out: Vec::new(), inputs: self.inputs.clone(), measured_at, holds: self.holds }
     }
 
     /// Returns the number of rows between a sample and the next one that could not be read.
@@ -105,6 +108,9 @@ impl Signals {
         for (_, signal) in &mut self.list {
             *signal = kept.iter().map(|&n| signal[n]).collect();
         }
+        for of in &mut self.measured_at {
+            of.samples = kept.iter().map(|&n| of.samples[n]).collect();
+        }
         self.source.lines = self.source.lines.of(kept.iter().copied());
         self.source.notes.push(format!("{} {what} left out", counted(dropped, "row")));
     }
@@ -123,7 +129,9 @@ impl Signals {
         if both == 0 {
             self.check_same_times(&time)?;
             self.list.append(&mut other.list);
+            self.measured_at.append(&mut other.measured_at);
         } else if both == ours.len() && both == theirs.len() {
+            self.append_measured_at([self.count(), time.len()], other.measured_at);
             self.append_later(time, other.list);
         } else {
             let names: Vec<String> = theirs.iter().map(ToString::to_string).collect();
@@ -140,6 +148,24 @@ impl Signals {
         self.source.notes.append(&mut other.source.notes);
         self.source.last_line_open |= other.source.last_line_open;
         Ok(self)
+    }
+
+    /// Returns the number of samples.
+    fn count(&self) -> usize {
+        self.list.first().map_or(0, |(_, signal)| signal.len())
+    }
+
+    /// Appends the samples at which outputs were measured in a later file, which has `more` samples after `own`.
+    fn append_measured_at(&mut self, [own, more]: [usize; 2], later: Vec<MeasuredAt>) {
+        let is_new = |of: &&MeasuredAt| self.measured_at.iter().all(|known| known.quantity != of.quantity);
+        let new: Vec<Quantity> = later.iter().filter(is_new).map(|of| of.quantity).collect();
+        self.measured_at.extend(new.into_iter().map(|quantity| MeasuredAt { quantity, samples: vec![true; own] }));
+        for of in &mut self.measured_at {
+            match later.iter().find(|other| other.quantity == of.quantity) {
+                Some(other) => of.samples.extend(&other.samples),
+                None => of.samples.resize(own + more, true),
+            }
+        }
     }
 
     /// Checks that the times of another file equal those of these signals to 1 % of the shortest step.
@@ -196,21 +222,19 @@ impl Signals {
         Err(Error::data(message, hint).at_line(self.source.lines.get(n + 1)))
     }
 
-    /// Returns the signals as samples. A missing voltage or time is empty; the checks of a recording decide on it.
+    /// Returns the signals as samples, and the samples at which outputs were measured if those are not all. A missing voltage or time is
+    /// empty; the checks of a recording decide on it.
     ///
     /// # Errors
     /// Returns a `Data` error if the speed is to be computed from a position that wraps around or has one sample only.
-    pub(super) fn samples(mut self) -> Result<(Samples, Source)> {
+    pub(super) fn samples(mut self) -> Result<(Samples, Source, Vec<MeasuredAt>)> {
         let time_s = self.take(Quantity::Time).unwrap_or_default();
         let mut speed = self.take(Quantity::Speed);
         if let Some(position) = self.take(Quantity::Position) {
-            // If the clock restarts, the checks of time report that instead.
-            if time_s.windows(2).all(|t| t[1] >= t[0]) {
-                self.check_counter(&position)?;
-            }
-            // Repeated times give infinite speeds here; the later checks of time refuse them and name the line.
-            speed = Some(differences(&time_s, unwrapped(position))?);
+            speed = Some(self.speed_from(position, &time_s)?);
             self.source.notes.push("speed is the central difference of the position".to_owned());
+            let of_position = self.measured_at.iter_mut().filter(|of| of.quantity == Quantity::Position);
+            of_position.for_each(|of| of.quantity = Quantity::Speed);
         }
         let signals = std::mem::take(&mut self.list).into_iter();
         let (signals, list): (Vec<_>, Vec<_>) =
@@ -224,7 +248,29 @@ impl Signals {
             current: self.take(Quantity::Current),
             speed,
         };
-        Ok((samples, self.source))
+        Ok((samples, self.source, self.measured_at))
+    }
+
+    /// Returns the speed as differences of a position between the samples at which it was measured.
+    fn speed_from(&self, position: Vec<f64>, time_s: &[f64]) -> Result<Vec<f64>> {
+        let of = |of: &&MeasuredAt| of.quantity == Quantity::Position;
+        let own = self.measured_at.iter().find(of).map(MeasuredAt::indices);
+        // If the clock restarts, the checks of time report that instead.
+        let is_ordered = time_s.windows(2).all(|t| t[1] >= t[0]);
+        let Some(own) = own else {
+            if is_ordered {
+                self.check_counter(&position)?;
+            }
+            // Repeated times give infinite speeds here; the later checks of time refuse them and name the line.
+            return differences(time_s, unwrapped(position));
+        };
+        let of_own = |values: &[f64]| own.iter().filter_map(|n| values.get(*n).copied()).collect::<Vec<f64>>();
+        let (times, position) = (of_own(time_s), of_own(&position));
+        self.check_counter(&position)?;
+        let found = differences(&times, unwrapped(position))?;
+        let mut speed = vec![0.0; time_s.len()];
+        own.iter().zip(found).for_each(|(n, value)| speed[*n] = value);
+        Ok(speed)
     }
 }
 

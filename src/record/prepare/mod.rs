@@ -116,7 +116,12 @@ impl Preparation {
     }
 
     fn resampled(&self, record: Record) -> Result<Record> {
-        let Some(rate) = self.rate_hz else { return every_nth(record.with_slopes(self), self.decimate.unwrap_or(1)) };
+        let every = self.decimate.unwrap_or(1);
+        let Some(rate) = self.rate_hz else {
+            let record = if every > 1 { record.with_mixed_samples() } else { record };
+            return every_nth(record.with_slopes(self), every);
+        };
+        let record = record.with_mixed_samples();
         check_rate(rate)?;
         let time = &record.samples().time_s;
         if (time[time.len() - 1] - time[0]) * rate > count(SAMPLES_MAX) {
@@ -153,6 +158,7 @@ impl Preparation {
         if !record.steps().step_index.is_empty() {
             return Err(Error::usage(text!([Filter] " needs evenly spaced samples"), time::regular_clock()));
         }
+        let record = record.with_mixed_samples();
         let cascade = filter.design(record.period_s())?;
         let name = match filter.kind {
             FilterKind::Butterworth => "Butterworth".to_owned(),
@@ -283,13 +289,14 @@ impl Record {
 
     /// Replaces the signals by resampled ones and maps lines and excluded ranges to the new samples.
     fn resampled(self, made: Resampled, note: String) -> Result<Self> {
-        let mut source = Source { lines: self.source.lines.of(made.from.iter().copied()), ..self.source };
+        let this = self.with_mixed_samples();
+        let mut source = Source { lines: this.source.lines.of(made.from.iter().copied()), ..this.source };
         source.notes.push(note);
         let place = |n: usize| made.from.partition_point(|from| *from < n);
         let moved = |e: &Excluded| Excluded { start: place(e.start), end: place(e.end).max(place(e.start) + 1), ..*e };
-        let excluded = self.excluded.iter().map(moved).filter(|e| e.start < made.from.len()).collect();
-        let independent = self.independent * made.independent;
-        let (slope, interpolated) = (made.slope, self.interpolated);
+        let excluded = this.excluded.iter().map(moved).filter(|e| e.start < made.from.len()).collect();
+        let independent = this.independent * made.independent;
+        let (slope, interpolated) = (made.slope, this.interpolated);
         Ok(Self { excluded, independent, slope, interpolated, ..Self::from_file(made.samples, source, false)? })
     }
 }

@@ -213,8 +213,10 @@ pub(in crate::report) fn model_chart(
     for (number, (output, measured)) in model.outputs().iter().zip(&recording.measured).enumerate() {
         let label = label(&output.name, &output.unit.text);
         let simulated = models.iter().filter_map(|(name, outputs)| Some((*name, outputs.get(number)?)));
-        let mut shown: Vec<Series> =
-            measured.iter().map(|measured| Series::new("measured", 0, Form::Dots, curve(measured))).collect();
+        let mut shown: Vec<Series> = measured
+            .iter()
+            .map(|measured| Series::new("measured", 0, Form::Dots, curve(&own_samples(recording, number, measured))))
+            .collect();
         let (mut left, mut limits) = (Vec::new(), Vec::new());
         for (n, (name, simulated)) in (1..).zip(simulated) {
             let series = Series::new(name, n, Form::Line, curve(simulated));
@@ -222,7 +224,7 @@ pub(in crate::report) fn model_chart(
                 shown.push(series);
                 continue;
             };
-            let of = |(k, (y, x)): (usize, (&f64, &f64))| if recording.counts(k) { y - x } else { f64::NAN };
+            let of = |(k, (y, x)): (usize, (&f64, &f64))| if recording.counts(number, k) { y - x } else { f64::NAN };
             let difference: Vec<f64> = measured.iter().zip(simulated).enumerate().map(of).collect();
             let counting: Vec<f64> = difference.iter().copied().filter(|value| value.is_finite()).collect();
             let band = 1.96 * rms(&counting);
@@ -308,4 +310,11 @@ fn bounds(model: &Model) -> Table {
         table.row(vec![of.name.clone(), of.unit.text.clone(), range, scale.to_owned(), of.description.clone()]);
     }
     table
+}
+
+/// Returns the values of an output at its own samples, and NaN at others: between those of a slow sensor it is interpolated.
+fn own_samples(recording: &ModelRecording, output: usize, measured: &[f64]) -> Vec<f64> {
+    let is_scattered = recording.is_scattered(output);
+    let of = |(n, value): (usize, &f64)| if is_scattered && !recording.counts(output, n) { f64::NAN } else { *value };
+    measured.iter().enumerate().map(of).collect()
 }

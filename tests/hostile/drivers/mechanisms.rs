@@ -93,6 +93,7 @@ pub fn mechanisms(calls: &mut Calls) {
 
 fn results(calls: &mut Calls, records: &[Record], fit: &MechanismFit) {
     for name in ["kS", "kV", "offset", ""] {
+        calls.call("identify::mechanism::MechanismFit::fitted", &name, || fit.fitted(&[]).len());
         calls.call("identify::mechanism::MechanismFit::estimate", &name, || fit.estimate(name).is_some());
         calls.call("identify::mechanism::MechanismFit::in_unit", &name, || fit.in_unit(name).is_some());
     }

@@ -141,11 +141,11 @@ pub fn signals(calls: &mut Calls) {
         "evaluate::model::ModelRecording::is_empty" => good.is_empty(),
         "evaluate::model::ModelRecording::regular_step_s" => good.regular_step_s(),
         "evaluate::model::ModelRecording::longest_step_s" => good.longest_step_s(),
-        "evaluate::model::ModelRecording::count" => good.count(),
     );
     for n in COUNTS {
         drive!(calls, n;
-            "evaluate::model::ModelRecording::counts" => good.counts(n),
+            "evaluate::model::ModelRecording::count" => good.count(n),
+            "evaluate::model::ModelRecording::counts" => [good.counts(0, n), good.counts(n, 0)],
             "evaluate::model::ModelRecording::counted" => good.counted(n),
         );
     }
@@ -236,8 +236,9 @@ fn mangled() -> Vec<ModelRecording> {
     with(&|of| of.measured.clear());
     with(&|of| of.measured.fill(None));
     with(&|of| of.step_s.clear());
-    with(&|of| of.counting = vec![false; 60]);
-    with(&|of| of.counting = vec![true; 3]);
+    with(&|of| of.counting = vec![vec![false; 60]; of.measured.len()]);
+    with(&|of| of.counting = vec![vec![true; 60]]);
+    with(&|of| of.counting = vec![vec![true; 3]; of.measured.len()]);
     with(&|of| of.inputs[0].truncate(1));
     with(&|of| of.effective_sample_ratio = f64::NAN);
     for number in NUMBERS {

@@ -160,6 +160,7 @@ pub fn recordings(calls: &mut Calls) {
             "record::Record::input" => record.input(),
             "record::Record::is_empty" => record.is_empty(),
             "record::Record::is_interpolated" => record.is_interpolated(),
+            "record::Record::is_measured" => [0, usize::MAX].map(|n| record.is_measured(Quantity::Speed, n)),
             "record::Record::len" => record.len(),
             "record::Record::measured" => record.measured(),
             "record::Record::period_s" => record.period_s(),

@@ -101,7 +101,7 @@ impl ModelEvaluator for ModelGpu {
         }
         costs.fill(0.0);
         self.guard(|gpu| gpu.evaluate(problem, candidates, costs))?;
-        let samples = (0..problem.recordings()).map(|n| problem.recording(n).count()).sum();
+        let samples = (0..problem.recordings()).map(|n| problem.recording(n).count_most()).sum();
         costs.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(row, cost)| {
             // Shaders do not keep NaN.
             let is_number = candidates.row(row).iter().all(|value| !value.is_nan());

@@ -48,7 +48,7 @@ pub(super) use cells::Cells;
 pub(super) use foreign::refused_name;
 #[cfg(feature = "formats")]
 pub(super) use limits::LIMITS;
-pub(super) use log::{Channel, Log, Medium, Series, States};
+pub(super) use log::{Channel, Field, Log, Medium, Series, States};
 pub(super) use wpilib_units::split;
 pub use wpilog::TESTS;
 pub(super) use wpilog::{ARRAY_MAX, ENTRIES_MAX, NO_TEST};

@@ -132,7 +132,10 @@ impl Recording {
             }
             let read = variable.table.read(&self.file, &parts, self.table.rows, self.table.is_cut);
             let read = read.map_err(|error| damaged(format!("dataset {}: {error}", quoted(&variable.name))))?;
-            for ((index, _), values) in wanted().zip(read) {
+            for ((index, _), mut values) in wanted().zip(read) {
+                if let Some([factor, offset]) = variable.packing {
+                    values.iter_mut().for_each(|value| *value = *value * factor + offset);
+                }
                 if let Some(column) = columns.get_mut::<usize>(index) {
                     *column = values;
                 }

@@ -24,6 +24,8 @@ pub(super) struct Variable {
     pub name: String,
     pub table: Table,
     pub columns: Vec<Column>,
+    /// Factor and offset of packed numbers, after the conventions of netCDF: the value is the factor times the number, plus the offset.
+    pub packing: Option<[f64; 2]>,
     /// Number of rows before the first that is lost.
     pub complete: usize,
 }
@@ -76,8 +78,9 @@ pub(super) fn variable(
     if column.is_some() && parts.leaves.iter().any(|leaf| !leaf.path.is_empty()) {
         return Err(format!("a matrix of {} numbers each", parts.leaves.len()));
     }
-    if attributes.iter().any(|attribute| ["scale_factor", "add_offset"].contains(&attribute.name.as_str())) {
-        others.push((name.to_owned(), "read as stored, without its scale_factor and add_offset"));
+    let packing = packing(attributes)?;
+    if attributes.iter().any(|attribute| SCALES.contains(&attribute.name.to_ascii_lowercase().as_str())) {
+        others.push((name.to_owned(), "read as stored: its attribute of a scale has no agreed meaning"));
     }
     if parts.leaves.iter().any(|leaf| leaf.path.starts_with("/values_block_")) {
         others.push((name.to_owned(), "pandas hides the names of the columns: save it with data_columns=True"));
@@ -86,7 +89,7 @@ pub(super) fn variable(
     let table = Table { dataset, row, column, size: parts.size };
     let columns = columns(name, &table, &parts.leaves, (matlab, &units));
     let complete = table.rows();
-    Ok((Some(Variable { name: name.to_owned(), table, columns, complete }), others))
+    Ok((Some(Variable { name: name.to_owned(), table, columns, packing, complete }), others))
 }
 
 fn columns(name: &str, table: &Table, leaves: &[Leaf], (matlab, units): (bool, &[String])) -> Vec<Column> {
@@ -135,6 +138,23 @@ fn dimensions(shape: &[u64], matlab: bool) -> Result<(Option<usize>, Option<usiz
         return Err(format!("{} values, expected at most {MATRIX_MAX} columns; transpose it to use it", shown()));
     }
     Ok((Some(row), Some(column)))
+}
+
+/// Names of attributes that may scale the numbers of a dataset, but have no agreed meaning.
+const SCALES: [&str; 7] = ["scale", "scaling", "gain", "factor", "multiplier", "lsb", "calibration"];
+
+/// Returns factor and offset of packed numbers; `None` for numbers that are not packed.
+///
+/// # Errors
+/// Returns a description of an attribute that is no number.
+fn packing(attributes: &[Attribute]) -> Result<Option<[f64; 2]>, String> {
+    let of = |name: &str| {
+        let attribute = attributes.iter().find(|attribute| attribute.name == name);
+        let number = |attribute: &Attribute| attribute.read_as_f64().ok().filter(|value| value.is_finite());
+        attribute.map(|attribute| number(attribute).ok_or_else(|| format!("its {name} is no number"))).transpose()
+    };
+    let (factor, offset) = (of("scale_factor")?, of("add_offset")?);
+    Ok((factor.is_some() || offset.is_some()).then(|| [factor.unwrap_or(1.0), offset.unwrap_or(0.0)]))
 }
 
 /// Returns the units in the attributes of a dataset: one, or one for each column.

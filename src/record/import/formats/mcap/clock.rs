@@ -12,19 +12,26 @@ pub(super) struct Clock {
     latest: u64,
     /// True if a message was logged before its predecessor.
     pub unordered: bool,
-    /// First and last time of the headers; `None` if a header has no acceptable time.
+    /// First and last acceptable time of the headers.
     stamped: Option<[u64; 2]>,
+    /// Number of headers without an acceptable time.
+    pub without: u64,
 }
+
+/// Largest part of the headers without an acceptable time with which those of the others are used.
+const WITHOUT_MAX: f64 = 0.02;
 
 impl Clock {
     /// Adds a message.
     pub fn add(&mut self, logged: u64, stamp: Option<u64>) {
         let acceptable = stamp.filter(|stamp| stamp.abs_diff(logged) <= STAMP_AWAY_MAX_NS);
-        self.stamped = match (self.stamped, acceptable) {
-            (None, Some(stamp)) if self.count == 0 => Some([stamp; 2]),
-            (Some([first, last]), Some(stamp)) if stamp >= last => Some([first, stamp]),
-            _ => None,
-        };
+        match acceptable {
+            Some(stamp) => {
+                let [first, last] = self.stamped.unwrap_or([stamp; 2]);
+                self.stamped = Some([first.min(stamp), last.max(stamp)]);
+            }
+            None => self.without += 1,
+        }
         self.unordered |= logged < self.latest;
         self.latest = logged;
         let [first, last] = self.logged.unwrap_or([logged; 2]);
@@ -34,12 +41,17 @@ impl Clock {
 
     /// Returns true if the times of the headers are used instead of the times of logging.
     pub fn uses_stamps(&self) -> bool {
-        self.stamped.is_some()
+        self.stamped.is_some() && count_u64(self.without) <= WITHOUT_MAX * count_u64(self.count)
+    }
+
+    /// Returns true if there are times of headers that are not used.
+    pub fn refuses_stamps(&self) -> bool {
+        self.stamped.is_some() && !self.uses_stamps()
     }
 
     /// Returns first and last time \[ns\].
     pub fn span(&self) -> Option<[u64; 2]> {
-        self.stamped.or(self.logged)
+        self.stamped.filter(|_| self.uses_stamps()).or(self.logged)
     }
 }
 
@@ -74,11 +86,11 @@ mod tests {
     }
 
     #[test]
-    fn stamps_are_used_if_all_are_acceptable() {
+    fn stamps_are_used_if_nearly_all_are_acceptable() {
         const FAR: u64 = STAMP_AWAY_MAX_NS;
         let cases: [(Messages<'_>, bool, [u64; 2]); 6] = [
             (&[(10, Some(5)), (20, Some(15)), (30, Some(15))], true, [5, 15]),
-            (&[(10, Some(5)), (20, Some(15)), (30, Some(14))], false, [10, 30]),
+            (&[(10, Some(5)), (20, Some(15)), (30, Some(14))], true, [5, 15]),
             (&[(10, Some(5)), (20, None), (30, Some(25))], false, [10, 30]),
             (&[(10, None), (20, Some(15))], false, [10, 20]),
             (&[(10, Some(10 + FAR)), (20, Some(20 + FAR))], true, [10 + FAR, 20 + FAR]),
@@ -89,6 +101,10 @@ mod tests {
             assert_eq!((clock.uses_stamps(), clock.span()), (stamped, Some(span)), "{messages:?}");
         }
         assert_eq!(clock(&[]).span(), None);
+        let mut many = vec![(10, Some(5)); 99];
+        many.push((10, None));
+        let clock = clock(&many);
+        assert_eq!((clock.uses_stamps(), clock.without), (true, 1));
     }
 
     #[test]

@@ -102,6 +102,15 @@ fn assumed(used: &[&Topic]) -> Vec<String> {
         }
     };
     add(&names(&|topic| topic.clock.uses_stamps()), "the times are those of the headers, header.stamp");
+    let stamped = names(&|topic| topic.clock.uses_stamps());
+    if !stamped.is_empty() {
+        let others = "the times are those of logging, later than those of the headers by what the messages took";
+        add(&names(&|topic| !topic.clock.uses_stamps() && !topic.clock.refuses_stamps()), others);
+    }
+    let refused = "the times are those of logging, because many headers have none or one far from it";
+    add(&names(&|topic| topic.clock.refuses_stamps()), refused);
+    let some = "headers without a usable time have that of logging";
+    add(&names(&|topic| topic.clock.uses_stamps() && topic.clock.without > 0), some);
     add(&names(&|topic| topic.clock.unordered), "messages are out of order and were sorted by time");
     add(&names(&Topic::has_wide_text), "members after a wide string are left out");
     add(&names(&|topic| topic.tree.full), "more paths than can be read; some are left out");

@@ -4,7 +4,9 @@ use super::super::log::{Channel, Field};
 use super::cdr::{self, Fault};
 use super::clock::{Clock, seconds};
 use super::json;
-use super::limits::{FIRST_MESSAGES, MEMBERS_MAX, NODES_MAX, SCHEMA_MAX, SCHEMAS_MAX, TOPIC_MAX, TOPIC_NODES_MAX};
+use super::limits::{
+    FIRST_MESSAGES, MEMBERS_MAX, NODES_MAX, SCHEMA_MAX, SCHEMAS_MAX, STAMP_AWAY_MAX_NS, TOPIC_MAX, TOPIC_NODES_MAX,
+};
 use super::records::Record;
 use super::schema::{Schema, short};
 use super::tree::{Leaf, Tree};
@@ -61,9 +63,10 @@ impl Topic {
         }
     }
 
-    /// Returns the time of a message \[ns\]: that of its header if all headers have acceptable ones, or that of logging.
+    /// Returns the time of a message \[ns\]: that of its header if nearly all headers have acceptable ones, or that of logging.
     pub fn time(&self, logged: u64, message: &[u8]) -> u64 {
         let stamp = if self.clock.uses_stamps() { self.stamp(message) } else { None };
+        let stamp = stamp.filter(|stamp| stamp.abs_diff(logged) <= STAMP_AWAY_MAX_NS);
         stamp.unwrap_or(logged)
     }
 
@@ -73,6 +76,7 @@ impl Topic {
         let unit = |path: &str| match path.split('/').next() {
             Some("position") if joints => Some("rad".to_owned()),
             Some("velocity") if joints => Some("rad/s".to_owned()),
+            Some("effort") if joints => Some("N*m".to_owned()),
             _ => None,
         };
         let fields = self.leaves.iter().map(|leaf| Field { path: leaf.path.clone(), unit: unit(&leaf.path) });

@@ -6,9 +6,11 @@ use super::kind::Kind;
 use super::object::{Object, Place, Properties};
 use super::scale::Scales;
 use super::time::{Clock, Waveform};
+use crate::record::Quantity;
+use crate::record::import::columns::Heading;
 use crate::text::{counted, excerpt};
 use crate::{Error, Result};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Largest number of fields of a file.
 pub(super) const CHANNELS_MAX: usize = 10_000;
@@ -43,6 +45,7 @@ pub(super) fn tables(walker: &Walker) -> Result<(Vec<Table>, Vec<String>)> {
     let mut fields = 0;
     let mut left_out: Vec<(String, String)> = Vec::new();
     let owners = Owners::of(&walker.objects.all);
+    let timed = groups_with_times(&walker.objects.all);
     for (at, object) in walker.objects.all.iter().enumerate() {
         let Place::Channel { group, name } = &object.place else { continue };
         let path = format!("{}/{}", excerpt(group), excerpt(name));
@@ -58,7 +61,9 @@ pub(super) fn tables(walker: &Walker) -> Result<(Vec<Table>, Vec<String>)> {
             let message = format!("holds more than {CHANNELS_MAX} channels");
             return Err(Error::data(message, "Save the channels of one recording alone."));
         }
-        let waveform = waveform(object);
+        // An increment of 1 is what LabVIEW writes where none was set.
+        let is_unset = |waveform: &Waveform| waveform.increment_s.to_bits() == 1.0_f64.to_bits();
+        let waveform = waveform(object).filter(|waveform| !(is_unset(waveform) && timed.contains(group.as_str())));
         let unit = if kind == Kind::Time { Some("s") } else { object.properties.text("unit_string") };
         let unit = unit.map(str::trim).filter(|unit| !unit.is_empty()).map(str::to_owned);
         let column = Column { object: at, scales, field: Field { path: name.clone(), unit } };
@@ -82,6 +87,23 @@ pub(super) fn tables(walker: &Walker) -> Result<(Vec<Table>, Vec<String>)> {
         return Err(Error::data(format!("holds no channel of numbers with samples; found {found}"), hint));
     }
     Ok((tables, notes))
+}
+
+/// Returns the groups that have a channel of times.
+fn groups_with_times(objects: &[Object]) -> HashSet<&str> {
+    let is_time = |name: &str| {
+        let heading = Heading { name: name.to_owned(), ..Heading::default() };
+        heading.understood().is_some_and(|(quantity, _)| quantity == Quantity::Time)
+    };
+    let mut timed = HashSet::new();
+    for object in objects {
+        if let Place::Channel { group, name } = &object.place
+            && (object.kind == Some(Kind::Time) || is_time(name))
+        {
+            timed.insert(group.as_str());
+        }
+    }
+    timed
 }
 
 /// Properties of the groups and of the file.

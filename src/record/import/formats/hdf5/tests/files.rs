@@ -190,8 +190,9 @@ fn groups_units_and_constants() {
         let notes = log.notes();
         assert_eq!(notes[0], "short: 3 values, others have 12");
         assert_eq!(notes[1..3], ["fs: 1 value, 500", "pole_pairs: 1 value, 7"]);
-        let others = ["elsewhere: in another file", "packed: read as stored, without its scale_factor and add_offset"];
-        assert_eq!(notes[5..], others);
+        assert_eq!(notes[5..], ["elsewhere: in another file"]);
+        // Packed with a scale_factor of 0.1.
+        assert_eq!(column(&mut *log, "packed"), (0..12).map(|n| f64::from(n) * 0.1).collect::<Vec<_>>());
     }
 }
 
