@@ -13,6 +13,7 @@ mod cutoff;
 mod delayed;
 mod evaluator;
 mod extended;
+mod filled;
 #[cfg(feature = "shaders")]
 pub mod gpu;
 mod initial;

@@ -1,5 +1,6 @@
 //! A recording prepared for evaluation: everything that does not depend on the candidate is computed once.
 
+use super::filled::filled;
 use super::initial::{Initial, initial_state};
 use super::segment::{Run, Segment};
 use crate::criterion::Criterion;
@@ -387,25 +388,4 @@ fn lines(record: &Record, method: Discretization) -> [Vec<f64>; 2] {
         record.input().iter().zip(record.slope()).map(line).collect()
     };
     [at(-0.5), at(0.5)]
-}
-
-/// Returns the measured channels with masked samples interpolated linearly, so that their values have no effect; `None` for a
-/// channel that is not masked.
-fn filled(record: &Record, counting: &[[bool; 2]]) -> [Option<Vec<f64>>; 2] {
-    [0, 1].map(|channel| {
-        let signal = record.measured()[channel].filter(|_| counting.iter().any(|c| !c[channel]))?;
-        let counting: Vec<usize> = (0..signal.len()).filter(|n| counting[*n][channel]).collect();
-        let between = |n: usize| {
-            let next = counting.partition_point(|other| *other < n);
-            if counting.get(next) == Some(&n) {
-                return signal[n];
-            }
-            match (next.checked_sub(1).map(|last| counting[last]), counting.get(next).copied()) {
-                (Some(a), Some(b)) => signal[a] + count(n - a) / count(b - a) * (signal[b] - signal[a]),
-                (Some(one), None) | (None, Some(one)) => signal[one],
-                (None, None) => 0.0,
-            }
-        };
-        Some((0..signal.len()).map(between).collect())
-    })
 }

@@ -138,7 +138,7 @@ fn missing(records: &[Record]) -> Option<Warning> {
     }
     let (noun, verb) = if missing.len() == 1 { ("test", "is") } else { ("tests", "are") };
     let message = format!("the {noun} {} {verb} missing", listed(&missing, "and"));
-    let remedy = "Run the missing tests in the same session: a ramp alone does not tell kS and kA apart, and steps alone not kS and kV.";
+    let remedy = "Run the missing tests in the same session: a ramp alone leaves kS and kA as one sum, and steps alone kS and kV.";
     Some(Warning { remedy: Some(remedy.into()), ..Warning::new("test_missing", message) })
 }
 

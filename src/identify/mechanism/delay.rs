@@ -1,6 +1,5 @@
 //! Selection of a delay between the voltage and the measured velocity. It is negative if the voltage is logged after it acts.
 
-use super::fit::BIC_MIN;
 use crate::Result;
 use crate::evaluate::model::ModelRecording;
 use crate::identify::model::{ModelEstimate, ModelIdentification, ModelProgress, ModelSpec, identify_model};
@@ -10,6 +9,10 @@ use crate::optimize::Stop;
 use crate::text::significant;
 use crate::warning::Warning;
 use std::ops::ControlFlow;
+
+/// Decrease of the Bayesian information criterion from which a gravity or a delay is assumed: very strong evidence (Kass and
+/// Raftery, 1995).
+pub const BIC_MIN: f64 = 10.0;
 
 /// A result with or without a delay.
 pub(super) struct Selected {

@@ -1,7 +1,7 @@
 //! The output-error fit of a mechanism, and its feedback gains.
 
 use super::checks::{MOVING, checks};
-use super::delay::{Selected, with_delay};
+use super::delay::{BIC_MIN, Selected, with_delay};
 use super::kind::MechanismKind;
 use super::regression::{MechanismRegression, mechanism_regression};
 use super::unit::PositionUnit;
@@ -53,9 +53,6 @@ pub struct MechanismFit {
     pub delay_gain: f64,
 }
 
-/// Decrease of the Bayesian information criterion from which a gravity or a delay is assumed: very strong evidence (Kass and
-/// Raftery, 1995).
-pub const BIC_MIN: f64 = 10.0;
 /// Longest delay that is considered \[s\]; the slowest known filter of a motor controller has 0.112 s.
 const DELAY_MAX: f64 = 0.15;
 /// Largest voltage against friction, relative to the peak voltage: a mechanism that moves has less.

@@ -12,7 +12,8 @@ mod regression;
 mod signals;
 mod unit;
 
-pub use fit::{BIC_MIN, Feedback, MechanismFit, MechanismSpec, identify_mechanism};
+pub use delay::BIC_MIN;
+pub use fit::{Feedback, MechanismFit, MechanismSpec, identify_mechanism};
 pub use kind::MechanismKind;
 pub use regression::{MechanismRegression, mechanism_regression};
 pub use signals::mechanism_signals;

@@ -1,4 +1,4 @@
-//! Signals from logs: the columns that are used, brought to one clock, one table for each test.
+//! Signals from logs: the columns that are used, at the times of all of them, one table for each test.
 
 use super::bad_rows::{BadRows, LeftOut};
 use super::columns::{Need, TableSpec, Used, choose};
@@ -302,7 +302,7 @@ fn value_before(all: &[Series], part: &[Series], wanted: &Wanted, (routine, test
     let ends = routine.tests.iter().map(|other| other.to_s).filter(|end| *end <= test.from_s);
     let end = ends.fold(f64::NEG_INFINITY, f64::max);
     let before = all[series].time_s.partition_point(|t| *t < first).checked_sub(1)?;
-    let value = all[series].columns[column][before];
+    let value = all[series].columns[column].get(before).copied()?;
     (all[series].time_s[before] > end && value.is_finite()).then_some(value)
 }
 

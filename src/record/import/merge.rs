@@ -1,4 +1,4 @@
-//! Channels with different clocks on the times of all of them.
+//! Channels with clocks of their own on the times of all of them.
 //!
 //! An output counts at the times of its own samples only: values between them, such as those of a linear interpolation, are not
 //! measured, and would bias parameters by many standard errors. An input holds its last value.

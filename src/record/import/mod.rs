@@ -3,7 +3,7 @@
 //! A file is read as lines of cells ([`text`] for CSV, [`formats`] otherwise). The lines give a table whose headings or the
 //! user's requests select the columns ([`layout`], [`columns`], [`request`], [`formula`]); the rows of the table give the
 //! signals in SI units ([`collect`], [`numbers`], [`convert`], [`signals`]). The fields of a log are columns too ([`log_columns`]);
-//! those that are used are read and brought to one clock ([`logs`], [`routines`], [`merge`]).
+//! those that are used are read and put on the times of all of them ([`logs`], [`routines`], [`merge`]).
 
 mod advice;
 mod bad_rows;

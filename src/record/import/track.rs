@@ -100,15 +100,15 @@ pub(super) struct Track<'a> {
 impl<'a> Track<'a> {
     pub(super) fn new(series: &'a Series, wanted: &'a Wanted) -> Self {
         let values = &series.columns[wanted.at.1];
-        let good: Vec<usize> = match values.iter().any(|value| value.is_nan()) {
-            true => (0..values.len()).filter(|n| !values[*n].is_nan()).collect(),
-            false => Vec::new(),
-        };
-        let (time_s, values, left_out) = match good.is_empty() && !values.iter().all(|value| value.is_nan()) {
-            true => (Cow::Borrowed(series.time_s.as_slice()), Cow::Borrowed(values.as_slice()), 0),
-            false => {
-                let of = |from: &[f64]| Cow::Owned(good.iter().map(|n| from[*n]).collect::<Vec<f64>>());
-                (of(&series.time_s), of(values), values.len() - good.len())
+        let count = values.len().min(series.time_s.len());
+        let (times, values) = (&series.time_s[..count], &values[..count]);
+        let left_out = values.iter().filter(|value| value.is_nan()).count();
+        let (time_s, values) = match left_out {
+            0 => (Cow::Borrowed(times), Cow::Borrowed(values)),
+            _ => {
+                let good = times.iter().zip(values).filter(|(_, value)| !value.is_nan());
+                let (times, values): (Vec<f64>, Vec<f64>) = good.map(|(time, value)| (*time, *value)).unzip();
+                (Cow::Owned(times), Cow::Owned(values))
             }
         };
         let step_s = median_step(&time_s);
