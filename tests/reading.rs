@@ -372,7 +372,7 @@ fn a_refusal_names_the_columns_that_read_the_file() {
             table("t (s);PWM, 10 bit;Drehzahl;I", &|n| {
                 format!("{};{};{},5;0,1", n * 0.01, n * 20.0, n).replace('.', ",")
             }),
-            "--columns time=\"t (s)\":s,voltage=\"PWM, 10 bit\"*12/1023:V,speed=Drehzahl:rad/s,current=I:A",
+            "--columns time=\"t (s)\":s,voltage=\"PWM, 10 bit\"*12/1023:V,speed=Drehzahl:rpm,current=I:A",
         ),
         (
             "ticks.csv",

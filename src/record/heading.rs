@@ -53,8 +53,8 @@ const TIME: Facts = Facts {
         (1e-3, &["milliseconds"]),
         (1.0, &["seconds"]),
         (1e-3, &["ms", "msec"]),
-        (1e-6, &["µs"]),
-        (1e-9, &["ns"]),
+        (1e-6, &["µs", "microseconds"]),
+        (1e-9, &["ns", "nanoseconds"]),
         (60.0, &["minutes", "min"]),
     ],
     words: &["time", "t", "timestamp", "timestep", "elapsed", "zeit", "tempo", "temps", "tiempo"],
@@ -63,7 +63,7 @@ const VOLTAGE: Facts = Facts {
     key: "voltage",
     canonical: "voltage_V",
     unit: "V",
-    units: &[(1.0, &["V", "volt", "volts"]), (1e-3, &["mV"]), (1e3, &["kV"])],
+    units: &[(1.0, &["V", "volt", "volts", "VDC"]), (1e-3, &["mV"]), (1e3, &["kV"])],
     words: &["voltage", "volt", "volts", "v", "u", "vin", "va", "spannung", "tension", "tensao", "tensão", "voltaje"],
 };
 const TORQUE: Facts = Facts {
@@ -85,11 +85,11 @@ const SPEED: Facts = Facts {
     canonical: "speed_rad_s",
     unit: "rad/s",
     units: &[
-        (1.0, &["rad/s", "rads", "rad_s", "rad/sec"]),
+        (1.0, &["rad/s", "rads", "rad_s", "rad/sec", "radian/s", "radians/s"]),
         (1e3, &["krad/s"]),
-        (TURN / 60.0, &["rpm", "rev/min", "r/min", "1/min", "min-1", "u/min"]),
+        (TURN / 60.0, &["rpm", "rev/min", "r/min", "1/min", "min-1", "min^-1", "u/min"]),
         (TURN, &["rps", "rev/s", "turn/s", "turns/s", "rotations/s", "hz"]),
-        (TURN / 360.0, &["deg/s", "°/s"]),
+        (TURN / 360.0, &["deg/s", "°/s", "deg/sec", "degrees/s"]),
     ],
     words: &["speed", "omega", "ω", "w", "velocity", "rpm", "drehzahl", "velocidade", "vitesse", "velocidad"],
 };

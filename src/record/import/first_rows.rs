@@ -94,7 +94,7 @@ fn tables(bytes: &[u8], options: &ReadOptions) -> Result<Vec<TablePreview>> {
 /// Returns the fields of a log as columns, without values.
 fn log_table(log: &dyn Log, options: &ReadOptions, spec: &TableSpec<'_>) -> Result<TablePreview> {
     let scope = Scope::of(log, options.sheet.as_deref())?;
-    let headings = columns(log, &|channel| scope.has(channel)).headings;
+    let headings = columns(log, &|channel, path| scope.takes(channel, path)).headings;
     let mut columns: Vec<ColumnPreview> = headings.iter().map(|heading| column(heading, Vec::new())).collect();
     let expressions = use_columns(&headings, spec, &mut columns);
     Ok(TablePreview { part: None, columns, expressions })

@@ -58,7 +58,7 @@ pub fn channels(path: &Path) -> Result<Option<Vec<ChannelFacts>>> {
 }
 
 fn facts(log: &dyn Log) -> Vec<ChannelFacts> {
-    let Columns { headings, of } = columns(log, &|_| true);
+    let Columns { headings, of } = columns(log, &|_, _| true);
     let fact = |(heading, at): (Heading, Option<(usize, usize)>)| {
         let channel = log.channels().get(at?.0)?;
         let steps = count_u64(channel.count.saturating_sub(1));
@@ -94,20 +94,22 @@ pub(super) fn name(channel: &Channel, path: &str) -> String {
 }
 
 /// Returns the columns of a log. The quantity of a field outside `scope` is not recognized by its name.
-pub(super) fn columns(log: &dyn Log, scope: &dyn Fn(&Channel) -> bool) -> Columns {
+pub(super) fn columns(log: &dyn Log, scope: &dyn Fn(&Channel, &str) -> bool) -> Columns {
     let (mut headings, mut of) = (Vec::new(), Vec::new());
     if log.channels().iter().any(|channel| channel.span_s.is_some()) {
         headings.push(Heading { name: TIME.to_owned(), ..Heading::default() });
         of.push(None);
     }
     for (c, channel) in log.channels().iter().enumerate() {
-        let is_in_scope = scope(channel) && channel.count > 0;
         for (f, field) in channel.fields.iter().enumerate() {
+            let is_in_scope = channel.count > 0 && scope(channel, &field.path);
             let (alias, own) = alias(channel, &field.path);
             let unit = field.unit.clone().or(own);
             // A table has the headings of its writer, as a CSV file.
             let is_table = channel.span_s.is_none();
             let alias = match is_in_scope {
+                // pandas names an index of times that has no name so.
+                true if is_table && field.path == "__index_level_0__" && field.unit.is_some() => Some(TIME.to_owned()),
                 true if is_table => None,
                 true => Some(alias),
                 false => Some(String::new()),
@@ -166,7 +168,7 @@ fn is_duty(words: &str) -> bool {
 
 /// Returns the product of a duty cycle and the voltage that supplies the drive, as an expression of columns, if the log has one
 /// duty cycle in scope; of several supplies the one whose name has the longest beginning in common.
-pub(super) fn duty_times_supply(log: &dyn Log, scope: &dyn Fn(&Channel) -> bool) -> Option<String> {
+pub(super) fn duty_times_supply(log: &dyn Log, scope: &dyn Fn(&Channel, &str) -> bool) -> Option<String> {
     let fields = || {
         let channels = log.channels().iter().filter(|channel| channel.count > 0);
         channels.flat_map(|channel| channel.fields.iter().map(move |field| (channel, field)))
@@ -176,7 +178,8 @@ pub(super) fn duty_times_supply(log: &dyn Log, scope: &dyn Fn(&Channel) -> bool)
         let last = if PLAIN.contains(&last) { channel.name.rsplit('/').next().unwrap_or_default() } else { last };
         split(last)
     };
-    let mut duties = fields().filter(|(channel, field)| scope(channel) && is_duty(&words((channel, field)).0));
+    let mut duties =
+        fields().filter(|(channel, field)| scope(channel, &field.path) && is_duty(&words((channel, field)).0));
     let duty = duties.next().filter(|_| duties.next().is_none())?;
     let supplies = fields().filter(|(channel, field)| {
         let (words, own) = words((channel, field));

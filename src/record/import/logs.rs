@@ -30,7 +30,7 @@ const DUTY_MAX: f64 = 1.5;
 /// Returns an error if columns cannot be selected, or the log is damaged.
 pub(super) fn tables(log: &mut dyn Log, options: &ReadOptions, need: Need) -> Result<Vec<Signals>> {
     let scope = Scope::of(log, options.sheet.as_deref())?;
-    let found = columns(log, &|channel| scope.has(channel));
+    let found = columns(log, &|channel, path| scope.takes(channel, path));
     let constants = log.constants().to_vec();
     let mut requests = options.columns.clone();
     let supplied = with_supply(log, &scope, (&found, need), (options, &mut requests));
@@ -103,7 +103,7 @@ fn with_supply(
     let is_named = has_none
         || spec.requests.iter().any(|request| is_voltage(&request.quantity))
         || found.headings.iter().any(|h| h.understood().is_some_and(|(quantity, _)| is_voltage(&quantity)));
-    let name = duty_times_supply(log, &|channel| scope.has(channel)).filter(|_| !is_named)?;
+    let name = duty_times_supply(log, &|channel, path| scope.takes(channel, path)).filter(|_| !is_named)?;
     let note = format!("the voltage is the duty cycle times the supply voltage, {}", name.trim_end_matches(":V"));
     requests.push(ColumnRequest { quantity: Quantity::Voltage, name });
     Some(note)

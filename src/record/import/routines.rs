@@ -1,6 +1,7 @@
 //! Tests in a log: routines of a mechanism whose state, such as `dynamic-forward`, is logged as a text.
 
 use super::formats::{Channel, Log, NO_TEST, Series, States, TESTS};
+use super::log_columns::name as full_name;
 use super::track::median_step;
 use crate::setting::text;
 use crate::text::{listed, quoted};
@@ -34,6 +35,8 @@ pub(super) struct Scope {
     pub routine: Option<Routine>,
     /// Text in the names of the channels of a motor.
     pub motor: Option<String>,
+    /// True if that text is the name of a channel.
+    is_channel: bool,
     /// End of the names of the routine's channels.
     suffix: Option<String>,
     /// Longer ends of the names of channels of other routines.
@@ -75,16 +78,27 @@ impl Scope {
             ends.filter(move |end| end.len() > own.len() && end.ends_with(own))
         });
         let others = others.collect();
-        let scope = Self { routine, motor, suffix, others };
+        let is_channel =
+            motor.as_ref().is_some_and(|motor| log.channels().iter().any(|channel| channel.name == *motor));
+        let scope = Self { routine, motor, is_channel, suffix, others };
         scope.check_motor(log)?;
         Ok(scope)
     }
 
-    /// Returns true if a channel belongs to the part.
+    /// Returns true if a channel has a field that belongs to the part.
     pub(super) fn has(&self, channel: &Channel) -> bool {
+        channel.fields.iter().any(|field| self.takes(channel, &field.path))
+    }
+
+    /// Returns true if a field of a channel belongs to the part.
+    pub(super) fn takes(&self, channel: &Channel, path: &str) -> bool {
         let name = channel.name.as_str();
         let Some(suffix) = &self.suffix else {
-            return self.motor.as_ref().is_none_or(|motor| has_word(name, motor));
+            return match &self.motor {
+                None => true,
+                Some(motor) if self.is_channel => name == motor,
+                Some(motor) => has_word(&full_name(channel, path), motor),
+            };
         };
         let Some(own) = name.strip_suffix(suffix.as_str()) else { return false };
         let is_of_other = self.others.iter().any(|other| name.ends_with(other));
@@ -102,7 +116,11 @@ impl Scope {
     fn check_motor(&self, log: &dyn Log) -> Result<()> {
         let channels = || log.channels().iter().filter(|channel| self.has(channel));
         if let Some(motor) = self.motor.as_ref().filter(|_| channels().next().is_none()) {
-            let all: Vec<&str> = log.channels().iter().map(|channel| channel.name.as_str()).take(20).collect();
+            let fields = |channel: &Channel| {
+                channel.fields.iter().map(|field| full_name(channel, &field.path)).collect::<Vec<_>>()
+            };
+            let all: Vec<String> = log.channels().iter().flat_map(fields).take(20).collect();
+            let all: Vec<&str> = all.iter().map(String::as_str).collect();
             let message = format!("no channel has {} in its name; there are {}", quoted(motor), listed(&all, "and"));
             return Err(Error::data(message, text!("Correct " [Sheet] ", or leave it out.")));
         }
