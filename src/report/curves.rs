@@ -1,7 +1,7 @@
 //! Curves as CSV.
 
 use crate::identify::Identification;
-use crate::record::Record;
+use crate::record::{Quantity, Record};
 use crate::text::Shortest;
 
 /// Returns CSV with the measured and modelled signals of all recordings, one after the other.
@@ -16,14 +16,21 @@ pub fn curves_csv(records: &[Record], found: &Identification) -> String {
         columns[1].extend(&samples.time_s);
         let voltage = if samples.voltage.is_empty() { none() } else { samples.voltage.clone() };
         columns[2].extend(voltage);
-        columns[3].extend(samples.current.clone().unwrap_or_else(none));
+        columns[3].extend(samples.current.as_deref().map_or_else(none, |of| at_own(record, Quantity::Current, of)));
         columns[4].extend(current);
-        columns[5].extend(samples.speed.clone().unwrap_or_else(none));
+        columns[5].extend(samples.speed.as_deref().map_or_else(none, |of| at_own(record, Quantity::Speed, of)));
         columns[6].extend(speed);
     }
     let heads =
         ["recording", "time_s", "voltage_V", "current_A", "current_model_A", "speed_rad_s", "speed_model_rad_s"];
     columns_csv(&heads.map(str::to_owned), &columns)
+}
+
+/// Returns the values of an output at the samples at which it was measured, and NaN at those between.
+#[must_use]
+pub(super) fn at_own(record: &Record, quantity: Quantity, values: &[f64]) -> Vec<f64> {
+    let of = |(n, value): (usize, &f64)| if record.is_measured(quantity, n) { *value } else { f64::NAN };
+    values.iter().enumerate().map(of).collect()
 }
 
 /// Returns CSV text: a heading, then rows of numbers. A cell without a finite number is empty.

@@ -1,6 +1,7 @@
 //! Figures of reports.
 
 use super::chart::{AxisScale, Band, Chart, Form, Panel, Series, boxes, correlation, figure};
+use super::curves::at_own;
 use super::page::Figure;
 use crate::analysis::ResidualCorrelation;
 use crate::criterion::{Criterion, Scale};
@@ -71,9 +72,7 @@ pub fn response_charts(id: &str, record: &Record, models: &[Modelled<'_>], left_
     let (mut signals, mut differences) = (Vec::new(), Vec::new());
     for (channel, labels) in CHANNELS.into_iter().enumerate().skip(usize::from(by_current)) {
         let quantity = [Quantity::Current, Quantity::Speed][channel];
-        let measured = record.measured()[channel].unwrap_or_default().iter().enumerate();
-        let at_own = |(n, value): (usize, &f64)| if record.is_measured(quantity, n) { *value } else { f64::NAN };
-        let measured: Vec<f64> = measured.map(at_own).collect();
+        let measured = at_own(record, quantity, record.measured()[channel].unwrap_or_default());
         let mut shown = vec![Series::new("measured", 0, Form::Dots, curve(&measured))];
         let (mut left, mut limits) = (Vec::new(), Vec::new());
         for (n, (name, values)) in (1..).zip(models.iter().map(|(name, values)| (*name, &values[channel]))) {

@@ -14,6 +14,9 @@ use std::ops::ControlFlow;
 /// Raftery, 1995).
 pub const BIC_MIN: f64 = 10.0;
 
+/// Number of periods by which the voltage is taken earlier where it may have been logged late.
+const PERIODS: f64 = 2.0;
+
 /// A result with or without a delay.
 pub(super) struct Selected {
     pub found: ModelIdentification,
@@ -51,15 +54,18 @@ pub(super) fn with_delay(
     if stop == Stop::Interrupted || delay.is_some_and(|delay| delay > period) {
         return Ok(best);
     }
-    // Robots that read their sensors before they set the voltage log that of the period before.
-    let earlier: Vec<ModelRecording> = best.recordings.iter().map(|of| with_earlier_input(of, period)).collect();
+    // Robots that read their sensors before they set the voltage log that of the period before. With two periods the delay is not at
+    // its bound.
+    let lead = PERIODS * period;
+    let earlier: Vec<ModelRecording> =
+        best.recordings.iter().map(|of| with_earlier_input(of, [lead, 0.5 * period])).collect();
     let mut advanced = identify_model(model, &earlier, settings, observe)?;
     let more = gain(&best.found, &advanced, &earlier);
     let (seconds, evaluations) = (seconds + advanced.seconds, evaluations + advanced.evaluations);
     let is_found = |of: &ModelEstimate| of.name == "td" && of.std_error.is_some() && of.at_bound.is_none();
     let has_delay = advanced.estimates.iter().any(is_found);
     if more > BIC_MIN && has_delay && advanced.stop != Stop::Interrupted {
-        correct_delay(&mut advanced, period);
+        correct_delay(&mut advanced, lead);
         best =
             Selected { found: advanced, spec: settings.clone(), recordings: earlier, gain: best.gain.max(0.0) + more };
     }
@@ -80,22 +86,16 @@ fn gain(before: &ModelIdentification, after: &ModelIdentification, recordings: &
     of(before) - of(after) - independent(0).max(1.0).ln()
 }
 
-/// Returns a recording with its first input earlier by a time \[s\].
-fn with_earlier_input(recording: &ModelRecording, by_s: f64) -> ModelRecording {
+/// Returns a recording with its first input earlier by a time \[s\]; `slack` absorbs the jitter of the clock.
+fn with_earlier_input(recording: &ModelRecording, [by_s, slack]: [f64; 2]) -> ModelRecording {
     let mut earlier = recording.clone();
     let (time, mut at) = (&recording.time_s, 0);
-    // Half a step absorbs the jitter of the clock.
-    let reach = by_s * 1.5;
-    let Some(input) = earlier.inputs.first_mut() else { return earlier };
-    for (n, value) in input.iter_mut().enumerate() {
-        while time.get(at + 1).is_some_and(|next| *next < time[n] + reach) {
+    let (Some(input), Some(from)) = (earlier.inputs.first_mut(), recording.inputs.first()) else { return earlier };
+    for (value, now) in input.iter_mut().zip(time) {
+        while time.get(at + 1).is_some_and(|next| *next < now + by_s + slack) {
             at += 1;
         }
-        // The sample before a test keeps the voltage before it.
-        let is_before = n == 0 && time.len() > 1 && time[1] - time[0] < 0.1 * by_s;
-        if !is_before {
-            *value = recording.inputs[0][at];
-        }
+        *value = from[at];
     }
     earlier
 }

@@ -115,7 +115,8 @@ fn check_duty(series: &[Series], selection: &Selection, request: &ColumnRequest)
     let Some(duty) = selection.wanted.iter().find(|wanted| wanted.name == name) else { return Ok(()) };
     let values = series.get(duty.at.0).and_then(|series| series.columns.get(duty.at.1));
     let most = values.into_iter().flatten().fold(0.0, |most: f64, value| most.max(value.abs()));
-    if most <= DUTY_MAX {
+    let is_percent = request.name.starts_with(&format!("\"{name}\"/100*"));
+    if most <= DUTY_MAX || is_percent {
         return Ok(());
     }
     let scaled = request.name.replacen(&format!("\"{name}\""), &format!("\"{name}\"/100"), 1);

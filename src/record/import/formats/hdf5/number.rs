@@ -53,6 +53,11 @@ impl Bits {
 }
 
 impl Number {
+    /// Returns true for an integer.
+    pub fn is_integer(self) -> bool {
+        matches!(self.kind, Kind::Integer { .. })
+    }
+
     /// Returns the format of an integer.
     pub fn integer(size: usize, big_endian: bool, bits: Bits, signed: bool) -> Self {
         Self { size, big_endian, kind: Kind::Integer { bits, signed } }

@@ -78,8 +78,9 @@ pub(super) fn variable(
     if column.is_some() && parts.leaves.iter().any(|leaf| !leaf.path.is_empty()) {
         return Err(format!("a matrix of {} numbers each", parts.leaves.len()));
     }
-    let packing = packing(attributes)?;
-    if attributes.iter().any(|attribute| SCALES.contains(&attribute.name.to_ascii_lowercase().as_str())) {
+    let is_integer = parts.leaves.iter().all(|leaf| leaf.number.is_integer());
+    let packing = packing(attributes, is_integer)?;
+    if packing.is_none() && attributes.iter().any(|attribute| is_scale(attribute) || is_unclear(attribute)) {
         others.push((name.to_owned(), "read as stored: its attribute of a scale has no agreed meaning"));
     }
     if parts.leaves.iter().any(|leaf| leaf.path.starts_with("/values_block_")) {
@@ -140,21 +141,35 @@ fn dimensions(shape: &[u64], matlab: bool) -> Result<(Option<usize>, Option<usiz
     Ok((Some(row), Some(column)))
 }
 
-/// Names of attributes that may scale the numbers of a dataset, but have no agreed meaning.
-const SCALES: [&str; 7] = ["scale", "scaling", "gain", "factor", "multiplier", "lsb", "calibration"];
+/// Names of attributes by which integers are multiplied, and of others whose meaning is not clear, in lower case.
+const SCALES: [&str; 5] = ["scale", "scaling", "factor", "multiplier", "lsb"];
+const UNCLEAR: [&str; 3] = ["gain", "calibration", "sensitivity"];
 
-/// Returns factor and offset of packed numbers; `None` for numbers that are not packed.
+fn is_scale(attribute: &Attribute) -> bool {
+    SCALES.contains(&attribute.name.to_ascii_lowercase().as_str())
+}
+
+fn is_unclear(attribute: &Attribute) -> bool {
+    UNCLEAR.contains(&attribute.name.to_ascii_lowercase().as_str())
+}
+
+/// Returns factor and offset of packed numbers, after the conventions of netCDF or, of integers, by another name of a scale; `None` for
+/// numbers that are not packed.
 ///
 /// # Errors
-/// Returns a description of an attribute that is no number.
-fn packing(attributes: &[Attribute]) -> Result<Option<[f64; 2]>, String> {
+/// Returns a description of an attribute of netCDF that is no number.
+fn packing(attributes: &[Attribute], is_integer: bool) -> Result<Option<[f64; 2]>, String> {
+    let number = |attribute: &Attribute| attribute.read_as_f64().ok().filter(|value| value.is_finite());
     let of = |name: &str| {
         let attribute = attributes.iter().find(|attribute| attribute.name == name);
-        let number = |attribute: &Attribute| attribute.read_as_f64().ok().filter(|value| value.is_finite());
         attribute.map(|attribute| number(attribute).ok_or_else(|| format!("its {name} is no number"))).transpose()
     };
     let (factor, offset) = (of("scale_factor")?, of("add_offset")?);
-    Ok((factor.is_some() || offset.is_some()).then(|| [factor.unwrap_or(1.0), offset.unwrap_or(0.0)]))
+    if factor.is_some() || offset.is_some() {
+        return Ok(Some([factor.unwrap_or(1.0), offset.unwrap_or(0.0)]));
+    }
+    let scale = attributes.iter().find(|attribute| is_integer && is_scale(attribute)).and_then(number);
+    Ok(scale.map(|factor| [factor, 0.0]))
 }
 
 /// Returns the units in the attributes of a dataset: one, or one for each column.
