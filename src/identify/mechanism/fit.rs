@@ -145,7 +145,7 @@ impl MechanismFit {
 ///
 /// # Errors
 /// Returns `Data` if voltage or velocity is missing, nothing moves, or a sensor is reversed; `NotIdentified` if too few samples move;
-/// and the errors of [`identify_model`].
+/// and the errors of [`identify_model`](crate::identify::model::identify_model).
 pub fn identify_mechanism(
     records: &[Record],
     spec: &MechanismSpec,
