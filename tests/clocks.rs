@@ -9,7 +9,7 @@ mod wpilog;
 use motorfit::experiment::{Excitation, simulated};
 use motorfit::identify::{IdentifySpec, TrustLevel, identify};
 use motorfit::motor::{Discretization, Parameters};
-use motorfit::record::{Quantity, ReadOptions, Record, diagnose, read_bytes};
+use motorfit::record::{Preparation, Quantity, ReadOptions, Record, diagnose, read_bytes};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -97,4 +97,19 @@ fn sensors_of_several_clocks_have_no_false_faults() {
             assert!(codes.is_empty(), "{name}, seed {seed}: {codes:?}");
         }
     }
+}
+
+#[test]
+fn filters_and_rates_that_would_mix_samples_are_refused() {
+    let record = record(1, &CLOCKS[0].1);
+    let preparations = [
+        Preparation { rate_hz: Some(500.0), ..Preparation::default() },
+        Preparation { decimate: Some(4), ..Preparation::default() },
+    ];
+    for preparation in preparations {
+        let error = preparation.apply(&record).unwrap_err().to_string();
+        assert!(error.contains("the speed was not measured at every sample"), "{error}");
+    }
+    let cropped = Preparation { crop: [Some(0.5), Some(1.5)], ..Preparation::default() };
+    assert_eq!(cropped.apply(&record).unwrap()[0].counting().iter().filter(|counts| counts[1]).count(), 101);
 }

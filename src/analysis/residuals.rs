@@ -7,7 +7,7 @@ use crate::channels::Channels;
 use crate::estimate::{EFFECTIVE_RATIO_MIN, Uncertainty, Whiteness};
 use crate::evaluate::Problem;
 use crate::motor::{Axis, Scope};
-use crate::record::{Record, driver};
+use crate::record::{Quantity, Record, driver};
 use crate::text::significant;
 use crate::warning::{Warning, name_of};
 use nalgebra::DMatrix;
@@ -44,29 +44,36 @@ pub(crate) fn residual_tests(
             // Residuals of low-pass filtered signals are correlated even if the model is complete.
             let measured =
                 record.measured()[channel].filter(|_| signals.effective_sample_ratio >= EFFECTIVE_RATIO_MIN)?;
-            let less = |from: &[f64]| from.iter().zip(&model[channel]).map(|(a, b)| a - b).collect::<Vec<f64>>();
-            let moved: Vec<Vec<f64>> = moved.iter().map(|signals| less(&signals[channel])).collect();
-            let own: Vec<usize> = (0..record.len()).filter(|n| signals.is_measured(channel, *n)).collect();
-            let is_whole = own.len() == record.len();
-            let at_own = |values: Vec<f64>| if is_whole { values } else { own.iter().map(|n| values[*n]).collect() };
+            let own = record.own_samples([Quantity::Current, Quantity::Speed][channel]);
+            let at_own = |values: Vec<f64>| match &own {
+                None => values,
+                Some(own) => own.iter().map(|n| values[*n]).collect(),
+            };
+            let less = |from: &[f64]| at_own(from.iter().zip(&model[channel]).map(|(a, b)| a - b).collect());
             let counting: Vec<bool> = match record.excluded().is_empty() {
                 true => Vec::new(),
-                false => own.iter().map(|n| signals.counts(channel, *n)).collect(),
-            };
-            let values = at_own(less(measured));
-            // If there are too few samples for the whiteness test, the input test is not possible either.
-            let whiteness = Whiteness::of(&kept(&values, &counting), signals.rms(channel))?;
-            let of_own;
-            let regressors = match is_whole {
-                true => regressors.get_or_insert_with(|| Regressors::new(record.input())),
                 false => {
-                    of_own = Regressors::new(&at_own(record.input().to_vec()));
-                    &of_own
+                    let counts = |n: usize| signals.counts(channel, n);
+                    own.as_ref().map_or_else(
+                        || (0..record.len()).map(counts).collect(),
+                        |own| own.iter().map(|n| counts(*n)).collect(),
+                    )
                 }
             };
-            let sensitivities: Vec<Vec<f64>> = moved.into_iter().map(at_own).collect();
-            let residuals =
-                Residuals { values: &values, regressors, counting: &counting, sensitivities: &sensitivities };
+            let values = less(measured);
+            // If there are too few samples for the whiteness test, the input test is not possible either.
+            let whiteness = Whiteness::of(&kept(&values, &counting), signals.rms(channel))?;
+            let of_own = own.as_ref().map(|_| Regressors::new(&at_own(record.input().to_vec())));
+            let regressors = match &of_own {
+                Some(of_own) => of_own,
+                None => regressors.get_or_insert_with(|| Regressors::new(record.input())),
+            };
+            let residuals = Residuals {
+                values: &values,
+                regressors,
+                counting: &counting,
+                sensitivities: &moved.iter().map(|signals| less(&signals[channel])).collect::<Vec<_>>(),
+            };
             Some(ResidualTest { whiteness, voltage: residual_input_test(&residuals) })
         })
     };

@@ -9,6 +9,7 @@ use crate::numeric::{count, noise_sigma, peak, rms, standard_deviation};
 use crate::record::{Quantity, Record};
 use crate::setting::text;
 use crate::{Error, ErrorKind, Result};
+use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
 /// Ratio of residuals to the standard deviation of a channel's noise up to which residuals count as noise.
@@ -124,15 +125,7 @@ impl Signals {
         signals.history = InputHistory::of(&signals.voltage, signals.starts_at_rest());
         for (channel, signal) in measured.into_iter().enumerate() {
             if let Some(signal) = signal {
-                let own: Vec<f64>;
-                let signal = match signals.own[channel].is_empty() {
-                    true => signal,
-                    false => {
-                        own = (0..signal.len()).filter(|n| signals.own[channel][*n]).map(|n| signal[n]).collect();
-                        &own
-                    }
-                };
-                let divisor = divisor(criterion, channel, signal)
+                let divisor = divisor(criterion, channel, &signals.at_own(channel, signal))
                     .map_err(|e| record.source().path.iter().fold(e, |e, path| e.in_file(path)))?;
                 signals.factor[channel] = criterion.factor(divisor);
             }
@@ -225,6 +218,14 @@ impl Signals {
     #[must_use]
     pub fn counts(&self, channel: usize, sample: usize) -> bool {
         self.counting.get(sample).is_none_or(|counts| counts.get(channel) == Some(&true))
+    }
+
+    /// Returns the values of a channel at the samples at which it was measured.
+    fn at_own<'a>(&self, channel: usize, values: &'a [f64]) -> Cow<'a, [f64]> {
+        match self.own[channel].is_empty() {
+            true => Cow::Borrowed(values),
+            false => (0..values.len()).filter(|n| self.own[channel][*n]).map(|n| values[n]).collect(),
+        }
     }
 
     /// Returns true if a channel was measured at a sample, and not interpolated between others.

@@ -6,6 +6,7 @@ mod autoregression;
 mod statistics;
 
 pub use autoregression::{Autoregression, autoregression};
+pub(crate) use statistics::interpolate_between;
 pub use statistics::{
     chi_square_limit, differences, dot, extremes, mean, median, noise_sigma, order_statistic, peak, quantile, rms,
     running_sums, runs, sample_deviation, slope, sorted, squares_about, standard_deviation, sum, upper_median,

@@ -155,6 +155,22 @@ pub fn differences(values: &[f64]) -> Vec<f64> {
     values.windows(2).map(|w| w[1] - w[0]).collect()
 }
 
+/// Replaces the values of a signal between some of its samples, `own`, by linear interpolation at the times or places `at`; before the
+/// first and after the last of them the nearest holds.
+pub(crate) fn interpolate_between(at: &[f64], values: &mut [f64], own: &[usize]) {
+    for pair in own.windows(2) {
+        let [from, to] = [pair[0], pair[1]];
+        let (begin, slope) = (values[from], (values[to] - values[from]) / (at[to] - at[from]));
+        for n in from + 1..to {
+            values[n] = begin + slope * (at[n] - at[from]);
+        }
+    }
+    let (Some(&first), Some(&last)) = (own.first(), own.last()) else { return };
+    let (early, late) = (values[first], values[last]);
+    values[..first].fill(early);
+    values[last + 1..].fill(late);
+}
+
 /// Returns the cumulative sums of the values.
 pub fn running_sums(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut sum = 0.0;

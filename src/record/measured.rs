@@ -1,7 +1,7 @@
 //! Outputs that were measured at some of the samples of a recording only, because their sensor has a clock of its own.
 
 use super::{Quantity, Record, Samples, Source};
-use crate::numeric::count;
+use crate::numeric::{count, interpolate_between};
 use crate::text::counted;
 use crate::{Error, Result};
 
@@ -30,8 +30,8 @@ impl Record {
     /// # Errors
     /// Returns `Data` if an output was measured at fewer than two samples.
     pub(super) fn with_measured_at(mut self, all: Vec<MeasuredAt>) -> Result<Self> {
-        let count = self.len();
-        for of in all.into_iter().filter(|of| of.samples.len() == count && of.samples.contains(&false)) {
+        debug_assert!(all.iter().all(|of| of.samples.len() == self.len()), "rows are removed from all signals");
+        for of in all.into_iter().filter(|of| of.samples.contains(&false)) {
             let own = of.indices();
             if own.len() < 2 {
                 let message = format!("the {} has {} in the recording", of.quantity, counted(own.len(), "sample"));
@@ -41,7 +41,7 @@ impl Record {
             let time = self.samples.time_s.clone();
             self.samples.change(|quantity, values| {
                 if quantity == of.quantity {
-                    interpolate(&time, values, &own);
+                    interpolate_between(&time, values, &own);
                 }
             });
             self.measured_at.push(of);
@@ -67,6 +67,11 @@ impl Record {
     pub fn is_measured(&self, quantity: Quantity, sample: usize) -> bool {
         let of = self.measured_at.iter().find(|of| of.quantity == quantity);
         of.is_none_or(|of| of.samples.get(sample) == Some(&true))
+    }
+
+    /// Returns the indices of the samples at which an output was measured; `None` if those are all.
+    pub(crate) fn own_samples(&self, quantity: Quantity) -> Option<Vec<usize>> {
+        self.measured_at.iter().find(|of| of.quantity == quantity).map(MeasuredAt::indices)
     }
 
     /// Returns the recording at the samples of the output that was measured at the fewest, with their indices; the input is its mean over
@@ -103,21 +108,4 @@ fn means(time_s: &[f64], values: &[f64], at: &[usize]) -> Vec<f64> {
     let mut means: Vec<f64> = at.windows(2).map(mean).collect();
     means.extend(at.last().map(|last| values[*last]));
     means
-}
-
-/// Replaces the values of a signal between some of its samples by linear interpolation; before the first and after the last the nearest
-/// holds.
-fn interpolate(time_s: &[f64], values: &mut [f64], own: &[usize]) {
-    for pair in own.windows(2) {
-        let [from, to] = [pair[0], pair[1]];
-        let slope = (values[to] - values[from]) / (time_s[to] - time_s[from]);
-        let begin = values[from];
-        for n in from + 1..to {
-            values[n] = begin + slope * (time_s[n] - time_s[from]);
-        }
-    }
-    let (Some(&first), Some(&last)) = (own.first(), own.last()) else { return };
-    let (early, late) = (values[first], values[last]);
-    values[..first].fill(early);
-    values[last + 1..].fill(late);
 }

@@ -147,9 +147,9 @@ pub fn residual_correlations(
         let residual = residuals(record, channel, &signals[channel], left_out);
         // Lags are those of the samples at which the sensor measured.
         let quantity = [Quantity::Current, Quantity::Speed][channel];
-        let own: Vec<usize> = (0..record.len()).filter(|n| record.is_measured(quantity, *n)).collect();
-        let at_own = |values: &[f64]| own.iter().filter_map(|n| values.get(*n).copied()).collect::<Vec<f64>>();
-        let Some(of) = ResidualCorrelation::of(&at_own(&residual), &at_own(record.input())) else { continue };
+        let own = record.own_samples(quantity).unwrap_or_else(|| (0..record.len()).collect());
+        let of_own = |values: &[f64]| own.iter().filter_map(|n| values.get(*n).copied()).collect::<Vec<f64>>();
+        let Some(of) = ResidualCorrelation::of(&of_own(&residual), &of_own(record.input())) else { continue };
         let mut panel = |label: String, points, bound: f64| {
             let series = vec![Series::new("", 1, Form::Stems, points)];
             panels.push(Panel { limits: [Vec::new(), vec![-bound, bound]], ..Panel::new(&label, series) });

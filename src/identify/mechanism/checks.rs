@@ -37,7 +37,7 @@ const CAUSES: [(f64, &str); 8] = [
     (1000.0, "the position may be in thousandths of its unit"),
 ];
 
-/// Returns warnings about the tests of a mechanism, and true for each that moves.
+/// Returns warnings about the tests of a mechanism, and true for each recording that moves.
 ///
 /// # Errors
 /// Returns `Data` if nothing moves in any test, or the velocity falls where the voltage rises, and `NotIdentified` if the voltage has one
@@ -64,7 +64,7 @@ pub(super) fn checks(records: &[Record]) -> Result<(Vec<Warning>, Vec<bool>)> {
         let message = format!("nothing moves in {names}, which the fit leaves out");
         warnings.push(Warning { remedy: Some(remedy.into()), ..Warning::new("test_without_motion", message) });
     }
-    let is_moving = tests.iter().map(|(_, test)| moves(test)).collect();
+    let is_moving = records.iter().map(|record| Signals::of(record).is_some_and(|test| moves(&test))).collect();
     let moving: Vec<Signals<'_>> = moving.iter().map(|(_, test)| *test).collect();
     check_sign(&moving)?;
     check_voltage(&moving)?;

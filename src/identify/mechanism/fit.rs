@@ -4,6 +4,7 @@ use super::checks::{MOVING, checks};
 use super::delay::{BIC_MIN, Selected, with_delay};
 use super::kind::MechanismKind;
 use super::regression::{MechanismRegression, mechanism_regression};
+use super::signals::Signals;
 use super::unit::PositionUnit;
 use crate::analysis::{Controller, FeedbackGains, FeedbackWeights, position_feedback, velocity_feedback};
 use crate::evaluate::model::ModelRecording;
@@ -153,16 +154,12 @@ pub fn identify_mechanism(
 ) -> Result<MechanismFit> {
     let at_slowest = |record: &Record| record.at_slowest_output().map_or_else(|| record.clone(), |(slow, _)| slow);
     let slow: Vec<Record> = records.iter().map(at_slowest).collect();
-    let (mut warnings, is_moving) = checks(&slow)?;
+    let (mut warnings, is_fitted) = checks(&slow)?;
     // A test in which nothing moves, of a motor that was off, has no part in the fit.
-    let moving =
-        |all: &[Record]| all.iter().zip(&is_moving).filter(|(_, moves)| **moves).map(|(of, _)| of.clone()).collect();
-    let is_fitted = if is_moving.len() == records.len() { is_moving.clone() } else { vec![true; records.len()] };
-    let (records, slow): (Vec<Record>, Vec<Record>) = match is_moving.len() == records.len() {
-        true => (moving(records), moving(&slow)),
-        false => (records.to_vec(), slow),
+    let fitted = |all: &[Record]| -> Vec<Record> {
+        all.iter().zip(&is_fitted).filter(|(_, is_fitted)| **is_fitted).map(|(record, _)| record.clone()).collect()
     };
-    let records = records.as_slice();
+    let (records, slow) = (&fitted(records)[..], fitted(&slow));
     warnings.extend(assumed_unit(records));
     let has_one_direction = warnings.iter().any(|warning| warning.code == "one_direction");
     let regressions = considered(&slow, spec, has_one_direction)?;
@@ -199,13 +196,10 @@ pub fn identify_mechanism(
 fn moving_parts(records: &[Record]) -> Vec<Record> {
     /// Smallest number of samples of a part.
     const SAMPLES_MIN: usize = 20;
-    let velocity = |record: &Record| {
-        let velocity = record.samples().named.iter().find(|signal| signal.number == 1);
-        velocity.map(|signal| signal.values.clone()).unwrap_or_default()
-    };
-    let threshold = MOVING * records.iter().map(|record| peak(&velocity(record))).fold(0.0, f64::max);
+    let peaks = records.iter().filter_map(Signals::of).map(|test| peak(test.velocity));
+    let threshold = MOVING * peaks.fold(0.0, f64::max);
     let part = |record: &Record| {
-        let velocity = velocity(record);
+        let velocity = Signals::of(record)?.velocity;
         let moves = |value: &f64| value.abs() > threshold;
         let (first, last) = (velocity.iter().position(moves)?, velocity.iter().rposition(moves)?);
         (last - first >= SAMPLES_MIN).then(|| record.slice(first..last + 1).ok())?
@@ -213,7 +207,7 @@ fn moving_parts(records: &[Record]) -> Vec<Record> {
     records.iter().map(|record| part(record).unwrap_or_else(|| record.clone())).collect()
 }
 
-/// Returns a warning if no unit of the velocity is given and no position shows it.
+/// Returns a warning if no unit of the velocity is given.
 fn assumed_unit(records: &[Record]) -> Option<Warning> {
     let columns = records.iter().flat_map(|record| &record.source().columns);
     let velocity = columns.into_iter().find(|column| column.quantity == Quantity::Signal(1))?;

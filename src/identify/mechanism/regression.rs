@@ -3,6 +3,7 @@
 //! The acceleration is the central difference of the velocity over two steps; the voltage is its mean over the same steps. Noise of
 //! the velocity biases kA towards zero, so that the result is a start, not an estimate.
 
+use super::checks::MOVING;
 use super::kind::MechanismKind;
 use super::signals::Signals;
 use crate::numeric::{count, peak};
@@ -30,8 +31,6 @@ pub struct MechanismRegression {
     pub bic: f64,
 }
 
-/// Smallest velocity of a moving mechanism relative to the peak.
-const MOVING: f64 = 0.05;
 /// Smallest number of samples that move.
 const SAMPLES_MIN: usize = 10;
 

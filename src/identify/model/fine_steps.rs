@@ -160,16 +160,8 @@ pub(super) fn with_fine_steps(
     let mut before = f64::INFINITY;
     while !problem.method().is_exact() {
         if 2 * problem.method().substeps > SUBSTEPS_MAX {
-            let is_rough = match before.is_finite() {
-                true => true,
-                // A search with the finest steps: estimates with twice the step show whether they are short enough.
-                false => {
-                    let coarser = problem.with_substeps(problem.method().substeps / 2)?;
-                    let ModelRefined { values, initial, weights, .. } = &refined;
-                    let other = refined_as(&coarser, (values, initial), estimates_initial, *weights);
-                    other.map_or(true, |other| largest_change(&refined, &other) >= CHANGE_MAX)
-                }
-            };
+            // After a search with the finest steps, estimates with twice the step show whether they are short enough.
+            let is_rough = before.is_finite() || !agrees_with_coarser(&problem, &refined, estimates_initial)?;
             return Ok((problem.with_rough_steps(is_rough), refined));
         }
         let finer = problem.with_substeps(2 * problem.method().substeps)?;
@@ -188,6 +180,15 @@ pub(super) fn with_fine_steps(
         before = largest;
     }
     Ok((problem, refined))
+}
+
+/// Returns true if the estimates with twice the step are the same.
+fn agrees_with_coarser(problem: &ModelProblem, refined: &ModelRefined, estimates_initial: bool) -> Result<bool> {
+    let coarser = problem.with_substeps(problem.method().substeps / 2)?;
+    let ModelRefined { values, initial, weights, .. } = refined;
+    // With long steps a model may diverge.
+    let other = refined_as(&coarser, (values, initial), estimates_initial, *weights).ok();
+    Ok(other.is_some_and(|other| largest_change(refined, &other) < CHANGE_MAX))
 }
 
 /// Returns the largest change of an estimate, in standard errors of the first.

@@ -34,7 +34,7 @@ mod view;
 mod winding;
 
 use super::{Quantity, Record};
-use crate::numeric::{count, extremes};
+use crate::numeric::{extremes, interpolate_between};
 use crate::setting::{Text, text};
 use outliers::Outliers;
 use std::ops::Range;
@@ -267,15 +267,7 @@ impl Record {
             let [low, high] = extremes(&others.collect::<Vec<_>>());
             let is_inside = |value: &f64| (low..=high).contains(value);
             let kept: Vec<usize> = (0..values.len()).filter(|n| is_inside(&values[*n])).collect();
-            let replaced: Vec<usize> = (0..values.len()).filter(|n| !is_inside(&values[*n])).collect();
-            for n in replaced {
-                let next = kept.partition_point(|other| *other < n);
-                let [before, after] =
-                    [next.checked_sub(1), Some(next)].map(|at| at.and_then(|at| kept.get(at)).copied());
-                let (Some(before), Some(after)) = (before.or(after), after.or(before)) else { continue };
-                let part = if after > before { count(n - before) / count(after - before) } else { 0.0 };
-                values[n] = values[before] + part * (values[after] - values[before]);
-            }
+            interpolate_between(&self.samples.time_s, values, &kept);
         });
         Some(record)
     }

@@ -17,7 +17,7 @@ const SUPPLY: [&str; 5] = ["battery", "bus", "supply", "input", "rail"];
 /// Words of references and limits, which are not measured.
 const REFERENCES: [&str; 7] = ["setpoint", "goal", "target", "desired", "reference", "limit", "error"];
 /// Words of what a motor controller measures beside its position and velocity.
-const INTERNAL: [&str; 4] = ["rotor", "differential", "analog", "alternate"];
+const INTERNAL: [&str; 5] = ["rotor", "differential", "analog", "alternate", "duty"];
 /// Parts of the names of channels that belong to the supply of a robot, in lower case.
 const SUPPLIES: [&str; 4] = ["battery", "powerdistribution", "systemstats", "batterystate"];
 /// Words of a duty cycle.

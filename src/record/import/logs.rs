@@ -1,7 +1,7 @@
 //! Signals from logs: the columns that are used, at the times of all of them, one table for each test.
 
 use super::bad_rows::{BadRows, LeftOut};
-use super::columns::{Need, TableSpec, Used, choose};
+use super::columns::{Heading, Need, TableSpec, Used, choose};
 use super::convert::Cells;
 use super::formats::{Log, Medium, Series};
 use super::log_columns::{Columns, columns, duty_times_supply};
@@ -35,7 +35,8 @@ pub(super) fn tables(log: &mut dyn Log, options: &ReadOptions, need: Need) -> Re
     let mut requests = options.columns.clone();
     let supplied = with_supply(log, &scope, (&found, need), (options, &mut requests));
     let spec = TableSpec { requests: &requests, constants: &constants, ..TableSpec::of(options, need) };
-    let used = choose(&found.headings, &spec).map_err(|error| described(error, log, &scope))?;
+    let used =
+        choose(&found.headings, &spec).map_err(|error| described(error, log, &scope, (&found.headings, &spec)))?;
     let selection = Selection::of(&used, &found, &spec);
     selection.check(log)?;
     let series = log.read(&selection.requests)?;
@@ -127,8 +128,8 @@ fn check_duty(series: &[Series], selection: &Selection, request: &ColumnRequest)
 
 /// Adds to an error the entries of the part that are empty, and those without numbers; of two channels that have the same quantity, what
 /// chooses all those of one motor.
-fn described(error: Error, log: &dyn Log, scope: &Scope) -> Error {
-    if let Some(part) = part_of_one(&error.message().to_string()).filter(|_| !scope.is_named()) {
+fn described(error: Error, log: &dyn Log, scope: &Scope, (headings, spec): (&[Heading], &TableSpec<'_>)) -> Error {
+    if let Some(part) = part_of_one(headings, spec).filter(|_| !scope.is_named()) {
         let hint = error
             .hint()
             .clone()
@@ -161,15 +162,21 @@ fn described(error: Error, log: &dyn Log, scope: &Scope) -> Error {
     error.column().into_iter().fold(described, |described, column| described.in_column(column))
 }
 
-/// Returns the part of the first name by which the two names of a message differ, such as `TalonFX-1`; `None` for other messages.
-fn part_of_one(message: &str) -> Option<String> {
-    let mut names = message.strip_prefix("both ")?.split('"').skip(1).step_by(2);
-    let (first, second) = (names.next()?, names.next()?);
+/// Returns the part by which the names of two channels of the same quantity differ, such as `TalonFX-1`; `None` if no quantity has two,
+/// or they differ in the part that names the quantity.
+fn part_of_one(headings: &[Heading], spec: &TableSpec<'_>) -> Option<String> {
+    let understood = |heading: &Heading| Some((heading.understood()?.0, heading.name.clone()));
+    let all: Vec<(Quantity, String)> = headings.iter().filter_map(understood).collect();
+    let is_open = |quantity: Quantity| spec.requests.iter().all(|request| request.quantity != quantity);
+    let pairs = all.iter().enumerate().flat_map(|(n, (quantity, first))| {
+        let others = all[n + 1..].iter().filter(move |(other, _)| other == quantity);
+        others.map(move |(_, second)| (*quantity, first, second))
+    });
+    let (_, first, second) = pairs.into_iter().find(|(quantity, ..)| is_open(*quantity))?;
     let [first, second]: [Vec<&str>; 2] = [first, second].map(|name| name.split('/').collect());
-    // The last part names the quantity.
-    let parts = first.iter().zip(&second).take(first.len().saturating_sub(1));
-    let (part, _) = parts.into_iter().find(|(a, b)| a != b)?;
-    (first.len() == second.len() && !part.is_empty() && first.last() == second.last()).then(|| (*part).to_owned())
+    let is_alike = first.len() == second.len() && first.last() == second.last();
+    let (part, _) = first.iter().zip(&second).find(|(a, b)| a != b)?;
+    (is_alike && !part.is_empty()).then(|| (*part).to_owned())
 }
 
 /// The columns that are used, and the fields of channels that they are read from.

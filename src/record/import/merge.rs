@@ -35,7 +35,7 @@ pub(super) fn merged(mut series: Vec<Series>, wanted: &[Wanted], holds: bool) ->
             notes.push(format!("{} of {name} that repeat the one before left out", counted(repeats, "sample")));
         }
     }
-    let tracks: Vec<Track<'_>> = wanted.iter().map(|w| Track::new(&series[w.at.0], w)).collect();
+    let tracks: Vec<Track<'_>> = wanted.iter().map(|w| Track::new(&series[w.at.0], w, holds)).collect();
     for track in tracks.iter().filter(|track| track.left_out > 0) {
         notes.push(format!("{} of {} without a number left out", counted(track.left_out, "sample"), track.name));
     }
@@ -55,8 +55,7 @@ pub(super) fn merged(mut series: Vec<Series>, wanted: &[Wanted], holds: bool) ->
     // A robot logs the values of a period one after the other: they act in it.
     let early = if holds { SAME_PERIOD * tracks[clock].step_s } else { 0.0 };
     let skew = |track: &Track<'_>| SKEW[usize::from(holds)] * track.step_s.min(tracks[clock].step_s);
-    let is_held = |track: &Track<'_>| track.role == Role::Output && holds && track.is_of_changes();
-    for (_, track) in tracks.iter().enumerate().filter(|(n, track)| *n != clock && !is_held(track)) {
+    for track in tracks.iter().filter(|track| !track.is_held) {
         let early = if track.role == Role::Input { early } else { 0.0 };
         time_s = with_more(&time_s, &inside(track), [early, skew(track)]);
     }
@@ -64,13 +63,15 @@ pub(super) fn merged(mut series: Vec<Series>, wanted: &[Wanted], holds: bool) ->
     for track in &tracks {
         let (values, measured) = match track.role {
             Role::Input => (track.held(&time_s, early.max(skew(track))), Vec::new()),
-            _ if is_held(track) => track.held_at(&time_s, &own, early),
+            _ if track.is_held => track.held_at(&time_s, &own, early),
             _ => track.at(&time_s, skew(track)),
         };
         merged.columns.push(values);
         merged.measured.push(if measured.contains(&false) { measured } else { Vec::new() });
     }
-    merged.notes.extend(notes_on(&tracks, &merged.measured, (clock, time_s.len())));
+    if !merged.measured.iter().all(Vec::is_empty) {
+        merged.notes.push(note_on(&tracks));
+    }
     let outside = tracks[clock].time_s.len() - own.len();
     if outside > EDGE {
         merged.notes.push(format!("{} before or after those of other channels left out", counted(outside, "sample")));
@@ -79,30 +80,25 @@ pub(super) fn merged(mut series: Vec<Series>, wanted: &[Wanted], holds: bool) ->
     merged
 }
 
-/// Returns the notes on channels with clocks of their own.
-fn notes_on(tracks: &[Track<'_>], measured: &[Vec<bool>], (clock, rows): (usize, usize)) -> Option<String> {
-    let is_simultaneous = |(track, own): (&Track<'_>, &Vec<bool>)| {
-        own.is_empty() && (track.role == Role::Output || track.time_s.len() >= rows)
-    };
-    if tracks.iter().zip(measured).all(is_simultaneous)
-        || tracks[clock].time_s.len() == rows && measured.iter().all(Vec::is_empty)
-    {
-        return None;
-    }
-    let shown = |role: Role| {
-        let of = tracks.iter().filter(|track| track.role == role);
+/// Returns the note on channels with clocks of their own.
+fn note_on(tracks: &[Track<'_>]) -> String {
+    let shown = |holds: bool| {
+        let of = tracks.iter().filter(|track| (track.role == Role::Input || track.is_held) == holds);
         let named = |track: &Track<'_>| match track.step_s {
             step if step.is_finite() => format!("{} ({})", track.name, engineering(1.0 / step, "Hz", 4)),
             _ => track.name.to_owned(),
         };
         of.map(named).collect::<Vec<String>>()
     };
-    let [inputs, outputs] = [Role::Input, Role::Output].map(shown);
-    let [hold, counts] = [&inputs, &outputs].map(|of| of.len() == 1);
-    let inputs = listed(&inputs.iter().map(String::as_str).collect::<Vec<_>>(), "and");
-    let outputs = listed(&outputs.iter().map(String::as_str).collect::<Vec<_>>(), "and");
-    let [hold, count] = [if hold { "holds" } else { "hold" }, if counts { "counts at its" } else { "count at their" }];
-    Some(format!("channels have clocks of their own: {inputs} {hold} the last value, {outputs} {count} own samples"))
+    let said = |names: Vec<String>, [one, several]: [&str; 2]| {
+        let verb = if names.len() == 1 { one } else { several };
+        let names = listed(&names.iter().map(String::as_str).collect::<Vec<_>>(), "and");
+        (!names.is_empty()).then(|| format!("{names} {verb}"))
+    };
+    let held = said(shown(true), ["holds its last value", "hold their last values"]);
+    let own = said(shown(false), ["counts at its own samples", "count at their own samples"]);
+    let both: Vec<String> = held.into_iter().chain(own).collect();
+    format!("channels have clocks of their own: {}", both.join(", "))
 }
 
 /// Returns the index of the column whose times are those of the clock.
@@ -124,10 +120,10 @@ fn range(tracks: &[Track<'_>], clock: usize, holds: bool) -> [f64; 2] {
         // A skew between channels must not cost the first and the last sample.
         let margin = if n == clock { 0.0 } else { SAME_PERIOD * tracks[clock].step_s };
         from = from.max(first - margin);
-        let is_held = track.role == Role::Input && (holds || count(track.time_s.len()) < CHANGES * count(most));
-        let is_held = is_held || holds && track.is_of_changes();
+        let is_sparse = count(track.time_s.len()) < CHANGES * count(most);
         to = match track.role {
-            _ if is_held => to,
+            _ if track.is_held => to,
+            Role::Input if holds || is_sparse => to,
             Role::Input => to.min(last + track.step_s),
             _ => to.min(last + margin),
         };
@@ -209,7 +205,7 @@ mod tests {
         assert_eq!(merged.columns[0], [1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0]);
         assert_eq!(counted(&merged, 1), [(0.5, 5.0), (1.5, 15.0), (2.5, 25.0), (3.5, 35.0)]);
         assert!(merged.columns[1].iter().zip(&merged.time_s).all(|(value, t)| (value - 10.0 * t).abs() < 1e-12));
-        assert!(merged.notes[0].contains("voltage (1.000 Hz) holds the last value"), "{:?}", merged.notes);
+        assert!(merged.notes[0].contains("voltage (1.000 Hz) holds its last value"), "{:?}", merged.notes);
     }
 
     #[test]
@@ -268,6 +264,16 @@ mod tests {
         let held = merged(vec![series(&times, &times), output], &wanted(), true);
         assert_eq!(counted(&held, 1).len(), 16);
         assert_eq!(held.columns[1][..7], [0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 2.0]);
+    }
+
+    #[test]
+    fn a_coarse_output_of_a_slower_clock_counts_at_its_own_samples() {
+        // Its values repeat, so that they were not logged when they changed.
+        let times: Vec<f64> = (0..61).map(f64::from).collect();
+        let slow: Vec<f64> = (0..16).map(|n| 4.0 * f64::from(n)).collect();
+        let coarse: Vec<f64> = (0..16).map(|n| f64::from(n / 3)).collect();
+        let merged = merged(vec![series(&times, &times), series(&slow, &coarse)], &wanted(), true);
+        assert_eq!(counted(&merged, 1).len(), 16);
     }
 
     #[test]

@@ -4,14 +4,18 @@ use super::formats::Series;
 use crate::numeric::{count, upper_median};
 use std::borrow::Cow;
 
-/// Part of the steps of a channel that deviate from their median by a quarter, above which it was logged when it changed.
+/// Part of the steps of a channel that deviate from their median by [`DEVIATION`], above which they are uneven.
 const UNEVEN: f64 = 0.1;
+const DEVIATION: f64 = 0.25;
 /// Part of the changes of a channel by the smallest one from which it is coarsely quantized.
 const QUANTIZED: f64 = 0.5;
+/// Relative difference up to which changes are the same.
+const SAME: f64 = 1e-3;
 /// Length of a gap between samples, relative to their median step.
 pub(super) const GAP: f64 = 2.5;
 /// Step from the sample before a recording to the first, relative to the period: nothing moves in it.
 const BEFORE: f64 = 2e-3;
+
 /// Meaning of a column for the times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Role {
@@ -39,7 +43,7 @@ pub(super) struct Merged {
     pub time_s: Vec<f64>,
     /// Values of each wanted column; those of an output between its samples are interpolated.
     pub columns: Vec<Vec<f64>>,
-    /// For each wanted column true at the times at which it counts; empty if it counts at all.
+    /// For each wanted column true at the times at which it counts; empty if it counts at all of them.
     pub measured: Vec<Vec<bool>>,
     /// Notes on the clocks and on what was left out.
     pub notes: Vec<String>,
@@ -95,10 +99,12 @@ pub(super) struct Track<'a> {
     pub step_s: f64,
     /// Number of samples without a number.
     pub left_out: usize,
+    /// True for an output that was logged when it changed, and holds its value until then.
+    pub is_held: bool,
 }
 
 impl<'a> Track<'a> {
-    pub(super) fn new(series: &'a Series, wanted: &'a Wanted) -> Self {
+    pub(super) fn new(series: &'a Series, wanted: &'a Wanted, holds: bool) -> Self {
         let values = &series.columns[wanted.at.1];
         let count = values.len().min(series.time_s.len());
         let (times, values) = (&series.time_s[..count], &values[..count]);
@@ -112,17 +118,8 @@ impl<'a> Track<'a> {
             }
         };
         let step_s = median_step(&time_s);
-        Self { name: &wanted.name, role: wanted.role, time_s, values, step_s, left_out }
-    }
-
-    /// Returns true if it was logged when it changed: its steps are uneven, or it mostly changes by the step of its quantization.
-    pub(super) fn is_of_changes(&self) -> bool {
-        let steps = self.time_s.windows(2).map(|pair| pair[1] - pair[0]);
-        let uneven = steps.filter(|step| (step / self.step_s - 1.0).abs() > 0.25).count();
-        let changes = || self.values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-        let least = changes().filter(|change| *change > 0.0).fold(f64::INFINITY, f64::min);
-        let single = changes().filter(|change| (change / least - 1.0).abs() < 1e-3).count();
-        count(uneven) > UNEVEN * count(self.time_s.len()) || count(single) > QUANTIZED * count(self.time_s.len())
+        let is_held = holds && wanted.role == Role::Output && is_of_changes(&time_s, &values, step_s);
+        Self { name: &wanted.name, role: wanted.role, time_s, values, step_s, left_out, is_held }
     }
 
     /// Returns the last values at increasing times; a value acts early by up to `early`.
@@ -159,4 +156,16 @@ impl<'a> Track<'a> {
         }
         (values, measured)
     }
+}
+
+/// Returns true if values were logged when they changed: none equals the one before, and their steps are uneven or most changes are
+/// those of a coarse quantization.
+fn is_of_changes(time_s: &[f64], values: &[f64], step_s: f64) -> bool {
+    let steps = time_s.windows(2).map(|pair| pair[1] - pair[0]);
+    let uneven = steps.filter(|step| (step / step_s - 1.0).abs() > DEVIATION).count();
+    let changes = || values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let least = changes().fold(f64::INFINITY, f64::min);
+    let single = changes().filter(|change| (change / least - 1.0).abs() < SAME).count();
+    let samples = count(time_s.len());
+    least > 0.0 && (count(uneven) > UNEVEN * samples || count(single) > QUANTIZED * samples)
 }

@@ -76,8 +76,21 @@ impl Preparation {
     /// Returns `Usage` if a setting does not suit the recording, `Data` if too few samples remain.
     pub fn apply(&self, record: &Record) -> Result<Vec<Record>> {
         let located = |error: Error| record.source().path.iter().fold(error, |error, path| error.in_file(path));
+        self.check_clocks(record).map_err(located)?;
         let pieces = mask::apply(&self.mask, self.shifted(self.cropped(record)?)?)?;
         pieces.into_iter().map(|piece| self.filtered(self.resampled(piece)?)).collect::<Result<_>>().map_err(located)
+    }
+
+    /// Checks that no filter and no change of the rate mixes the samples of outputs with values between them.
+    fn check_clocks(&self, record: &Record) -> Result<()> {
+        let is_mixed = self.filter.is_some() || self.rate_hz.is_some() || self.decimate.is_some_and(|every| every > 1);
+        let Some(of) = record.measured_at().first().filter(|_| is_mixed) else { return Ok(()) };
+        let message = format!(
+            "the {} was not measured at every sample: a filter or another rate would take interpolated values for measured ones",
+            of.quantity
+        );
+        let hint = text!("Leave out " [Filter] ", " [Rate] " and " [Decimate] ": an output counts at its own samples.");
+        Err(Error::usage(message, hint))
     }
 
     fn cropped(&self, record: &Record) -> Result<Record> {
@@ -116,12 +129,7 @@ impl Preparation {
     }
 
     fn resampled(&self, record: Record) -> Result<Record> {
-        let every = self.decimate.unwrap_or(1);
-        let Some(rate) = self.rate_hz else {
-            let record = if every > 1 { record.with_mixed_samples() } else { record };
-            return every_nth(record.with_slopes(self), every);
-        };
-        let record = record.with_mixed_samples();
+        let Some(rate) = self.rate_hz else { return every_nth(record.with_slopes(self), self.decimate.unwrap_or(1)) };
         check_rate(rate)?;
         let time = &record.samples().time_s;
         if (time[time.len() - 1] - time[0]) * rate > count(SAMPLES_MAX) {
@@ -158,7 +166,6 @@ impl Preparation {
         if !record.steps().step_index.is_empty() {
             return Err(Error::usage(text!([Filter] " needs evenly spaced samples"), time::regular_clock()));
         }
-        let record = record.with_mixed_samples();
         let cascade = filter.design(record.period_s())?;
         let name = match filter.kind {
             FilterKind::Butterworth => "Butterworth".to_owned(),

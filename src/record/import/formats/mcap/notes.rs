@@ -104,7 +104,7 @@ fn assumed(used: &[&Topic]) -> Vec<String> {
     add(&names(&|topic| topic.clock.uses_stamps()), "the times are those of the headers, header.stamp");
     let stamped = names(&|topic| topic.clock.uses_stamps());
     if !stamped.is_empty() {
-        let others = "the times are those of logging, later than those of the headers by what the messages took";
+        let others = "the times are those of logging, later than those of the headers by the latency of the messages";
         add(&names(&|topic| !topic.clock.uses_stamps() && !topic.clock.refuses_stamps()), others);
     }
     let refused = "the times are those of logging, because many headers have none or one far from it";

@@ -59,7 +59,7 @@ fn recordings_in_all_compressions() {
         let notes = [
             "topic \"/joint_states\": the times are those of the headers, header.stamp",
             "topics \"/motor/voltage\", \"/motor/current\": the times are those of logging, later than those of the headers by \
-             what the messages took",
+             the latency of the messages",
         ];
         assert_eq!(log.notes(), notes);
         assert_eq!(paths(&*log, "/joint_states"), ["header.stamp.sec", "header.stamp.nanosec", "velocity/shaft"]);
