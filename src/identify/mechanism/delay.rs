@@ -106,7 +106,7 @@ fn correct_delay(found: &mut ModelIdentification, by_s: f64) {
     delay.value = delay.value.map(|value| value - by_s);
     delay.ci95 = delay.ci95.map(|ci| ci.map(|end| end - by_s));
     let Some(late) = delay.value.filter(|value| *value < 0.0).map(|value| significant(-1e3 * value, 3)) else { return };
-    let message = format!("the voltage is logged {late} ms after it acts, and is taken as much earlier");
+    let message = format!("the voltage is logged {late} ms after it acts; the fit corrects for this");
     let remedy = "Log the voltage that is set in the same period as the velocity that is read.";
     found.warnings.push(Warning { remedy: Some(remedy.into()), ..Warning::new("late_voltage", message) });
 }

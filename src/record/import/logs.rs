@@ -133,7 +133,7 @@ fn described(error: Error, log: &dyn Log, scope: &Scope, (headings, spec): (&[He
         let hint = error
             .hint()
             .clone()
-            .and(text!(" For all channels of one motor give what their names have: " [Sheet = "{part}"] "."));
+            .and(text!(" To select all channels of one motor, give a part of their names: " [Sheet = "{part}"] "."));
         return error
             .column()
             .into_iter()

@@ -95,10 +95,10 @@ fn note_on(tracks: &[Track<'_>]) -> String {
         let names = listed(&names.iter().map(String::as_str).collect::<Vec<_>>(), "and");
         (!names.is_empty()).then(|| format!("{names} {verb}"))
     };
-    let held = said(shown(true), ["holds its last value", "hold their last values"]);
-    let own = said(shown(false), ["counts at its own samples", "count at their own samples"]);
+    let held = said(shown(true), ["has a zero-order hold", "have a zero-order hold"]);
+    let own = said(shown(false), ["counts only at its own samples", "count only at their own samples"]);
     let both: Vec<String> = held.into_iter().chain(own).collect();
-    format!("channels have clocks of their own: {}", both.join(", "))
+    format!("the channels are sampled at different times: {}", both.join(", "))
 }
 
 /// Returns the index of the column whose times are those of the clock.
@@ -205,7 +205,7 @@ mod tests {
         assert_eq!(merged.columns[0], [1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0]);
         assert_eq!(counted(&merged, 1), [(0.5, 5.0), (1.5, 15.0), (2.5, 25.0), (3.5, 35.0)]);
         assert!(merged.columns[1].iter().zip(&merged.time_s).all(|(value, t)| (value - 10.0 * t).abs() < 1e-12));
-        assert!(merged.notes[0].contains("voltage (1.000 Hz) holds its last value"), "{:?}", merged.notes);
+        assert!(merged.notes[0].contains("voltage (1.000 Hz) has a zero-order hold"), "{:?}", merged.notes);
     }
 
     #[test]
