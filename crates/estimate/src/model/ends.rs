@@ -1,0 +1,97 @@
+//! Descents of a search side by side, from their starts to their ends.
+
+use super::descent::Descent;
+use super::fit::Fit;
+use motorfit_core::numeric::count;
+
+/// Relative difference of costs within which descents ended in the same optimum.
+const SAME: f64 = 1e-4;
+/// Length of the last step of a descent \[standard deviations of the signals\]: far below any noise.
+const TOLERANCE: f64 = 1e-7;
+/// Simulations of a descent at most.
+const SIMULATIONS: usize = 80;
+/// Part of the cost below which the gain of a descent with friction that sticks ends it.
+const STALLED: f64 = 1e-3;
+
+/// A point of the search.
+#[derive(Debug, Clone)]
+pub(super) struct SearchPoint {
+    /// Values of the free parameters.
+    pub values: Vec<f64>,
+    /// Initial values of the open states of each recording.
+    pub initial: Vec<Vec<f64>>,
+    /// True if it is, or comes from, a given start: one of the user, or the best of a population search.
+    pub is_given: bool,
+}
+
+/// The end of a descent.
+#[derive(Debug, Clone)]
+pub(super) struct End {
+    pub at: SearchPoint,
+    pub cost: f64,
+}
+
+impl End {
+    /// Returns true if the end has a cost of so many residuals, up to the accuracy of descents.
+    pub fn is_at(&self, cost: f64, residuals: usize) -> bool {
+        self.cost <= cost * (1.0 + SAME) + TOLERANCE * TOLERANCE * count(residuals)
+    }
+}
+
+/// Descends from each start, all side by side; a start from which the model diverges has no end. With `are_compared` descents that
+/// may stall end when they cannot come down to the lowest of the others. Returns the number of simulations too.
+pub(super) fn descend(fit: &Fit<'_>, starts: &[SearchPoint], are_compared: bool) -> (Vec<Option<End>>, u64) {
+    let problem = fit.problem;
+    let begun: Vec<_> = starts.iter().map(|start| fit.at(&start.values, &start.initial)).collect();
+    let mut descents: Vec<Option<Descent<'_>>> = Descent::all(fit, &begun, |normal| fit.deviations(normal));
+    for descent in descents.iter_mut().flatten() {
+        descent.stall = (problem.model().reactions() > 0).then_some(STALLED);
+        descent.begin(TOLERANCE * count(problem.counted()).sqrt(), SIMULATIONS);
+    }
+    loop {
+        let mut numbers = Vec::new();
+        let mut points = Vec::new();
+        for (n, descent) in descents.iter_mut().enumerate() {
+            if let Some(point) = descent.as_mut().and_then(Descent::propose) {
+                numbers.push(n);
+                points.push(point);
+            }
+        }
+        if points.is_empty() {
+            break;
+        }
+        for (n, normal) in numbers.into_iter().zip(fit.normals(&points)) {
+            if let Some(descent) = &mut descents[n] {
+                descent.receive(normal);
+            }
+        }
+        if !are_compared {
+            continue;
+        }
+        // A given start may be an optimum, to which no descent from elsewhere has to come close to be of use.
+        let others = descents.iter().zip(starts).filter(|(_, start)| !start.is_given);
+        let lowest = others.filter_map(|(descent, _)| Some(descent.as_ref()?.cost())).fold(f64::INFINITY, f64::min);
+        descents.iter_mut().flatten().for_each(|descent| descent.lowest = lowest * (1.0 + SAME));
+    }
+    let simulations = descents.iter().flatten().map(|descent| descent.evaluations as u64).sum();
+    let end = |(descent, start): (Descent<'_>, &SearchPoint)| {
+        let initial = (0..problem.recordings()).map(|n| fit.initial(&descent.at, n)).collect();
+        let values = fit.values(&descent.at);
+        End { at: SearchPoint { values, initial, is_given: start.is_given }, cost: descent.cost() }
+    };
+    let ends = descents.into_iter().zip(starts).map(|(descent, start)| Some(end((descent?, start)))).collect();
+    (ends, simulations)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn costs_within_the_accuracy_of_descents_are_one_optimum() {
+        let end = |cost| End { at: SearchPoint { values: Vec::new(), initial: Vec::new(), is_given: false }, cost };
+        // With noise a ten-thousandth of the cost; without, the square of the last step for each residual.
+        assert!(end(2.0001).is_at(2.0, 100) && !end(2.001).is_at(2.0, 100));
+        assert!(end(5e-13).is_at(0.0, 100) && !end(5e-12).is_at(0.0, 100));
+    }
+}

@@ -1,0 +1,17 @@
+//! Estimation of users' models: output-error Levenberg–Marquardt from many starts, standard errors, unidentifiable combinations.
+
+mod around;
+mod covariance;
+mod damped_step;
+mod descent;
+mod ends;
+mod fit;
+mod multistart;
+mod refine;
+mod search;
+
+pub use covariance::ModelUncertainty;
+pub use multistart::rounds_max;
+pub use multistart::{ModelOptima, ModelStarts, Populations, model_optima};
+pub use refine::{ModelRefined, ModelWeights, refine_model, refine_model_near};
+pub use search::ARRIVALS;

@@ -1,0 +1,70 @@
+//! State of a search for the lowest optimum, and the evidence that it is the lowest.
+
+use super::ends::End;
+use super::fit::Fit;
+use motorfit_core::numeric::{noise_sigma, rms};
+
+/// Starts over the bounds that must reach the lowest optimum.
+pub const ARRIVALS: usize = 3;
+/// Standard deviation of the residuals, in those of the noise, up to which an optimum explains an output.
+pub(super) const NOISY: f64 = 2.0;
+
+/// A search: the lowest end from each start that has one.
+pub(super) struct Search<'a> {
+    pub fit: Fit<'a>,
+    pub seed: u64,
+    pub ends: Vec<End>,
+    pub evaluations: u64,
+}
+
+impl<'a> Search<'a> {
+    pub fn new(fit: Fit<'a>, seed: u64) -> Self {
+        Self { fit, seed, ends: Vec::new(), evaluations: 0 }
+    }
+
+    pub fn lowest(&self) -> Option<&End> {
+        self.ends.iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
+    }
+
+    /// Returns the ends of starts over the bounds. A given start may be the optimum of another search, and is no evidence.
+    fn spread(&self) -> impl Iterator<Item = &End> {
+        self.ends.iter().filter(|end| !end.at.is_given)
+    }
+
+    /// Returns the number of starts over the bounds that have an end: the model may diverge from others.
+    pub fn starts(&self) -> usize {
+        self.spread().count()
+    }
+
+    /// Returns the number of those from which the lowest cost was reached.
+    pub fn arrivals(&self) -> usize {
+        self.lowest().map_or(0, |lowest| self.spread().filter(|end| self.is_same(end, lowest)).count())
+    }
+
+    /// Returns true if an end has the cost of another.
+    pub fn is_same(&self, end: &End, other: &End) -> bool {
+        end.is_at(other.cost, self.fit.problem.counted())
+    }
+
+    /// Returns true if enough starts reached the lowest optimum, or there is nothing to search.
+    pub fn is_conclusive(&self) -> bool {
+        self.fit.axes() == 0 || self.arrivals() >= ARRIVALS
+    }
+
+    /// Returns true if the lowest optimum leaves no more than noise of every output. Many descents may end in one that does not: on a
+    /// plateau, where an effect does not act.
+    pub fn explains(&self) -> bool {
+        let problem = self.fit.problem;
+        let Some(End { at, .. }) = self.lowest() else { return false };
+        (0..problem.recordings()).all(|recording| {
+            let of = problem.recording(recording);
+            let outputs = problem.simulate(&at.values, recording, &at.initial[recording]).outputs;
+            outputs.iter().zip(&of.measured).enumerate().all(|(output, (own, measured))| {
+                let Some(measured) = measured else { return true };
+                let counting = (0..of.len()).filter(|n| of.counts(output, *n));
+                let residuals: Vec<f64> = counting.map(|n| measured[n] - own[n]).collect();
+                rms(&residuals) <= NOISY * noise_sigma(&of.counted(output).unwrap_or_default())
+            })
+        })
+    }
+}

@@ -1,0 +1,28 @@
+//! Evaluation of users' models: candidates on recordings, and trajectories with their derivatives.
+
+#[cfg(test)]
+mod affine_tests;
+mod evaluator;
+mod method;
+mod normal;
+mod prepared;
+mod problem;
+mod programs;
+mod recording;
+mod space;
+mod stiffness;
+#[cfg(test)]
+mod tests;
+mod trajectory;
+mod trial;
+mod walk;
+
+pub use evaluator::{ModelEvaluator, ModelSimd};
+pub use method::{ModelMethod, Stiffness};
+pub use normal::OutputSums;
+pub use problem::LANES;
+pub use problem::{ModelProblem, ModelSettings};
+pub use recording::{ModelRecording, signal_requests};
+pub use space::{ModelAxis, ModelSpace};
+pub use trajectory::Trajectory;
+pub use trajectory::{Point, Unknown};

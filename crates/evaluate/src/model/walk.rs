@@ -1,0 +1,56 @@
+//! Steps of one candidate by evaluation of the graph, node by node: the reference of shaders.
+
+use super::problem::ModelProblem;
+use crate::interpreter::{Loss, Memory, Register};
+use motorfit_model::graph::{Leaf, evaluate};
+use motorfit_model::step::MemoryKind;
+
+impl ModelProblem {
+    /// Returns the sum of the losses of each output of a candidate over the first `samples` samples of a recording.
+    pub fn walk(&self, free: &[f64], recording: usize, samples: usize) -> Vec<f64> {
+        let (programs, prepared) = self.prepared(recording);
+        let (step, rows) = (&programs.step, &prepared.rows);
+        let parameters: Vec<f64> = self.lanes(&[free], recording).iter().map(|of| of[0]).collect();
+        let mut memories: Vec<Memory<1>> = step.memories.iter().map(|_| Memory::new()).collect();
+        let mut values = Vec::new();
+        let mut states: Vec<f64> = Vec::new();
+        let mut sums = vec![0.0; step.outputs.len()];
+        for n in 0..samples.min(rows.samples) {
+            let mut remembered: Vec<f64> = Vec::new();
+            let mut of = |ids: &[_], states: &[f64], remembered: &[f64]| {
+                evaluate(&step.graph, ids, &mut values, &|leaf| match leaf {
+                    Leaf::Parameter(number) => parameters.get(usize::from(number)).copied().unwrap_or(0.0),
+                    Leaf::State(number) => states.get(usize::from(number)).copied().unwrap_or(0.0),
+                    Leaf::Memory(number) => remembered.get(usize::from(number)).copied().unwrap_or(0.0),
+                    Leaf::Input(_) | Leaf::NextInput(_) | Leaf::Reaction(_) => self.input(recording, n, leaf),
+                })
+            };
+            if n == 0 {
+                states = of(&step.initial, &[], &[]);
+            }
+            for (memory, own) in step.memories.iter().zip(&mut memories) {
+                let operands: Vec<Register<1>> =
+                    of(&memory.operands, &states, &remembered).into_iter().map(Register::of).collect();
+                let zero = Register::ZERO;
+                let operand = |n: usize| [operands.get(n).unwrap_or(&zero), &zero];
+                let [value, _] = match memory.kind {
+                    MemoryKind::Delay | MemoryKind::DelayRate => {
+                        own.delayed((&rows.clock, memory.substep), [operand(0), operand(1), operand(2)])
+                    }
+                    MemoryKind::Average | MemoryKind::AverageRate => {
+                        own.averaged(&rows.clock, [operand(0), operand(1)])
+                    }
+                };
+                remembered.push(value.lane(0));
+            }
+            for (output, value) in of(&step.outputs, &states, &remembered).into_iter().enumerate() {
+                let at = n * sums.len() + output;
+                let (error, weight) = (rows.measured[at] - value, rows.weights.get(at).copied().unwrap_or(1.0));
+                let size = if prepared.loss == Loss::WeightedMagnitudes { error.abs() } else { error * error };
+                sums[output] += weight * size;
+            }
+            states = of(&step.next, &states, &remembered);
+        }
+        sums
+    }
+}

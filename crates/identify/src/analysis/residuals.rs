@@ -1,0 +1,166 @@
+//! Residual tests of each recording: whiteness, and independence of the input (the voltage, or the current if that is the
+//! input).
+
+use super::fitted::FittedMotor;
+use super::residual_input_test::{Regressors, ResidualInputTest, Residuals, residual_input_test};
+use motorfit_core::channels::Channels;
+use motorfit_core::text::significant;
+use motorfit_estimate::{EFFECTIVE_RATIO_MIN, Uncertainty, Whiteness};
+use motorfit_evaluate::Problem;
+use motorfit_motor::{Axis, Scope};
+use motorfit_record::warning::{Warning, name_of};
+use motorfit_record::{Quantity, Record, driver};
+use nalgebra::DMatrix;
+use serde_json::{Value, json};
+
+/// The tests of the residuals of one channel of a recording.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct ResidualTest {
+    /// Autocorrelation test.
+    #[serde(flatten)]
+    pub whiteness: Whiteness,
+    /// Cross-correlation test with the input; `None` if the test is not possible or inconclusive.
+    pub voltage: Option<ResidualInputTest>,
+}
+
+/// The residual tests of current and speed of one recording.
+pub type ResidualTests = [Option<ResidualTest>; 2];
+
+/// Tests the residuals of each recording of a problem. For recordings that were not fitted, `moved` are candidates that differ
+/// from `values` by one independent error of the parameters each, as from [`moved`].
+pub(crate) fn residual_tests(
+    records: &[Record],
+    problem: &Problem,
+    values: &[f64],
+    moved: &[Vec<f64>],
+) -> Vec<ResidualTests> {
+    let of = |(recording, record): (usize, &Record)| {
+        let signals = &problem.signals()[recording];
+        let simulated = |values: &[f64]| problem.simulate(values, recording, signals.initial);
+        let model = simulated(values);
+        let moved: Vec<[Vec<f64>; 2]> = moved.iter().map(|values| simulated(values)).collect();
+        let mut regressors = None;
+        [0, 1].map(|channel| {
+            // Residuals of low-pass filtered signals are correlated even if the model is complete.
+            let measured =
+                record.measured()[channel].filter(|_| signals.effective_sample_ratio >= EFFECTIVE_RATIO_MIN)?;
+            let own = record.own_samples([Quantity::Current, Quantity::Speed][channel]);
+            let at_own = |values: Vec<f64>| match &own {
+                None => values,
+                Some(own) => own.iter().map(|n| values[*n]).collect(),
+            };
+            let less = |from: &[f64]| at_own(from.iter().zip(&model[channel]).map(|(a, b)| a - b).collect());
+            let counting: Vec<bool> = match record.excluded().is_empty() {
+                true => Vec::new(),
+                false => {
+                    let counts = |n: usize| signals.counts(channel, n);
+                    own.as_ref().map_or_else(
+                        || (0..record.len()).map(counts).collect(),
+                        |own| own.iter().map(|n| counts(*n)).collect(),
+                    )
+                }
+            };
+            let values = less(measured);
+            // If there are too few samples for the whiteness test, the input test is not possible either.
+            let whiteness = Whiteness::of(&kept(&values, &counting), signals.rms(channel))?;
+            let of_own = own.as_ref().map(|_| Regressors::new(&at_own(record.input().to_vec())));
+            let regressors = match &of_own {
+                Some(of_own) => of_own,
+                None => regressors.get_or_insert_with(|| Regressors::new(record.input())),
+            };
+            let residuals = Residuals {
+                values: &values,
+                regressors,
+                counting: &counting,
+                sensitivities: &moved.iter().map(|signals| less(&signals[channel])).collect::<Vec<_>>(),
+            };
+            Some(ResidualTest { whiteness, voltage: residual_input_test(&residuals) })
+        })
+    };
+    records.iter().enumerate().map(of).collect()
+}
+
+/// Returns the key `residuals` of a result: for each channel the whiteness of the fit and the input test with the largest ratio
+/// of statistic to threshold, then the tests of each recording.
+pub(crate) fn document(tests: &[ResidualTests], uncertainty: &Uncertainty) -> Value {
+    let part = |test: &ResidualInputTest| test.statistic / test.threshold;
+    let worst = |channel: usize| {
+        let all = tests.iter().filter_map(|tests| tests[channel]?.voltage);
+        let voltage = all.max_by(|a, b| part(a).total_cmp(&part(b)));
+        uncertainty.whiteness[channel].map(|whiteness| ResidualTest { whiteness, voltage })
+    };
+    let records = tests.iter().map(|tests| json!(Channels::from(*tests)));
+    json!({"current": worst(0), "speed": worst(1), "records": records.collect::<Value>()})
+}
+
+/// Returns the values of the samples that are not excluded.
+fn kept(values: &[f64], counting: &[bool]) -> Vec<f64> {
+    let counts = |n: usize| counting.get(n).copied().unwrap_or(true);
+    values.iter().enumerate().filter(|(n, _)| counts(*n)).map(|(_, value)| *value).collect()
+}
+
+/// Returns candidates (values of the shared parameters) that differ from the fitted ones by one independent error each.
+///
+/// The errors are the columns of the Cholesky factor of the covariance in the coordinates of the axes, without parameters whose
+/// standard error is unknown. Standard errors that were not widened for correlated residuals are multiplied by the root of the
+/// variance inflation.
+pub(super) fn moved(found: &FittedMotor<'_>) -> Vec<Vec<f64>> {
+    let Some(uncertainty) = found.uncertainty else { return Vec::new() };
+    let (axes, values) = (found.space.free(), found.values);
+    let sizes = [values.len(), uncertainty.std_error.len(), uncertainty.correlation.len()];
+    if sizes != [axes.len(); 3] || uncertainty.correlation.iter().any(|row| row.len() != axes.len()) {
+        return Vec::new();
+    }
+    let shared: Vec<usize> = (0..axes.len()).filter(|n| axes[*n].scope == Scope::Shared).collect();
+    let known: Vec<(usize, f64)> =
+        shared.iter().filter_map(|&n| Some((n, uncertainty.std_error[n]? / axes[n].slope(values[n])))).collect();
+    let more = if uncertainty.widened_by > 1.0 { 1.0 } else { variance_inflation(uncertainty) };
+    let covariance = DMatrix::from_fn(known.len(), known.len(), |a, b| {
+        let ((row, of_row), (column, of_column)) = (known[a], known[b]);
+        more * of_row * of_column * uncertainty.correlation[row][column].unwrap_or(0.0)
+    });
+    let Some(root) = covariance.cholesky() else { return Vec::new() };
+    let root = root.l();
+    let one = |column: usize| {
+        let mut values = values.to_vec();
+        let shifted = |axis: &Axis, value: f64, by: f64| axis.value(axis.coordinate(value) + by);
+        known
+            .iter()
+            .enumerate()
+            .for_each(|(row, (n, _))| values[*n] = shifted(&axes[*n], values[*n], root[(row, column)]));
+        shared.iter().map(|n| values[*n]).collect()
+    };
+    (0..known.len()).map(one).collect()
+}
+
+/// Returns the variance inflation of correlated residuals, `(1 + ρ)/(1 − ρ)` with ρ the correlation at lag 1; the larger of
+/// both channels, at least 1.
+pub(crate) fn variance_inflation(uncertainty: &Uncertainty) -> f64 {
+    let lags = uncertainty.whiteness.iter().flatten().map(|white| white.lag1.clamp(0.0, 0.999));
+    lags.map(|lag| (1.0 + lag) / (1.0 - lag)).fold(1.0, f64::max)
+}
+
+/// Smallest percentage of the variance of residuals explained by the input that matters \[%\].
+pub(crate) const EXPLAINED_MIN: f64 = 1.0;
+
+/// Returns the warning about residuals that depend on the input.
+pub(crate) fn residuals_follow_input(records: &[Record], tests: &[ResidualTests]) -> Option<Warning> {
+    let follows = |test: &ResidualTest| test.voltage.filter(|v| !v.is_independent).map(|v| v.explained_percent);
+    let mut list: Vec<String> = Vec::new();
+    for (channel, name) in ["current", "speed"].into_iter().enumerate() {
+        let each = tests.iter().zip(records);
+        let each = each.filter_map(|(tests, record)| Some((follows(tests[channel].as_ref()?)?, record)));
+        let Some((explained, record)) = each.max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
+        if explained >= EXPLAINED_MIN {
+            let place = if records.len() > 1 { format!(" in {}", name_of(record)) } else { String::new() };
+            list.push(format!("{} % of the residuals of the {name}{place}", significant(explained, 2)));
+        }
+    }
+    let input = driver(records);
+    let message = format!(
+        "the model lacks an effect of the {input}: the {input} explains {}; the parameters may be biased by more than \
+         their standard errors",
+        list.join(" and ")
+    );
+    (!list.is_empty()).then(|| Warning::new("residuals_follow_voltage", message))
+}

@@ -1,0 +1,356 @@
+//! The cost function of [`minimize`](motorfit_optimize::minimize): evaluates the populations of many searches as one batch.
+
+use super::select::{DeviceSettings, OnLoss, SLICE_STEPS, SelectedDevice, taken_over};
+use super::used::DeviceUsed;
+use motorfit_core::candidates::Candidates;
+use motorfit_core::setting::text;
+use motorfit_core::{Error, Result};
+use motorfit_estimate::descend;
+use motorfit_evaluate::{Batch, Evaluator, Group, Pending, Problem, Scalar};
+use motorfit_optimize::{Evaluate, LocalOptimum, LocalSearch};
+use motorfit_record::warning::Warning;
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// Smallest number of candidates of lowest cost in f32, the leaders of a search, that are evaluated again in f64.
+const LEADERS: usize = 3;
+
+/// The best candidate of each run with its cost: the reference of deviations.
+type References = Vec<Option<Arc<(f64, Vec<f64>)>>>;
+
+/// One problem for each run, or one for all.
+struct Problems(Vec<Arc<Problem>>);
+
+impl Problems {
+    fn of(&self, run: usize) -> &Arc<Problem> {
+        &self.0[if self.0.len() == 1 { 0 } else { run }]
+    }
+}
+
+impl LocalSearch for Problems {
+    fn descend(&self, run: usize, start: &[f64], evaluations: u64) -> LocalOptimum {
+        let (values, cost, evaluations) = descend(self.of(run), start, evaluations);
+        LocalOptimum { values, cost, evaluations }
+    }
+}
+
+/// Evaluates the populations of any number of runs as one batch, each run on its own problem.
+///
+/// If the evaluator is not exact, the reference of each run is its best candidate, and the leaders of each run are evaluated
+/// again in f64 until the lowest cost is one in f64. A run therefore does not depend on the others.
+pub struct BatchSearchEvaluator {
+    opened: SelectedDevice,
+    problems: Problems,
+    /// Lowest cost of each run, and its candidate.
+    references: References,
+    /// Batches that were begun, each with the number of evaluators replaced before it and its references.
+    pending: VecDeque<((Pending, usize), References)>,
+}
+
+impl BatchSearchEvaluator {
+    /// Creates an instance with an evaluator of the caller. `problems` has one problem for each run, or one for all.
+    #[must_use]
+    pub fn new(evaluator: Box<dyn Evaluator>, problems: Vec<Arc<Problem>>) -> Self {
+        Self::on(SelectedDevice::given(evaluator), problems)
+    }
+
+    /// Opens the device that the settings select. `problems` has one problem for each run, or one for all.
+    ///
+    /// # Errors
+    /// Returns a device error if the requested device is not available, and a usage error without problems.
+    pub fn open(settings: impl Into<DeviceSettings>, problems: Vec<Arc<Problem>>) -> Result<Self> {
+        Ok(Self::on(SelectedDevice::for_search(&settings.into(), &problems)?, problems))
+    }
+
+    /// Opens the requested device, or the CPU for `auto`: for a computation without a population.
+    ///
+    /// # Errors
+    /// Returns a device error if the requested device is not available.
+    pub(crate) fn for_check(settings: impl Into<DeviceSettings>, problem: Arc<Problem>) -> Result<Self> {
+        Ok(Self::on(SelectedDevice::for_check(&settings.into(), &problem)?, vec![problem]))
+    }
+
+    /// Sets the treatment of a device that fails.
+    #[must_use]
+    pub fn on_loss(mut self, on_loss: OnLoss) -> Self {
+        self.opened.on_loss = on_loss;
+        self
+    }
+
+    /// Replaces the problems: later populations are those of other runs on the same device.
+    pub fn set_problems(&mut self, problems: Vec<Arc<Problem>>) {
+        self.problems = Problems(problems);
+        self.references.clear();
+        self.pending.clear();
+    }
+
+    /// Returns the number of candidates between two calls of the observer.
+    #[must_use]
+    pub fn slice(&self) -> usize {
+        let longest = self.problems.0.iter().map(|problem| self.opened.steps(problem)).max().unwrap_or(1);
+        (SLICE_STEPS / longest.max(1)).max(1)
+    }
+
+    /// Returns the description of the device.
+    #[must_use]
+    pub fn device(&self) -> DeviceUsed {
+        self.opened.used(&self.problems.0)
+    }
+
+    /// Returns the work of a candidate of a problem by which batches are sized, in steps of the kernel on the CPU.
+    pub(crate) fn steps(&self, problem: &Problem) -> usize {
+        self.opened.steps(problem).max(1)
+    }
+
+    /// Returns warnings about the device.
+    #[must_use]
+    pub fn warnings(&self) -> &[Warning] {
+        &self.opened.warnings
+    }
+
+    /// Adds a warning that this device replaces one that failed with `error`.
+    #[must_use]
+    pub fn replacing_failed(mut self, error: &motorfit_core::Error) -> Self {
+        self.opened.warnings.push(taken_over(error));
+        self
+    }
+
+    fn on(opened: SelectedDevice, problems: Vec<Arc<Problem>>) -> Self {
+        Self { opened, problems: Problems(problems), references: Vec::new(), pending: VecDeque::new() }
+    }
+
+    /// Removes and returns the warnings about the device.
+    pub fn take_warnings(&mut self) -> Vec<Warning> {
+        std::mem::take(&mut self.opened.warnings)
+    }
+
+    /// Returns the problem of a run.
+    fn problem(&self, run: usize) -> &Arc<Problem> {
+        self.problems.of(run)
+    }
+
+    fn groups<'a>(&'a self, populations: &[Candidates<'a>], references: &'a References) -> Vec<Group<'a>> {
+        let group = |(run, &candidates): (usize, &Candidates<'a>)| {
+            let reference = references.get(run).and_then(Option::as_ref).map(|best| best.1.as_slice());
+            (candidates.count() > 0).then(|| Group { problem: self.problem(run), candidates, reference })
+        };
+        populations.iter().enumerate().filter_map(group).collect()
+    }
+
+    /// Runs `work` with the evaluator. If that fails and the evaluator may be replaced, runs it again with the new one.
+    fn with_evaluator<T>(
+        &mut self,
+        populations: &[Candidates<'_>],
+        references: &References,
+        mut work: impl FnMut(&mut SelectedDevice, &Batch<'_>) -> Result<T>,
+    ) -> Result<T> {
+        let (runs, problems) = (populations.len(), self.problems.0.len());
+        if runs > problems && problems != 1 {
+            let message = format!("found populations of {runs} runs, expected at most {problems}");
+            return Err(Error::usage(message, "Give a problem for each run, or one for all."));
+        }
+        // The device is moved out, because the groups borrow the problems of `self`.
+        let mut opened = std::mem::replace(&mut self.opened, SelectedDevice::cpu(Vec::new()));
+        let groups = self.groups(populations, references);
+        let batch = Batch { groups: &groups };
+        let mut failures = 0;
+        let done = loop {
+            match work(&mut opened, &batch) {
+                Err(error) if opened.replace(&error, failures) => failures += 1,
+                done => break done,
+            }
+        };
+        drop(groups);
+        self.opened = opened;
+        done
+    }
+
+    /// Replaces the lowest costs of a run by those of the scalar evaluator until the lowest cost is one of them.
+    fn check_leaders(&mut self, run: usize, population: Candidates<'_>, costs: &mut [f64]) {
+        let problem = self.problem(run).clone();
+        let mut order: Vec<usize> = (0..costs.len()).collect();
+        order.sort_by(|a, b| costs[*a].total_cmp(&costs[*b]));
+        let mut lowest = f64::INFINITY;
+        for (place, row) in order.into_iter().enumerate() {
+            if place >= LEADERS && costs[row] >= lowest {
+                break;
+            }
+            costs[row] = Scalar::cost(&problem, population.row(row));
+            lowest = lowest.min(costs[row]);
+            if costs[row] < self.references[run].as_ref().map_or(f64::INFINITY, |best| best.0) {
+                self.references[run] = Some(Arc::new((costs[row], population.row(row).to_vec())));
+            }
+        }
+    }
+
+    /// Returns the device's cost of a candidate minus that of the scalar evaluator, or `None` on the CPU and if the device
+    /// fails. The reference of deviations is a candidate 2 % away, since at the candidate itself they are zero.
+    pub(crate) fn cost_difference(&mut self, run: usize, values: &[f64]) -> Option<f64> {
+        if self.opened.kind == "cpu" {
+            return None;
+        }
+        let reference: Vec<f64> = values.iter().map(|v| 1.02 * v).collect();
+        let problem = self.problem(run).clone();
+        let candidates = Candidates::new(values, values.len());
+        let groups = [Group { problem: &problem, candidates, reference: Some(&reference) }];
+        let mut cost = [0.0];
+        match self.opened.evaluator.evaluate(&Batch { groups: &groups }, &mut cost) {
+            Ok(()) => Some(cost[0] - Scalar::cost(&problem, values)),
+            Err(error) => {
+                let message = text!({error.text()} "; the result is not affected, it was computed on the CPU");
+                self.opened.warnings.push(Warning::new("gpu_failed", message));
+                None
+            }
+        }
+    }
+}
+
+impl Evaluate for BatchSearchEvaluator {
+    fn begin(&mut self, populations: &[Candidates<'_>]) -> Result<()> {
+        let references = self.references.clone();
+        let begin =
+            |opened: &mut SelectedDevice, batch: &Batch<'_>| Ok((opened.evaluator.begin(batch)?, opened.replaced));
+        let pending = self.with_evaluator(populations, &references, begin)?;
+        self.pending.push_back((pending, references));
+        Ok(())
+    }
+
+    fn finish(&mut self, populations: &[Candidates<'_>], costs: &mut [f64]) -> Result<()> {
+        let (pending, references) = self.pending.pop_front().unwrap_or_default();
+        let mut pending = Some(pending);
+        self.with_evaluator(populations, &references, |opened, batch| match pending.take() {
+            // A batch that a replaced evaluator began is evaluated anew.
+            Some((begun, by)) if by == opened.replaced => opened.evaluator.finish(batch, begun, costs),
+            _ => opened.evaluator.evaluate(batch, costs),
+        })?;
+        if !self.opened.evaluator.is_exact() {
+            self.references.resize(self.references.len().max(populations.len()), None);
+            let mut rest = costs;
+            for (run, population) in populations.iter().enumerate() {
+                let (own, others) = rest.split_at_mut(population.count());
+                self.check_leaders(run, *population, own);
+                rest = others;
+            }
+        }
+        Ok(())
+    }
+
+    fn overlaps(&self) -> bool {
+        self.opened.evaluator.overlaps()
+    }
+
+    fn local_search(&self) -> Option<&dyn LocalSearch> {
+        Some(&self.problems)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use motorfit_evaluate::criterion::Criterion;
+    use motorfit_evaluate::{Model, Simd};
+    use motorfit_motor::Space;
+    use motorfit_record::{Record, Samples};
+
+    /// A device that fails after some batches.
+    struct Broken(usize);
+
+    impl Evaluator for Broken {
+        fn evaluate(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<()> {
+            if self.0 == 0 {
+                return Err(motorfit_core::Error::new(motorfit_core::ErrorKind::Device, "lost", "Run again."));
+            }
+            self.0 -= 1;
+            Simd::default().evaluate(batch, costs)
+        }
+
+        fn finish(&mut self, batch: &Batch<'_>, pending: Pending, costs: &mut [f64]) -> Result<()> {
+            assert_eq!(pending.take::<usize>(), Some(7), "only what it began itself");
+            self.evaluate(batch, costs)
+        }
+
+        fn begin(&mut self, _: &Batch<'_>) -> Result<Pending> {
+            Ok(Pending::of(7_usize))
+        }
+    }
+
+    fn ramp() -> Arc<Problem> {
+        let ramp: Vec<f64> = (0..50).map(f64::from).collect();
+        let samples = Samples {
+            time_s: ramp.iter().map(|n| 0.001 * n).collect(),
+            voltage: ramp.clone(),
+            torque: None,
+            current: Some(ramp.clone()),
+            speed: Some(ramp),
+            ..Samples::default()
+        };
+        let record = Record::new(samples).unwrap();
+        Arc::new(Problem::new(&[record], Model::default(), Space::table2(), Criterion::default()).unwrap())
+    }
+
+    const VALUES: [f64; 5] = [0.5, 0.01, 0.05, 1e-4, 1e-4];
+
+    #[test]
+    fn a_lost_device_is_opened_again() {
+        let (problem, populations) = (ramp(), [Candidates::new(&VALUES, 5)]);
+        // The device can be opened twice and evaluates two batches each time.
+        for (on_loss, serves) in [(OnLoss::Reopen, 6), (OnLoss::ReopenOrCpu, 20), (OnLoss::Fail, 2)] {
+            let mut left = 2;
+            let reopen: super::super::select::Reopen = Box::new(move || {
+                if left == 0 {
+                    return Err(motorfit_core::Error::new(motorfit_core::ErrorKind::Device, "gone", "Run again."));
+                }
+                left -= 1;
+                Ok(Box::new(Broken(2)))
+            });
+            let opened =
+                SelectedDevice { kind: "gpu", reopen: Some(reopen), ..SelectedDevice::given(Box::new(Broken(2))) };
+            let mut searches = BatchSearchEvaluator::on(opened, vec![problem.clone()]).on_loss(on_loss);
+            let mut costs = [0.0];
+            searches.begin(&populations).unwrap();
+            let mut served = 0;
+            while served < 20 {
+                // Two batches are in flight whenever the device fails.
+                if searches.begin(&populations).is_err() || searches.finish(&populations, &mut costs).is_err() {
+                    break;
+                }
+                assert!((costs[0] / Scalar::cost(&problem, &VALUES) - 1.0).abs() < 1e-12);
+                served += 1;
+            }
+            assert_eq!(served, serves, "{on_loss:?}");
+            let codes: Vec<&str> = searches.warnings().iter().map(|w| w.code).collect();
+            let expected: &[&str] = match on_loss {
+                OnLoss::Reopen => &["gpu_reopened", "gpu_reopened"],
+                OnLoss::ReopenOrCpu => &["gpu_reopened", "gpu_reopened", "gpu_failed"],
+                _ => &[],
+            };
+            assert_eq!(codes, expected);
+            assert_eq!(searches.device().kind, if on_loss == OnLoss::ReopenOrCpu { "cpu" } else { "gpu" });
+        }
+    }
+
+    #[test]
+    fn auto_continues_on_the_cpu_and_a_requested_device_does_not() {
+        let (problem, values) = (ramp(), VALUES);
+        let populations = [Candidates::new(&values, 5)];
+        let mut costs = [0.0];
+        for auto in [true, false] {
+            let on_loss = if auto { OnLoss::Cpu } else { OnLoss::Fail };
+            let opened = SelectedDevice { kind: "gpu", on_loss, ..SelectedDevice::given(Box::new(Broken(0))) };
+            let mut searches = BatchSearchEvaluator::on(opened, vec![problem.clone()]);
+            // Two batches are in flight when the device fails.
+            searches.begin(&populations).unwrap();
+            searches.begin(&populations).unwrap();
+            let done = searches.finish(&populations, &mut costs);
+            assert_eq!(done.is_ok(), auto);
+            if auto {
+                searches.finish(&populations, &mut costs).unwrap();
+                assert_eq!((searches.device().kind, searches.device().precision), ("cpu", "f64"));
+                assert_eq!(searches.warnings().len(), 1);
+                assert_eq!(searches.warnings()[0].code, "gpu_failed");
+                assert!((costs[0] / Scalar::cost(&problem, &values) - 1.0).abs() < 1e-12);
+                assert_eq!(searches.cost_difference(0, &values), None);
+            }
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! Profile likelihoods of identified parameters: one parameter is fixed at successive values and all others are refined (D. M. Bates,
+//! D. G. Watts, Nonlinear Regression Analysis and Its Applications, 1988, ch. 6).
+//!
+//! The likelihood ratio of a point is the increase of the weighted sum of squares. For correlated residuals it is divided by the ratio
+//! of the variances of the estimate for correlated and for white residuals (L. Pace, A. Salvan, N. Sartori, Statistica Sinica 21, 2011),
+//! so that its curvature at the optimum is that of the standard error.
+
+use super::automatic::without_undersampled;
+use super::pipeline::identify;
+use super::profile::{LIMIT, wider};
+use super::result::Identification;
+use super::spec::IdentifySpec;
+use motorfit_core::setting::text;
+use motorfit_core::{Error, Result};
+use motorfit_estimate::{Refined, fit_problem, refine_on};
+use motorfit_evaluate::Problem;
+use motorfit_motor::{Axis, Space};
+use motorfit_record::Record;
+use motorfit_record::warning::Warning;
+use rayon::prelude::*;
+
+/// Distance between points \[standard errors\].
+const STEP: f64 = 0.5;
+/// Part of a value that stands in for an unknown standard error.
+const PART: f64 = 0.05;
+/// Likelihood ratio up to which a side is followed.
+const REACH: f64 = 2.5 * LIMIT;
+/// Points after which the distance between them doubles, and largest number of points of a side.
+const POINTS: [usize; 2] = [8, 40];
+/// Decrease of the likelihood ratio below that of the optimum from which on a point is a better optimum.
+const BETTER: f64 = 1e-3;
+
+/// A point of a profile.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct LikelihoodPoint {
+    /// Value of the parameter, in its unit.
+    pub value: f64,
+    /// Likelihood ratio to the optimum: χ² with one degree of freedom for the true value.
+    pub ratio: f64,
+}
+
+/// Profile likelihood of a parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LikelihoodProfile {
+    /// Axis of the parameter.
+    pub axis: Axis,
+    /// Estimate, in the unit of the parameter.
+    pub value: f64,
+    /// Standard error; `None` if it is not known.
+    pub std_error: Option<f64>,
+    /// 95 % interval by the standard error.
+    pub ci95: Option<[f64; 2]>,
+    /// Ends of the 95 % interval by the likelihood; `None` where the profile ends before its limit, and for all profiles if one reaches
+    /// below the optimum or the recordings do not identify some parameters, which the profiles keep fixed.
+    pub likelihood95: [Option<f64>; 2],
+    /// Points in the order of their values, with the optimum.
+    pub points: Vec<LikelihoodPoint>,
+}
+
+/// The optimum of an identification and what all profiles share.
+struct Optimum<'a> {
+    spec: &'a IdentifySpec,
+    problem: &'a Problem,
+    refined: &'a Refined,
+    lowest: f64,
+}
+
+/// Identifies the motor and computes the profile likelihood of each free parameter. Warnings of the result say where a profile found a
+/// lower sum of squares than that of the optimum, and that parameters are not identifiable.
+///
+/// # Errors
+/// Propagates the errors of [`identify`], and returns `Usage` without a polish, which has no likelihood.
+pub fn likelihood_profiles(
+    records: &[Record],
+    spec: &IdentifySpec,
+) -> Result<(Identification, Vec<LikelihoodProfile>)> {
+    if !spec.is_polished() {
+        let remedy = text!("Give " [Polish = "lm"] ".");
+        return Err(Error::usage("profiles of the likelihood need the refinement", remedy));
+    }
+    let mut found = identify(records, spec)?;
+    let masked = without_undersampled(records, spec).filter(|_| !found.left_out.is_empty());
+    let problem = fit_problem(masked.as_deref().unwrap_or(records), &found.space, found.model)?;
+    let refined = refine_on(&problem, &found.values, None)?;
+    let lowest = refined.weighted(&refined.sigmas);
+    let optimum = Optimum { spec, problem: &problem, refined: &refined, lowest };
+    let profile = |place| optimum.profile(place, &found);
+    let mut profiles: Vec<LikelihoodProfile> = (0..refined.values.len()).into_par_iter().map(profile).collect();
+    let doubts: Vec<Warning> = [conditional(&found), below_optimum(&profiles)].into_iter().flatten().collect();
+    if !doubts.is_empty() {
+        profiles.iter_mut().for_each(|of| of.likelihood95 = [None; 2]);
+    }
+    found.warnings.extend(doubts);
+    Ok((found, profiles))
+}
+
+/// Returns the warning that parameters are not identifiable: the other values that they may have would widen the profiles.
+fn conditional(found: &Identification) -> Option<Warning> {
+    let names: Vec<String> = found.unidentified.iter().map(|(parameter, scope)| scope.name(*parameter)).collect();
+    let first = names.first()?;
+    let message = text!(
+        (
+            "the recordings do not identify {} each by itself; the profiles keep some of them fixed and therefore have no \
+             intervals. Fix what is known, as ",
+            names.join(", ")
+        )[Fix = "{first}=…"]
+    );
+    Some(Warning::new("profile_conditional", message))
+}
+
+/// Returns the warning that a point is lower than the optimum, to which all likelihood ratios refer.
+fn below_optimum(profiles: &[LikelihoodProfile]) -> Option<Warning> {
+    let is_better = |of: &&LikelihoodProfile| of.points.iter().any(|point| point.ratio < -BETTER);
+    let better: Vec<String> = profiles.iter().filter(is_better).map(LikelihoodProfile::name).collect();
+    let message = text!(
+        (
+            "the profile of {} reaches a lower sum of squares than the optimum, which is therefore not the lowest; the profiles \
+          have no intervals. Search for it with ",
+            better.join(", ")
+        )[Method = "multistart"]
+    );
+    (!better.is_empty()).then(|| Warning::new("profile_below_optimum", message))
+}
+
+impl LikelihoodProfile {
+    /// Returns the symbol of the parameter, with the index of the recording if it belongs to one.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.axis.scope.name(self.axis.parameter)
+    }
+}
+
+impl Optimum<'_> {
+    fn profile(&self, place: usize, found: &Identification) -> LikelihoodProfile {
+        let (axis, value) = (self.problem.space().free()[place], self.refined.values[place]);
+        let robust = found.uncertainty.as_ref().and_then(|u| *u.std_error.get(place)?);
+        let white = self.refined.uncertainty.std_error[place];
+        // At a bound, where there is no standard error, the largest variance ratio stands in.
+        let widest = found.uncertainty.as_ref().map_or(1.0, |u| u.widened_by.powi(-2));
+        let scale = robust.zip(white).map_or(widest, |(robust, white)| (white / robust).powi(2));
+        let step = STEP * robust.or(white).unwrap_or(PART * value.abs());
+        let ((below, low), (above, high)) =
+            rayon::join(|| self.side(place, -step, scale), || self.side(place, step, scale));
+        let optimum = LikelihoodPoint { value, ratio: 0.0 };
+        LikelihoodProfile {
+            axis,
+            value,
+            std_error: robust,
+            ci95: found.uncertainty.as_ref().and_then(|u| *u.ci95.get(place)?),
+            likelihood95: [low, high],
+            points: below.into_iter().rev().chain([optimum]).chain(above).collect(),
+        }
+    }
+
+    /// Returns the points to a side of the optimum and the value at which the likelihood ratio passes its limit.
+    fn side(&self, place: usize, step: f64, scale: f64) -> (Vec<LikelihoodPoint>, Option<f64>) {
+        let (axis, value) = (self.problem.space().free()[place], self.refined.values[place]);
+        let bounds = wider(self.spec, &axis);
+        let mut points: Vec<LikelihoodPoint> = Vec::new();
+        let (mut rest, mut distance, mut end) = (self.rest(place), 0.0, None);
+        let at = |value: f64, rest: &mut Vec<f64>| {
+            let refined = self.fixed(place, value, rest).ok()?;
+            rest.clone_from(&refined.values);
+            let ratio = scale * (refined.weighted(&self.refined.sigmas) - self.lowest);
+            ratio.is_finite().then_some(LikelihoodPoint { value, ratio })
+        };
+        for n in 0..POINTS[1] {
+            distance +=
+                step * if n < POINTS[0] { 1.0 } else { 2f64.powi(i32::try_from(n - POINTS[0]).unwrap_or(0) + 1) };
+            let next = (value + distance).clamp(bounds.min, bounds.max);
+            let before = points.last().copied().unwrap_or(LikelihoodPoint { value, ratio: 0.0 });
+            if next.total_cmp(&before.value).is_eq() {
+                break;
+            }
+            let Some(point) = at(next, &mut rest) else { break };
+            if end.is_none() && point.ratio > LIMIT {
+                let crossing = crossing(before, point);
+                let closer = at(crossing, &mut rest.clone());
+                end = Some(closer.map_or(crossing, |closer| {
+                    if closer.ratio > LIMIT { self::crossing(before, closer) } else { self::crossing(closer, point) }
+                }));
+            }
+            points.push(point);
+            if point.ratio > REACH {
+                break;
+            }
+        }
+        (points, end)
+    }
+
+    /// Returns the values of the optimum without one.
+    fn rest(&self, place: usize) -> Vec<f64> {
+        let mut rest = self.refined.values.clone();
+        rest.remove(place);
+        rest
+    }
+
+    /// Refines the other parameters with one fixed at a value.
+    fn fixed(&self, place: usize, value: f64, rest: &[f64]) -> Result<Refined> {
+        let space = self.problem.space();
+        let mut free: Vec<Axis> = space.free().iter().map(|axis| wider(self.spec, axis)).collect();
+        let axis = free.remove(place);
+        let mut fixed = space.fixed().to_vec();
+        fixed.push((axis.parameter, axis.scope, value));
+        let problem = self.problem.with_space(Space::new(free, fixed)?);
+        refine_on(&problem, rest, Some(&self.refined.sigmas))
+    }
+}
+
+/// Returns the value at which the root of the likelihood ratio, which is nearly linear, passes that of the limit.
+fn crossing(inside: LikelihoodPoint, outside: LikelihoodPoint) -> f64 {
+    let [low, limit, high] = [inside.ratio.max(0.0), LIMIT, outside.ratio].map(f64::sqrt);
+    inside.value + (outside.value - inside.value) * (limit - low) / (high - low)
+}

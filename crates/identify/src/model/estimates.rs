@@ -1,0 +1,38 @@
+//! Estimates of the parameters of a model.
+
+use super::result::ModelEstimate;
+use motorfit_estimate::model::ModelRefined;
+use motorfit_evaluate::model::ModelProblem;
+
+/// Returns the estimates in the order of the model.
+pub(super) fn estimates(problem: &ModelProblem, values: &[f64], refined: Option<&ModelRefined>) -> Vec<ModelEstimate> {
+    let space = problem.space();
+    let mut estimates = Vec::new();
+    for (number, parameter) in problem.model().parameters().iter().enumerate() {
+        let named = |value| ModelEstimate {
+            name: parameter.name.clone(),
+            recording: None,
+            value,
+            unit: parameter.unit.text.clone(),
+            std_error: None,
+            ci95: None,
+            at_bound: None,
+            fixed: false,
+        };
+        if let Some(value) = space.fixed[number] {
+            estimates.push(ModelEstimate { fixed: true, ..named(Some(value)) });
+        }
+        for (n, axis) in space.free.iter().enumerate().filter(|(_, axis)| axis.parameter == number) {
+            let uncertainty = refined.map(|refined| &refined.uncertainty);
+            let is_open = uncertainty.is_some_and(|of| of.unidentifiable.iter().any(|d| d[n].abs() >= 0.05));
+            estimates.push(ModelEstimate {
+                recording: axis.recording,
+                std_error: uncertainty.and_then(|of| of.std_error[n]),
+                ci95: uncertainty.and_then(|of| of.ci95[n]),
+                at_bound: refined.and_then(|refined| refined.at_bound[n]),
+                ..named((!is_open).then_some(values[n]))
+            });
+        }
+    }
+    estimates
+}

@@ -1,0 +1,16 @@
+//! Identification with a user's model: search, refinement, residual tests, trust.
+
+mod batch_costs;
+mod combinations;
+mod estimates;
+mod fine_steps;
+mod islands;
+mod pipeline;
+mod result;
+mod tests_of_residuals;
+mod trust;
+
+pub use batch_costs::ModelCosts;
+pub use pipeline::{ModelProgress, ModelSpec, hold_out_model, identify_model};
+pub use result::{ModelEstimate, ModelFit, ModelIdentification, ModelSearch, ModelVerification};
+pub use tests_of_residuals::fit_percent;

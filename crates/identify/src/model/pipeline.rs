@@ -1,0 +1,384 @@
+//! The stages of an identification with a user's model: problem, search, refinement, tests, trust.
+
+use super::combinations::described;
+use super::estimates::estimates;
+use super::fine_steps::{better_than, squares, with_fine_steps};
+use super::islands::islands;
+use super::result::{ModelIdentification, ModelSearch, ModelVerification};
+use super::tests_of_residuals::{fitted, over_all};
+use super::trust::trust;
+use crate::device::{DeviceSpec, DeviceUsed, ModelDevice, PrecisionSpec};
+use crate::method::Method;
+use crate::trust_level::Trust;
+use motorfit_core::candidates::Candidates;
+use motorfit_core::clock::Instant;
+use motorfit_core::{Error, Result};
+use motorfit_estimate::model::{
+    ARRIVALS, ModelOptima, ModelRefined, ModelStarts, ModelWeights, model_optima, refine_model, refine_model_near,
+    rounds_max,
+};
+use motorfit_evaluate::criterion::Criterion;
+use motorfit_evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
+use motorfit_model::{IntegrationMethod, Model};
+use motorfit_optimize::{Budget, ConfiguredSearch, Run, SearchSettings, Stop, minimize};
+use motorfit_record::warning::Warning;
+use std::ops::ControlFlow;
+
+/// Settings of an identification with a user's model.
+#[derive(Debug, Clone)]
+pub struct ModelSpec {
+    /// Method that finds the first optimum; [`Method::Auto`] is a multistart.
+    pub method: Method,
+    /// True if the first optimum is refined, which gives the standard errors.
+    pub is_polished: bool,
+    /// Number of candidates in a population.
+    pub population: usize,
+    /// Number of generations.
+    pub generations: usize,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Criterion that a population search minimizes.
+    pub criterion: Criterion,
+    /// Bounds of parameters that replace those of the model.
+    pub bounds: Vec<(String, [f64; 2])>,
+    /// Values of parameters that are fixed.
+    pub fixed: Vec<(String, f64)>,
+    /// Values of parameters from which one more descent begins, beside those of the search; empty for none. Others begin at their
+    /// usual value, or in the middle of their bounds.
+    pub start: Vec<(String, f64)>,
+    /// Parameters with a value for each recording.
+    pub per_recording: Vec<String>,
+    /// True if the initial values of states that are measured or free are estimated.
+    pub estimates_initial: bool,
+    /// True if inputs are linear between samples.
+    pub is_first_order_hold: bool,
+    /// Integration method and number of substeps; `None` chooses them.
+    pub integration: Option<(IntegrationMethod, usize)>,
+    /// Device that evaluates populations; `auto` is the CPU.
+    pub device: DeviceSpec,
+    /// Precision of the evaluation of populations.
+    pub precision: PrecisionSpec,
+}
+
+impl Default for ModelSpec {
+    fn default() -> Self {
+        Self {
+            method: Method::Auto,
+            is_polished: true,
+            population: 100,
+            generations: 100,
+            seed: 1,
+            criterion: Criterion::default(),
+            bounds: Vec::new(),
+            fixed: Vec::new(),
+            start: Vec::new(),
+            per_recording: Vec::new(),
+            estimates_initial: true,
+            is_first_order_hold: false,
+            integration: None,
+            device: DeviceSpec::Auto,
+            precision: PrecisionSpec::Auto,
+        }
+    }
+}
+
+impl ModelSpec {
+    /// Returns the search space of a model.
+    ///
+    /// # Errors
+    /// Returns `Usage` if a name is not a parameter or a value does not suit it.
+    pub fn space(&self, model: &Model, recordings: usize) -> Result<ModelSpace> {
+        let mut space = ModelSpace::new(model, recordings).per_recording(model, &self.per_recording, recordings)?;
+        for (name, bounds) in &self.bounds {
+            space = space.with_bounds(model, name, *bounds)?;
+        }
+        for (name, value) in &self.fixed {
+            space = space.with_fixed(model, name, *value)?;
+        }
+        Ok(space)
+    }
+
+    /// Returns the settings of a problem.
+    #[must_use]
+    pub fn settings(&self) -> ModelSettings {
+        ModelSettings {
+            criterion: self.criterion,
+            is_first_order_hold: self.is_first_order_hold,
+            method: self.integration,
+        }
+    }
+}
+
+/// Progress of an identification: the steps that are done, and all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ModelProgress {
+    /// Generations, or rounds of starts, that are done.
+    pub done: usize,
+    /// Their number at most.
+    pub of: usize,
+}
+
+/// Identifies the parameters of a model from recordings. `observe` may end the search; the result is then the best so far.
+///
+/// # Errors
+/// Returns the errors of [`ModelSpec::space`], [`ModelProblem::new`] and [`ModelDevice::open`], `Usage` for Steiglitz–McBride, and `NotIdentified` if the model
+/// diverges from every start.
+pub fn identify_model(
+    model: &Model,
+    recordings: &[ModelRecording],
+    spec: &ModelSpec,
+    observe: &mut dyn FnMut(ModelProgress) -> ControlFlow<()>,
+) -> Result<ModelIdentification> {
+    let begin = Instant::now();
+    let space = spec.space(model, recordings.len())?;
+    let problem = ModelProblem::new(model, space, recordings.to_vec(), spec.settings())?;
+    let mut device = ModelDevice::open(&spec.device, spec.precision, &problem)?;
+    let found = search((&problem, &mut device), spec, observe)?;
+    // With the steps of the search: others have another lowest sum of squares.
+    let mut verification = verified(&problem, spec, &found);
+    let (problem, refined) = match spec.is_polished {
+        true => {
+            let (values, initial) = (&found.start.0, &found.start.1);
+            let refined = match found.is_of_multistart {
+                true => refine_model_near(&problem, values, initial, spec.estimates_initial)?,
+                false => refine_model(&problem, values, initial, (spec.estimates_initial, ModelWeights::default()))?,
+            };
+            let (problem, refined) = with_fine_steps(problem, refined, spec.estimates_initial)?;
+            let given = problem.space().starts(problem.model(), &spec.start)?;
+            match better_than(&problem, &refined, &given, spec.estimates_initial) {
+                Some((finer, better)) => {
+                    // No start over the bounds led there.
+                    if verification.status == "agrees" {
+                        verification = ModelVerification { status: "reference_failed", arrivals: 0, ..verification };
+                    }
+                    let (problem, better) = with_fine_steps(finer.unwrap_or(problem), better, spec.estimates_initial)?;
+                    (problem, Some(better))
+                }
+                None => (problem, Some(refined)),
+            }
+        }
+        false => (problem, None),
+    };
+    let mut result = result(&problem, spec, (found, verification), refined);
+    result.device = device.used();
+    result.warnings.extend(device.warnings);
+    result.seconds = begin.elapsed().as_secs_f64();
+    Ok(result)
+}
+
+/// Largest number of candidates between two looks at an interruption.
+const SLICE: usize = 1 << 14;
+
+/// The outcome of a search.
+struct Found {
+    method: &'static str,
+    values: Vec<f64>,
+    cost: f64,
+    /// Values and initial states from which the refinement begins.
+    start: (Vec<f64>, Vec<Vec<f64>>),
+    optima: Option<ModelOptima>,
+    is_of_multistart: bool,
+    stop: Stop,
+    evaluations: u64,
+    history: Vec<f64>,
+}
+
+fn cost_of(problem: &ModelProblem, values: &[f64]) -> Result<f64> {
+    let mut cost = [f64::INFINITY];
+    problem.costs(Candidates::new(values, values.len()), &mut cost).map(|()| cost[0])
+}
+
+/// Runs a population search.
+fn of_population(
+    (problem, device): (&ModelProblem, &mut ModelDevice),
+    spec: &ModelSpec,
+    search: &ConfiguredSearch,
+    observe: &mut dyn FnMut(ModelProgress) -> ControlFlow<()>,
+) -> Result<(Run, Stop)> {
+    let bounds = problem.space().free.iter().map(|axis| (axis.min, axis.max)).collect();
+    let &ModelSpec { population, generations, seed, .. } = spec;
+    let search_settings = SearchSettings { bounds, population, generations, seed, ..SearchSettings::default() };
+    let mut runs = [Run::new(search.begin(search_settings)?)];
+    let budget = Budget { generations, slice: SLICE };
+    let mut evaluate = |populations: &[Candidates<'_>], costs: &mut [f64]| {
+        let mut at = 0;
+        for population in populations {
+            let end = at + population.count();
+            device.evaluator.costs(problem, *population, &mut costs[at..end])?;
+            at = end;
+        }
+        Ok(())
+    };
+    let rounds = rounds_max(problem.model());
+    let mut progress =
+        |of: &motorfit_optimize::Progress| observe(ModelProgress { done: of.generation, of: of.generations + rounds });
+    let stop = minimize(&mut runs, budget, &mut evaluate, &mut progress)?;
+    let [run] = runs;
+    Ok((run, stop))
+}
+
+fn search(
+    (problem, device): (&ModelProblem, &mut ModelDevice),
+    spec: &ModelSpec,
+    observe: &mut dyn FnMut(ModelProgress) -> ControlFlow<()>,
+) -> Result<Found> {
+    let cost = |values: &[f64]| cost_of(problem, values);
+    let settings = (spec.estimates_initial, spec.seed);
+    let mut given = problem.space().starts(problem.model(), &spec.start)?;
+    let population = match &spec.method {
+        Method::Auto => None,
+        Method::SteiglitzMcBride => {
+            let hint = "Choose auto (a multistart) or a population search.";
+            return Err(Error::usage("Steiglitz–McBride is a method of the linear DC motor", hint));
+        }
+        Method::Search(search) => {
+            let (run, stop) = of_population((problem, device), spec, search, observe)?;
+            Some((search.search.name, run, stop))
+        }
+    };
+    // The rounds of starts follow the generations.
+    let before = population.as_ref().map_or(0, |_| spec.generations);
+    let mut look = |done, of| observe(ModelProgress { done: before + done, of: before + of });
+    if let Some((method, run, stop)) = population {
+        let Some(best) = run.optimizer.best().map(|best| best.values.to_vec()) else {
+            return Err(Error::not_identified("no candidate of the search was evaluated", "Give more generations."));
+        };
+        let optima = match spec.is_polished && stop != Stop::Interrupted {
+            true => {
+                given.push(best.clone());
+                let starts = ModelStarts { given: &given, populations: &mut islands };
+                Some(model_optima(problem, device.evaluator.as_mut(), settings, starts, &mut look)?)
+            }
+            false => None,
+        };
+        let is_interrupted = optima.as_ref().is_some_and(|optima| optima.is_interrupted);
+        let initial = problem.open_initials();
+        return Ok(Found {
+            method,
+            cost: cost(&best)?,
+            start: (best.clone(), initial),
+            values: best,
+            optima,
+            is_of_multistart: false,
+            stop: if is_interrupted { Stop::Interrupted } else { stop },
+            evaluations: run.evaluations,
+            history: run.history,
+        });
+    }
+    let starts = ModelStarts { given: &given, populations: &mut islands };
+    let optima = model_optima(problem, device.evaluator.as_mut(), settings, starts, &mut look)?;
+    Ok(Found {
+        method: "multistart",
+        values: optima.values.clone(),
+        cost: cost(&optima.values)?,
+        start: (optima.values.clone(), optima.initial.clone()),
+        stop: if optima.is_interrupted { Stop::Interrupted } else { Stop::BudgetSpent },
+        evaluations: optima.evaluations,
+        history: Vec::new(),
+        is_of_multistart: true,
+        optima: Some(optima),
+    })
+}
+
+/// Sum of squares above the lowest, relative to it, from which a search was stuck.
+const STUCK: f64 = 1e-3;
+
+/// Compares the optimum of a search with those of descents from other starts.
+fn verified(problem: &ModelProblem, spec: &ModelSpec, found: &Found) -> ModelVerification {
+    let none = ModelVerification { status: "not_applicable", starts: 0, arrivals: 0, cost_gap: None };
+    let Some(optima) = found.optima.as_ref().filter(|_| spec.is_polished) else { return none };
+    let (starts, arrivals) = (optima.starts, optima.arrivals);
+    let is_conclusive = arrivals >= ARRIVALS || problem.space().free.is_empty();
+    if found.is_of_multistart {
+        // Its optimum is the lowest one by itself.
+        let status = if is_conclusive { "agrees" } else { "reference_failed" };
+        return ModelVerification { status, starts, arrivals, cost_gap: Some(0.0) };
+    }
+    // The descent of the search's own optimum, with the weights of the multistart.
+    let own = refine_model(problem, &found.start.0, &found.start.1, (spec.estimates_initial, ModelWeights::Signals));
+    let cost_gap = own.ok().map(|own| squares(problem, &own) / optima.cost - 1.0).filter(|gap| gap.is_finite());
+    let status = match cost_gap {
+        Some(gap) if gap > STUCK => "search_stuck",
+        _ if is_conclusive => "agrees",
+        _ => "reference_failed",
+    };
+    ModelVerification { status, starts, arrivals, cost_gap }
+}
+
+fn result(
+    problem: &ModelProblem,
+    spec: &ModelSpec,
+    (found, verification): (Found, ModelVerification),
+    refined: Option<ModelRefined>,
+) -> ModelIdentification {
+    let values = refined.as_ref().map_or_else(|| found.values.clone(), |refined| refined.values.clone());
+    let initial = refined.as_ref().map_or_else(|| found.start.1.clone(), |refined| refined.initial.clone());
+    let fits: Vec<_> =
+        (0..problem.recordings()).map(|recording| fitted(problem, &values, recording, &initial[recording])).collect();
+    let (fit_percent, residual_sigma) = over_all(problem, &fits);
+    let mut cost = [f64::INFINITY];
+    // The length fits: the values are those of the space.
+    let _ = problem.costs(Candidates::new(&values, values.len()), &mut cost);
+    let uncertainty = refined.as_ref().map(|refined| refined.uncertainty.clone());
+    let combinations: Vec<String> = uncertainty
+        .iter()
+        .flat_map(|uncertainty| &uncertainty.unidentifiable)
+        .map(|direction| described(problem, direction))
+        .collect();
+    let mut warnings = Vec::new();
+    for text in &combinations {
+        warnings.push(Warning::new("not_identifiable", text.clone()));
+    }
+    let mut result = ModelIdentification {
+        trust: Trust::default(),
+        estimates: estimates(problem, &values, refined.as_ref()),
+        values,
+        space: problem.space().clone(),
+        method: *problem.method(),
+        searched: ModelSearch { method: found.method, values: found.values, cost: found.cost },
+        cost: cost[0],
+        uncertainty,
+        combinations,
+        converged: refined.as_ref().is_none_or(|refined| refined.converged),
+        fit_percent,
+        residual_sigma,
+        fits,
+        held_out: Vec::new(),
+        held_out_percent: Vec::new(),
+        verification,
+        warnings,
+        stop: found.stop,
+        evaluations: found.evaluations + refined.as_ref().map_or(0, |refined| refined.evaluations as u64),
+        history: found.history,
+        seconds: 0.0,
+        device: DeviceUsed::default(),
+    };
+    result.trust = trust(problem, &result, spec.is_polished);
+    result
+}
+
+/// Simulates held-out recordings with the result; initial values that are measured or free are estimated from each.
+///
+/// # Errors
+/// Propagates the errors of [`ModelProblem::new`]; parameters of single recordings take the values of the first one.
+pub fn hold_out_model(
+    model: &Model,
+    found: &mut ModelIdentification,
+    recordings: &[ModelRecording],
+    spec: &ModelSpec,
+) -> Result<()> {
+    if recordings.is_empty() {
+        return Ok(());
+    }
+    let space = ModelSpace::all_fixed(&found.space.values(&found.values, 0));
+    let problem = ModelProblem::new(model, space, recordings.to_vec(), spec.settings())?;
+    let initial = problem.open_initials();
+    let initial = match spec.estimates_initial && !initial.iter().all(Vec::is_empty) {
+        true => refine_model(&problem, &[], &initial, (true, ModelWeights::default()))
+            .map_or(initial, |refined| refined.initial),
+        false => initial,
+    };
+    found.held_out = (0..recordings.len()).map(|n| fitted(&problem, &[], n, &initial[n])).collect();
+    found.held_out_percent = over_all(&problem, &found.held_out).0;
+    Ok(())
+}

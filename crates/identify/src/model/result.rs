@@ -1,0 +1,129 @@
+//! The result of an identification with a user's model.
+
+use crate::analysis::ResidualTest;
+use crate::device::DeviceUsed;
+use crate::trust_level::Trust;
+use motorfit_estimate::model::ModelUncertainty;
+use motorfit_evaluate::model::{ModelMethod, ModelSpace};
+use motorfit_optimize::Stop;
+use motorfit_record::warning::Warning;
+use serde::Serialize;
+
+/// The estimate of a parameter, or its fixed value.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ModelEstimate {
+    /// Name of the parameter in the model.
+    #[serde(skip)]
+    pub name: String,
+    /// Number of the recording whose parameter this is; `None` for all.
+    #[serde(rename = "record", skip_serializing_if = "Option::is_none")]
+    pub recording: Option<usize>,
+    /// Value in the unit of the parameter; `None` if it is not identifiable.
+    pub value: Option<f64>,
+    /// Unit as written in the model.
+    pub unit: String,
+    /// Standard error.
+    pub std_error: Option<f64>,
+    /// 95 % confidence interval.
+    pub ci95: Option<[f64; 2]>,
+    /// Bound that the parameter ended at.
+    pub at_bound: Option<&'static str>,
+    /// True if the value was given.
+    pub fixed: bool,
+}
+
+impl ModelEstimate {
+    /// Returns the name with the index of the recording if the parameter is that of one, as `R[0]`.
+    #[must_use]
+    pub fn label(&self) -> String {
+        self.recording.map_or_else(|| self.name.clone(), |n| format!("{}[{n}]", self.name))
+    }
+}
+
+/// The fit of a model on one recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelFit {
+    /// Simulated outputs, shape `[outputs][samples]`, in their units.
+    pub simulated: Vec<Vec<f64>>,
+    /// Fit `100 (1 − ‖y − ŷ‖/‖y − mean y‖)` of each output \[%\]; `None` for one that was not measured or does not vary.
+    pub fit_percent: Vec<Option<f64>>,
+    /// Root mean square of the residuals of each output.
+    pub residual_sigma: Vec<Option<f64>>,
+    /// Tests of the residuals of each output.
+    pub residuals: Vec<Option<ResidualTest>>,
+    /// Initial values of the states that are measured or free, in their units.
+    pub initial: Vec<f64>,
+}
+
+/// The first optimum, before the refinement.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelSearch {
+    /// Name of the method.
+    pub method: &'static str,
+    /// Values of the free parameters.
+    pub values: Vec<f64>,
+    /// Cost in the criterion of the spec.
+    pub cost: f64,
+}
+
+/// Comparison of the result with descents from other starts.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelVerification {
+    /// `agrees`, `search_stuck`, `reference_failed` or `not_applicable`.
+    pub status: &'static str,
+    /// Number of starts over the bounds.
+    pub starts: usize,
+    /// Number of these starts from which the lowest optimum was reached.
+    pub arrivals: usize,
+    /// Sum of squares of the result above that of the lowest optimum, relative to it.
+    pub cost_gap: Option<f64>,
+}
+
+/// The result of an identification with a user's model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelIdentification {
+    /// Level of trust with its reasons.
+    pub trust: Trust,
+    /// Parameters in the order of the model, those of single recordings once for each.
+    pub estimates: Vec<ModelEstimate>,
+    /// Values of the free parameters in the order of the space.
+    pub values: Vec<f64>,
+    /// Search space.
+    pub space: ModelSpace,
+    /// Integration method.
+    pub method: ModelMethod,
+    /// First optimum.
+    pub searched: ModelSearch,
+    /// Cost of the result in the criterion of the spec.
+    pub cost: f64,
+    /// Uncertainty; `None` without a refinement.
+    pub uncertainty: Option<ModelUncertainty>,
+    /// Combinations of parameters that the recordings cannot distinguish, as sentences.
+    pub combinations: Vec<String>,
+    /// True if the refinement converged.
+    pub converged: bool,
+    /// Fit of each output over all recordings \[%\].
+    pub fit_percent: Vec<Option<f64>>,
+    /// Root mean square of the residuals of each output over all recordings.
+    pub residual_sigma: Vec<Option<f64>>,
+    /// Fit of each recording.
+    pub fits: Vec<ModelFit>,
+    /// Fit of each held-out recording.
+    pub held_out: Vec<ModelFit>,
+    /// Fit of each output over the held-out recordings \[%\]; empty if there are none.
+    pub held_out_percent: Vec<Option<f64>>,
+    /// Comparison with other starts.
+    pub verification: ModelVerification,
+    /// Device that evaluated populations.
+    pub device: DeviceUsed,
+    /// Warnings and remarks.
+    pub warnings: Vec<Warning>,
+    /// Reason for which the search ended.
+    pub stop: Stop,
+    /// Number of evaluated candidates.
+    pub evaluations: u64,
+    /// Lowest cost after each generation of a population search.
+    pub history: Vec<f64>,
+    /// Duration of the estimation \[s\].
+    pub seconds: f64,
+}

@@ -1,0 +1,186 @@
+//! Warnings about the recordings and the spec, and about the result of a fit.
+
+use super::estimates::ParameterEstimate;
+use super::missing_channel::missing_channel;
+use super::normalized::NormalizedModel;
+use super::result::Identification;
+use super::spec::IdentifySpec;
+use super::verify::Status;
+use crate::analysis::{Characteristics, poor_fit, warnings_of_records};
+use motorfit_core::numeric::peak;
+use motorfit_core::setting::{Text, text};
+use motorfit_core::text::{engineering, significant};
+use motorfit_core::{Error, ErrorKind};
+use motorfit_estimate::{SmFailure, Whiteness};
+use motorfit_evaluate::Initial;
+use motorfit_motor::{Extension, Input, Parameter};
+use motorfit_record::Record;
+use motorfit_record::warning::Warning;
+
+/// Number of samples below which 95 % intervals covered only 81 to 90 % in simulations.
+const SAMPLES_FEW: usize = 12;
+
+/// Returns the warnings about recordings under a spec.
+pub(super) fn of_recordings(records: &[Record], spec: &IdentifySpec) -> Vec<Warning> {
+    as_taken(&warnings_of_records(records), records, spec)
+}
+
+/// Returns the warnings about recordings under a spec, with their `diagnosis` computed before.
+pub(super) fn as_taken(diagnosis: &[Warning], records: &[Record], spec: &IdentifySpec) -> Vec<Warning> {
+    let mut warnings = diagnosis.to_vec();
+    let samples: usize = records.iter().map(Record::len).sum();
+    if samples < SAMPLES_FEW {
+        let message =
+            format!("{samples} samples: with fewer than {SAMPLES_FEW} the confidence intervals are too narrow");
+        warnings.push(Warning::new("few_samples", message));
+    }
+    warnings.extend(
+        missing_channel(records, spec)
+            .map(|(what, remedy)| Warning::new("channel_missing", what.and("; ").and(remedy))),
+    );
+    let moves_at_start = |signal: &[f64]| signal[0].abs() > 0.05 * peak(signal);
+    if spec.model.initial == Initial::Zero && records.iter().flat_map(Record::measured).flatten().any(moves_at_start) {
+        let what = "a recording does not start at rest, as ";
+        let message = text!("{what}" [Initial = "zero"] " assumes; use " [Initial = "free"]);
+        warnings.push(Warning::new("initial_state", message));
+    }
+    warnings
+}
+
+/// Puts the warning of the normalized model first, in place of others with the same code.
+pub(super) fn with_normalized(mut warnings: Vec<Warning>, model: Option<&NormalizedModel>) -> Vec<Warning> {
+    if let Some(model) = model {
+        warnings.retain(|warning| warning.code != model.warning.code);
+        warnings.insert(0, model.warning.clone());
+    }
+    warnings
+}
+
+/// Largest number of findings that are named before the hint of an error.
+const FINDINGS_MAX: usize = 2;
+
+/// Adds findings about the recordings before the hint of a `NotIdentified` error.
+pub(super) fn with_findings(error: Error, of_recordings: &[Warning]) -> Error {
+    let message = error.message().to_string();
+    let is_new = |warning: &&Warning| warning.can_cause_poor_fit() && warning.message.to_string() != message;
+    let found: Vec<&Warning> = of_recordings.iter().filter(is_new).take(FINDINGS_MAX).collect();
+    if found.is_empty() || error.kind() != ErrorKind::NotIdentified {
+        return error;
+    }
+    let mut first = Text::from("First check the findings in the recording: ");
+    for warning in found {
+        let remedy = warning.remedy.clone().unwrap_or_default();
+        // A remedy that ends in a command has no full stop, which would be copied with it.
+        let end = if remedy.to_string().ends_with(|c: char| c.is_alphanumeric()) { "; " } else { " " };
+        first = first.and(&warning.message).and(". ").and(remedy).and(end);
+    }
+    error.with_hint_prefix(&first.and("Otherwise:"))
+}
+
+/// Smallest factor of the standard errors for correlated residuals that is named: 1.1 after rounding.
+const WIDENED_MIN: f64 = 1.05;
+
+/// Returns the warnings about a result.
+pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    if found.searched.is_fallback && found.input == Input::Voltage {
+        let why = failure.unwrap_or(SmFailure::PoorFit).message();
+        let message = format!("Steiglitz–McBride is not applicable: {why}; a multistart was used instead");
+        warnings.push(Warning::new("sm_failed", message));
+    }
+    for parameter in Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS) {
+        let Some(side) = found.at_bound(parameter) else { continue };
+        let (symbol, name) = (parameter.symbol(), parameter.name());
+        warnings.push(if is_idle(found, parameter, side) {
+            let message = format!("the recordings show no {name}: {symbol} ended at a value without effect");
+            Warning::new("extension_idle", message)
+        } else {
+            let rest = "; otherwise the other estimates are valid only if it is right";
+            Warning::new("at_bound", text!("{symbol} ended at its {side} bound; widen it with " [Bounds] {rest}))
+        });
+    }
+    warnings.extend(not_separated(found));
+    warnings.extend(poor_fit(found.fit_percent));
+    if !found.converged {
+        let message = "the refinement has not converged: the result may only be near the optimum";
+        warnings.push(Warning::new("not_converged", message));
+    }
+    let white = found.uncertainty.as_ref().map_or([None; 2], |uncertainty| uncertainty.whiteness);
+    let colored = |(name, white): (&str, Option<Whiteness>)| {
+        white.filter(|w| !w.is_white).map(|w| format!("{name} ({:.2} at lag 1)", w.lag1))
+    };
+    let list: Vec<String> = ["current", "speed"].into_iter().zip(white).filter_map(colored).collect();
+    if !list.is_empty() {
+        let list = list.join(", ");
+        let widened_by = found.uncertainty.as_ref().map_or(1.0, |uncertainty| uncertainty.widened_by);
+        let errors = match widened_by >= WIDENED_MIN {
+            true => {
+                format!("allow for that and are up to {} times those of white residuals", significant(widened_by, 2))
+            }
+            false => "need no widening for it".to_owned(),
+        };
+        let message = format!(
+            "the residuals are correlated, {list}: the model lacks an effect, or the sensors filter; the standard \
+             errors {errors}"
+        );
+        warnings.push(Warning::new("residuals_not_white", message));
+    }
+    if found.verification.status == Status::SearchStuck {
+        let times = significant(1.0 + found.verification.cost_gap.unwrap_or(f64::NAN), 3);
+        let rescued = found.uncertainty.is_some() && found.verification.refined_agrees;
+        let what = if rescued { "the refinement reached that optimum" } else { "the global search found that optimum" };
+        let message = text!(
+            "the search ended where the weighted sum of squares is {times} times that of the best optimum; {what}; use "
+            [Method = "auto"] ", more " [Generations] " or another " [Seed]
+        );
+        warnings.push(Warning::new("search_stuck", message));
+    }
+    warnings
+}
+
+/// Returns the warning about alternative models that fit as well as the selected one; `None` without alternatives.
+fn not_separated(found: &Identification) -> Option<Warning> {
+    let named = |with: &[Extension]| with.iter().map(|e| e.name()).collect::<Vec<_>>().join(", ");
+    let fits = |fit: [Option<f64>; 2]| {
+        let list = ["current", "speed"].into_iter().zip(fit);
+        list.filter_map(|(name, fit)| Some(format!("{name} {:.2} %", fit?))).collect::<Vec<_>>().join(", ")
+    };
+    let others = found.alternatives.iter().map(|of| format!("{} ({})", named(&of.with), fits(of.fit_percent)));
+    let others: Vec<String> = others.collect();
+    (!others.is_empty()).then(|| {
+        let taken = named(&found.extensions());
+        let message = format!(
+            "the recordings do not distinguish the model {taken} ({}) from {}; its parameters are valid only if it is \
+             the right one",
+            fits(found.fit_percent),
+            others.join(" or ")
+        );
+        Warning::new("not_separated", message)
+    })
+}
+
+/// Returns true if a parameter of an extension ended at the bound at which it has no effect.
+fn is_idle(found: &Identification, parameter: Parameter, side: &str) -> bool {
+    let Some(axis) = found.space.free().iter().find(|axis| axis.parameter == parameter) else { return false };
+    axis.is_idle(if side == "min" { axis.min } else { axis.max })
+}
+
+/// Largest plausible ratio of the dead time to the time constant of the motor.
+const DEAD_TIME_MAX: f64 = 3.0;
+
+/// Returns the warning about a dead time that is implausibly long for the motor.
+pub(super) fn long_dead_time(found: &Identification) -> Option<Warning> {
+    let constant = Characteristics::of(found)?.time_constant.value;
+    let estimates = found.estimates();
+    let long = |e: &&ParameterEstimate| {
+        e.parameter == Parameter::DeadTime && e.value.is_some_and(|td| td > DEAD_TIME_MAX * constant)
+    };
+    let dead_time = estimates.iter().find(long)?.value?;
+    let times = significant(dead_time / constant, 2);
+    let [dead_time, constant] = [dead_time, constant].map(|seconds| engineering(seconds, "s", 3));
+    let message = format!(
+        "the dead time, {dead_time}, is {times} times the motor's time constant ({constant}): possible causes are \
+         clocks that are not aligned and a recording that begins before the drive acts"
+    );
+    Some(Warning::new("dead_time_long", message))
+}

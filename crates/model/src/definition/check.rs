@@ -1,0 +1,110 @@
+//! Checks of a complete model: outputs and states exist, reactions act as they can be computed, every parameter has an effect.
+
+use super::document::{Document, Entry};
+use super::names::{Names, undelayed};
+use super::read::depends_on_states;
+use super::{InitialState, Model};
+use crate::graph::{Direction, Id, Leaf};
+use motorfit_core::Result;
+use motorfit_core::text::{listed, quoted};
+use std::collections::HashSet;
+
+/// Checks that a signal does not depend on states.
+pub(super) fn signal(names: &Names<'_>, section: &str, entry: &Entry<'_>) -> Result<()> {
+    let scope = &names.scope;
+    let own = scope.names.get(&undelayed(entry.key)).or_else(|| scope.names.get(entry.key));
+    if section != "signals" || !own.is_some_and(|own| depends_on_states(&scope.graph, own.id)) {
+        return Ok(());
+    }
+    let message = format!("the signal {} depends on states", quoted(entry.key));
+    let hint = "Signals are functions of inputs and parameters. Write what depends on states in [let].";
+    Err(names.document.error(entry.at, message, hint))
+}
+
+/// Checks a complete model.
+pub(super) fn model(document: &Document<'_>, model: &Model) -> Result<()> {
+    for (section, count) in
+        [("states", model.states.len()), ("outputs", model.outputs.len()), ("parameters", model.parameters.len())]
+    {
+        if count == 0 {
+            let hint = format!("Add a section [{section}].");
+            return Err(document.error(0, format!("the model has no {section}"), hint));
+        }
+    }
+    reactions(document, model)?;
+    effects(document, model)
+}
+
+/// Checks that reactions act linearly, with factors of parameters, on their own states, and that limits need no reactions.
+fn reactions(document: &Document<'_>, model: &Model) -> Result<()> {
+    let mut graph = model.graph.clone();
+    let states = document.section("states")?;
+    let at = |state: usize| states.get(state).map_or(0, |entry| entry.at);
+    let is_reaction = |leaf: &Leaf| matches!(leaf, Leaf::Reaction(_));
+    for (number, reaction) in (0_u16..).zip(&model.reactions) {
+        let name = &model.states[reaction.state].name;
+        if model.graph.leaves(&[reaction.limit]).iter().any(is_reaction) {
+            let message = format!("the limit of stick({name}, …) depends on another stick");
+            return Err(document.error(at(reaction.state), message, "Give a limit of inputs, parameters and states."));
+        }
+        let one = graph.constant(1.0);
+        let mut direction = Direction::new(|leaf| (leaf == Leaf::Reaction(number)).then_some(one));
+        for (state, of) in model.states.iter().enumerate() {
+            let factor = direction.derivative(&mut graph, of.derivative);
+            if !graph.is_fixed(factor) {
+                let message = format!("stick({name}, …) acts on {} by more than a factor of parameters", of.name);
+                let hint = "Add or subtract the reaction, multiplied or divided by constants and parameters only.";
+                return Err(document.error(at(state), message, hint));
+            }
+            if state == reaction.state && graph.is_constant(factor, 0.0) {
+                let message = format!("stick({name}, …) does not act on {name}");
+                let hint = format!("Subtract it in the derivative of {name}.");
+                return Err(document.error(at(state), message, hint));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Checks that every parameter has an effect on an output.
+fn effects(document: &Document<'_>, model: &Model) -> Result<()> {
+    let mut seen: HashSet<Leaf> = HashSet::new();
+    let mut open: Vec<Id> = Vec::new();
+    for output in &model.outputs {
+        open.push(output.value);
+        open.extend(output.average);
+    }
+    while let Some(root) = open.pop() {
+        for leaf in model.graph.leaves(&[root]) {
+            if !seen.insert(leaf) {
+                continue;
+            }
+            match leaf {
+                Leaf::State(n) => {
+                    let state = &model.states[usize::from(n)];
+                    open.push(state.derivative);
+                    if let InitialState::Given(initial) = state.initial {
+                        open.push(initial.0);
+                    }
+                }
+                Leaf::Reaction(n) => {
+                    let reaction = &model.reactions[usize::from(n)];
+                    open.push(reaction.limit);
+                }
+                Leaf::Memory(n) => {
+                    let delayed = model.delayed.get(usize::from(n));
+                    open.extend(delayed.iter().flat_map(|of| [of.value, of.delay, of.latency]));
+                }
+                Leaf::Input(_) | Leaf::NextInput(_) => {}
+                Leaf::Parameter(_) => {}
+            }
+        }
+    }
+    let has_effect = |n: usize| seen.contains(&Leaf::Parameter(u16::try_from(n).unwrap_or(u16::MAX)));
+    let idle = (0..model.parameters.len()).find(|n| !has_effect(*n));
+    let Some(idle) = idle else { return Ok(()) };
+    let at = document.section("parameters")?.get(idle).map_or(0, |entry| entry.at);
+    let outputs: Vec<&str> = model.outputs.iter().map(|output| output.name.as_str()).collect();
+    let message = format!("{} has no effect on {}", quoted(&model.parameters[idle].name), listed(&outputs, "or"));
+    Err(document.error(at, message, "Use it in an equation that the outputs depend on, or leave it out."))
+}

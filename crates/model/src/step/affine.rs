@@ -1,0 +1,73 @@
+//! The affine part of the equations: `dx/dt = A x + B u + c + Γ r + rest`, with coefficients of parameters alone.
+
+use crate::Model;
+use crate::graph::{Direction, Graph, Id, Leaf, Node, Substitution};
+
+/// The equations of a model, separated; matrices row by row.
+#[derive(Debug, Clone)]
+pub struct Affine {
+    /// A, shape `[states, states]`.
+    pub states: Vec<Vec<Id>>,
+    /// B, shape `[states, inputs]`, delayed signals after the inputs.
+    pub inputs: Vec<Vec<Id>>,
+    /// c, a value for each state.
+    pub constant: Vec<Id>,
+    /// Γ, shape `[reactions, states]`.
+    pub reactions: Vec<Vec<Id>>,
+    /// The other terms of each state, without reactions.
+    pub rest: Vec<Id>,
+    /// The right-hand sides without reactions.
+    pub right: Vec<Id>,
+}
+
+impl Affine {
+    /// Separates the equations of a model.
+    pub fn of(model: &Model, graph: &mut Graph) -> Self {
+        let (states, inputs) = (model.states.len(), model.inputs.len() + model.delayed.len());
+        let [zero, one] = [0.0, 1.0].map(|value| graph.constant(value));
+        let derivatives: Vec<Id> = model.states.iter().map(|state| state.derivative).collect();
+        let reactions = (0..model.reactions.len()).map(|number| {
+            let mut direction =
+                Direction::new(|leaf| matches!(leaf, Leaf::Reaction(n) if usize::from(n) == number).then_some(one));
+            derivatives.iter().map(|derivative| direction.derivative(graph, *derivative)).collect()
+        });
+        let reactions = reactions.collect();
+        let mut without = Substitution::new(|leaf| matches!(leaf, Leaf::Reaction(_)).then_some(zero));
+        let right: Vec<Id> = derivatives.iter().map(|derivative| without.apply(graph, *derivative)).collect();
+        let right = graph.with_collected_terms(&right);
+        let mut affine = Self {
+            states: vec![vec![zero; states]; states],
+            inputs: vec![vec![zero; inputs]; states],
+            constant: vec![zero; states],
+            reactions,
+            rest: vec![zero; states],
+            right,
+        };
+        for row in 0..states {
+            // All sums are opened. Nonlinear terms remain shared, because each is a node.
+            for term in graph.terms(affine.right[row], &|_| true) {
+                let leaf = term.rest.map(|rest| graph.node(rest));
+                let place = match leaf {
+                    None => &mut affine.constant[row],
+                    Some(Node::Leaf(Leaf::State(n))) => &mut affine.states[row][usize::from(n)],
+                    Some(Node::Leaf(Leaf::Input(n))) => &mut affine.inputs[row][usize::from(n)],
+                    Some(Node::Leaf(Leaf::Memory(n))) => &mut affine.inputs[row][model.inputs.len() + usize::from(n)],
+                    Some(_) => &mut affine.rest[row],
+                };
+                let value = match (leaf, term.rest) {
+                    (Some(Node::Leaf(Leaf::State(_) | Leaf::Input(_) | Leaf::Memory(_))) | None, _) | (_, None) => {
+                        term.factor
+                    }
+                    (_, Some(rest)) => graph.multiply(term.factor, rest),
+                };
+                *place = graph.add(*place, value);
+            }
+        }
+        affine
+    }
+
+    /// Returns the rows with terms that are not affine.
+    pub fn nonlinear_rows(&self, graph: &Graph) -> Vec<usize> {
+        (0..self.rest.len()).filter(|row| !graph.is_constant(self.rest[*row], 0.0)).collect()
+    }
+}

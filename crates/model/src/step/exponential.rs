@@ -1,0 +1,319 @@
+//! Steps with matrix exponentials: the exact map of the affine part, and the exponential Runge–Kutta method of order 4 for the rest.
+//!
+//! With `φ₀ = eᶻ`, `φ₁ = (eᶻ−1)/z`, `φ₂ = (φ₁−1)/z`, `φ₃ = (φ₂−½)/z` of `z = hA`, held inputs act by `h φ₁ B u`, straight lines
+//! by `h (φ₁−φ₂) B u₀ + h φ₂ B u₁`. The nonlinear terms N at four stages have the weights `h (φ₁−3φ₂+4φ₃)`, `2h (φ₂−2φ₃)`
+//! twice, and `h (4φ₃−φ₂)` (S. M. Cox, P. C. Matthews, J. Comput. Phys. 176, 2002, Eqs. 26 to 29).
+
+use super::phi::{Lane, Matrices, phi_functions};
+use super::reaction::{StepEnd, react};
+use super::runge_kutta::{InputsAt, right_hand_sides};
+use super::{Affine, Step, StepSettings, Substep, parameter};
+use crate::Model;
+use crate::graph::{Graph, Id, Leaf};
+use motorfit_core::numeric::count;
+
+/// Matrices of the affine part, and the layout of the parameters that are computed from their exponentials.
+#[derive(Debug, Clone)]
+pub struct Extras {
+    /// A row by row, then the columns of each source, as nodes of parameters alone.
+    pub roots: Vec<Id>,
+    step_s: f64,
+    states: usize,
+    /// The source of each column: an input, the constant, a reaction.
+    pub(super) sources: Vec<Source>,
+    is_first_order_hold: bool,
+    /// Rows with nonlinear terms.
+    rows: Vec<usize>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Source {
+    Input(usize),
+    Constant,
+    Reaction(usize),
+}
+
+/// Blocks of the parameters that are computed from exponentials. Those of half a step are there for nonlinear equations only.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Block {
+    /// `φ₀ − 1` of a step, row by row.
+    Change,
+    /// Column of a source for the value at the start of the step.
+    Start(usize),
+    /// Column of an input for the value at the end of the step.
+    End(usize),
+    HalfChange,
+    HalfStart(usize),
+    HalfEnd(usize),
+    /// Column of a nonlinear row at the first stages.
+    HalfStage(usize),
+    /// Columns of a nonlinear row with the weights of the first, the middle and the last stage.
+    Weight(usize, usize),
+}
+
+impl Extras {
+    /// Returns true for a source that is constant over a step.
+    pub(super) fn is_held(&self, source: usize) -> bool {
+        !self.is_first_order_hold || !matches!(self.sources[source], Source::Input(_))
+    }
+
+    /// Returns the blocks in the order of their parameters.
+    fn blocks(&self) -> Vec<Block> {
+        let columns = |start: fn(usize) -> Block, end: fn(usize) -> Block, has_reactions: bool| {
+            let used = (0..self.sources.len())
+                .filter(move |n| has_reactions || !matches!(self.sources[*n], Source::Reaction(_)));
+            used.flat_map(move |n| std::iter::once(start(n)).chain((!self.is_held(n)).then(|| end(n))))
+        };
+        let mut blocks = vec![Block::Change];
+        blocks.extend(columns(Block::Start, Block::End, true));
+        if !self.rows.is_empty() {
+            blocks.push(Block::HalfChange);
+            blocks.extend(columns(Block::HalfStart, Block::HalfEnd, false));
+            for row in 0..self.rows.len() {
+                blocks.push(Block::HalfStage(row));
+                blocks.extend((0..3).map(|weight| Block::Weight(row, weight)));
+            }
+        }
+        blocks
+    }
+
+    fn length(&self, block: Block) -> usize {
+        let is_matrix = matches!(block, Block::Change | Block::HalfChange);
+        if is_matrix { self.states * self.states } else { self.states }
+    }
+
+    /// Returns true if there are no nonlinear terms.
+    pub(super) fn is_affine(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Returns the number of parameters.
+    pub fn count(&self) -> usize {
+        self.blocks().into_iter().map(|block| self.length(block)).sum()
+    }
+
+    /// Returns the place of a block among the parameters.
+    pub(super) fn place(&self, wanted: Block) -> usize {
+        self.blocks().into_iter().take_while(|block| *block != wanted).map(|block| self.length(block)).sum()
+    }
+
+    /// Computes the parameters from the values of [`Self::roots`] and calls `set` with the number and value of each.
+    pub fn compute<T: Lane>(&self, roots: &[T], mut set: impl FnMut(usize, T)) {
+        let n = self.states;
+        let (matrix, columns) = roots.split_at(n * n);
+        let full = phi_functions(matrix, n, self.step_s);
+        let half = (!self.rows.is_empty()).then(|| phi_functions(matrix, n, 0.5 * self.step_s));
+        let mut at = 0;
+        let mut put = |values: Vec<T>| {
+            for value in values {
+                set(at, value);
+                at += 1;
+            }
+        };
+        for block in self.blocks() {
+            let half = || half.as_ref().unwrap_or(&full);
+            let of_source = |phi: &Matrices<T>, source: usize, weights: [f64; 3], h: f64| {
+                phi.apply(weights.map(|weight| h * weight), &columns[source * n..(source + 1) * n])
+            };
+            let h = self.step_s;
+            let start = |source: usize| if self.is_held(source) { [1.0, 0.0, 0.0] } else { [1.0, -1.0, 0.0] };
+            let unit = |phi: &Matrices<T>, row: usize, weights: [f64; 3], h: f64| {
+                phi.column(weights.map(|weight| h * weight), self.rows[row])
+            };
+            put(match block {
+                Block::Change => full.change.clone(),
+                Block::HalfChange => half().change.clone(),
+                Block::Start(source) => of_source(&full, source, start(source), h),
+                Block::End(source) => of_source(&full, source, [0.0, 1.0, 0.0], h),
+                Block::HalfStart(source) => of_source(half(), source, start(source), 0.5 * h),
+                Block::HalfEnd(source) => of_source(half(), source, [0.0, 1.0, 0.0], 0.5 * h),
+                Block::HalfStage(row) => unit(half(), row, [1.0, 0.0, 0.0], 0.5 * h),
+                Block::Weight(row, 0) => unit(&full, row, [1.0, -3.0, 4.0], h),
+                Block::Weight(row, 1) => unit(&full, row, [0.0, 2.0, -4.0], h),
+                Block::Weight(row, _) => unit(&full, row, [0.0, -1.0, 4.0], h),
+            });
+        }
+    }
+}
+
+/// Inputs at the three places of a step, and the parameters of its exponentials.
+struct Builder<'a> {
+    graph: &'a mut Graph,
+    extras: &'a Extras,
+    first: usize,
+    inputs: [InputsAt; 3],
+}
+
+impl Builder<'_> {
+    fn column(&mut self, block: Block) -> Vec<Id> {
+        let from = self.first + self.extras.place(block);
+        (from..from + self.extras.length(block)).map(|n| parameter(self.graph, n)).collect()
+    }
+
+    /// Adds columns times factors to states.
+    fn add(&mut self, x: &mut [Id], block: Block, factor: Option<Id>) {
+        for (x, own) in x.iter_mut().zip(self.column(block)) {
+            let change = match factor {
+                Some(factor) => self.graph.multiply(own, factor),
+                None => own,
+            };
+            *x = self.graph.add(*x, change);
+        }
+    }
+
+    /// Returns `x` after a step of the affine part, or after half a step that begins at place `from` of the step.
+    fn affine(&mut self, x: &[Id], is_half: bool, from: usize) -> Vec<Id> {
+        let n = x.len();
+        let change = self.column(if is_half { Block::HalfChange } else { Block::Change });
+        let mut next = Vec::with_capacity(n);
+        for row in 0..n {
+            let mut sum = x[row];
+            for (own, x) in change[row * n..(row + 1) * n].iter().zip(x) {
+                let product = self.graph.multiply(*own, *x);
+                sum = self.graph.add(sum, product);
+            }
+            next.push(sum);
+        }
+        let to = if is_half { from + 1 } else { 2 };
+        for source in 0..self.extras.sources.len() {
+            let (start, end) = if is_half {
+                (Block::HalfStart(source), Block::HalfEnd(source))
+            } else {
+                (Block::Start(source), Block::End(source))
+            };
+            match self.extras.sources[source] {
+                Source::Input(input) => {
+                    let [before, after] = [from, to].map(|place| self.inputs[place].all[input]);
+                    self.add(&mut next, start, Some(before));
+                    if !self.extras.is_held(source) {
+                        self.add(&mut next, end, Some(after));
+                    }
+                }
+                Source::Constant => self.add(&mut next, start, None),
+                Source::Reaction(_) => {}
+            }
+        }
+        next
+    }
+}
+
+impl Step {
+    /// Makes the step with matrix exponentials.
+    pub(super) fn exponential(&mut self, model: &Model, affine: &Affine, step_s: f64, settings: &StepSettings) {
+        let is_zero = |graph: &Graph, ids: &[Id]| ids.iter().all(|id| graph.is_constant(*id, 0.0));
+        let inputs = model.inputs.len() + model.delayed.len();
+        let mut sources: Vec<(Source, Vec<Id>)> = (0..inputs)
+            .map(|input| (Source::Input(input), affine.inputs.iter().map(|row| row[input]).collect()))
+            .chain([(Source::Constant, affine.constant.clone())])
+            .collect();
+        sources.retain(|(_, column)| !is_zero(&self.graph, column));
+        sources.extend(affine.reactions.iter().enumerate().map(|(n, column)| (Source::Reaction(n), column.clone())));
+        let extras = Extras {
+            roots: affine
+                .states
+                .concat()
+                .into_iter()
+                .chain(sources.iter().flat_map(|(_, column)| column.clone()))
+                .collect(),
+            step_s: step_s / count(settings.substeps.max(1)),
+            states: model.states.len(),
+            sources: sources.into_iter().map(|(source, _)| source).collect(),
+            is_first_order_hold: settings.is_first_order_hold,
+            rows: affine.nonlinear_rows(&self.graph),
+        };
+        let substeps = settings.substeps.max(1);
+        let delayed: Vec<Vec<Id>> =
+            (0..substeps).map(|substep| self.delayed(model, Substep::new(substep, substeps))).collect();
+        let (first, graph) = (self.parameters, &mut self.graph);
+        let leaf =
+            |graph: &mut Graph, of: fn(u16) -> Leaf, n: usize| graph.leaf(of(u16::try_from(n).unwrap_or(u16::MAX)));
+        let own = model.inputs.len();
+        let start: Vec<Id> = (0..own).map(|n| leaf(graph, Leaf::Input, n)).collect();
+        let is_line = settings.is_first_order_hold;
+        let end: Vec<Id> = (0..own).map(|n| if is_line { leaf(graph, Leaf::NextInput, n) } else { start[n] }).collect();
+        let mut x: Vec<Id> = (0..model.states.len()).map(|n| leaf(graph, Leaf::State, n)).collect();
+        let mut milestones = Vec::new();
+        for (substep, delayed) in delayed.iter().enumerate() {
+            let at = |graph: &mut Graph, fraction: f64| {
+                let mut all = between(graph, &start, &end, (count(substep) + fraction) / count(substeps));
+                all.extend(delayed);
+                InputsAt { all, inputs: own }
+            };
+            let inputs = [0.0, 0.5, 1.0].map(|fraction| at(graph, fraction));
+            let mut builder = Builder { graph, extras: &extras, first, inputs };
+            let mut next = builder.affine(&x, false, 0);
+            if !extras.rows.is_empty() {
+                let rest: Vec<Id> = extras.rows.iter().map(|row| affine.rest[*row]).collect();
+                milestones.extend(builder.nonlinear(&x, &rest, &mut next));
+            }
+            if !model.reactions.is_empty() {
+                milestones.extend(&next);
+                let gains: Vec<Vec<Id>> = (0..extras.sources.len())
+                    .filter(|n| matches!(extras.sources[*n], Source::Reaction(_)))
+                    .map(|n| builder.column(Block::Start(n)))
+                    .collect();
+                let [first, _, last] = &builder.inputs;
+                let [begin, end] = [(&x, first), (&next, last)].map(|(states, inputs)| StepEnd { states, inputs });
+                next = react(builder.graph, model, begin, end, &gains);
+            }
+            if substep + 1 < substeps {
+                milestones.extend(&next);
+            }
+            x = next;
+        }
+        self.next = x;
+        self.milestones = milestones;
+        self.extras = Some(extras);
+    }
+}
+
+/// Returns inputs at a fraction of the step.
+fn between(graph: &mut Graph, start: &[Id], end: &[Id], fraction: f64) -> Vec<Id> {
+    let [before, after] = [1.0 - fraction, fraction].map(|weight| graph.constant(weight));
+    let value = |(&a, &b): (&Id, &Id)| {
+        if a == b {
+            return a;
+        }
+        let (a, b) = (graph.multiply(before, a), graph.multiply(after, b));
+        graph.add(a, b)
+    };
+    start.iter().zip(end).map(value).collect()
+}
+
+impl Builder<'_> {
+    /// Adds the effect of nonlinear terms over a step to `next`, the states after the affine part; returns the states of the stages.
+    fn nonlinear(&mut self, x: &[Id], rest: &[Id], next: &mut [Id]) -> Vec<Id> {
+        let [start, middle, end] = self.inputs.clone();
+        let half_step = self.affine(x, true, 0);
+        let n0 = right_hand_sides(self.graph, rest, x, &start);
+        let mut a = half_step.clone();
+        self.add_stages(&mut a, Block::HalfStage, &n0);
+        let na = right_hand_sides(self.graph, rest, &a, &middle);
+        let mut b = half_step;
+        self.add_stages(&mut b, Block::HalfStage, &na);
+        let nb = right_hand_sides(self.graph, rest, &b, &middle);
+        let two = self.graph.constant(2.0);
+        let mut bent = Vec::new();
+        for (&b, &a) in nb.iter().zip(&n0) {
+            let twice = self.graph.multiply(two, b);
+            bent.push(self.graph.subtract(twice, a));
+        }
+        let mut c = self.affine(&a, true, 1);
+        self.add_stages(&mut c, Block::HalfStage, &bent);
+        let nc = right_hand_sides(self.graph, rest, &c, &end);
+        let middle_sum: Vec<Id> = na.iter().zip(&nb).map(|(&a, &b)| self.graph.add(a, b)).collect();
+        for (weight, values) in [n0, middle_sum, nc].iter().enumerate() {
+            for (row, value) in values.iter().enumerate() {
+                self.add(next, Block::Weight(row, weight), Some(*value));
+            }
+        }
+        a.into_iter().chain(b).chain(c).collect()
+    }
+
+    /// Adds the nonlinear terms of a stage to states.
+    fn add_stages(&mut self, x: &mut [Id], block: fn(usize) -> Block, values: &[Id]) {
+        for (row, value) in values.iter().enumerate() {
+            self.add(x, block(row), Some(*value));
+        }
+    }
+}

@@ -1,0 +1,235 @@
+//! One-step maps of a model as graphs.
+//!
+//! A step takes the states from one sample to the next. Where the equations are affine in states and inputs with coefficients of
+//! parameters alone, exponentials of matrices give the exact map; other equations take the classical Runge–Kutta method or the
+//! exponential one of S. M. Cox and P. C. Matthews (2002), which treats the affine part exactly.
+
+mod affine;
+mod affine_step;
+mod exponential;
+mod phi;
+mod reaction;
+mod runge_kutta;
+
+pub use affine::Affine;
+pub use affine_step::AffineStep;
+pub(crate) use exponential::Extras;
+pub use phi::WithRate;
+
+use super::Model;
+use super::definition::InitialState;
+use super::graph::{Direction, Graph, Id, Leaf};
+use motorfit_core::named::named;
+
+named! {
+    /// Integration method of a model.
+    pub enum IntegrationMethod (default Exponential) {
+        /// Matrix exponentials: exact for affine models, of order 4 with nonlinear terms (ETDRK4).
+        Exponential = "exponential",
+        /// Classical Runge–Kutta method of order 4 with equal substeps.
+        RungeKutta = "rk4",
+    }
+}
+
+/// Settings of the steps of a model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepSettings {
+    pub method: IntegrationMethod,
+    /// Number of substeps of the Runge–Kutta method.
+    pub substeps: usize,
+    /// Length of the step \[s\]; `None` if it differs between samples and is an input, after all others.
+    pub step_s: Option<f64>,
+    /// True if inputs are linear between samples, false if they are constant.
+    pub is_first_order_hold: bool,
+}
+
+/// A step as a graph, with what the evaluation needs beside it.
+#[derive(Debug, Clone)]
+pub struct Step {
+    pub graph: Graph,
+    /// States at the end of the step.
+    pub next: Vec<Id>,
+    /// Intermediate states in the order in which they are computed.
+    pub milestones: Vec<Id>,
+    /// Outputs at the start of the step.
+    pub outputs: Vec<Id>,
+    /// Operations with a memory, by the numbers of their leaves.
+    pub memories: Vec<Memory>,
+    /// Initial values of the states.
+    pub initial: Vec<Id>,
+    /// Matrices whose exponentials are further parameters; `None` if the method has none.
+    pub extras: Option<Extras>,
+    /// Number of parameters of the model with its free initial states; those of `extras` follow.
+    pub parameters: usize,
+}
+
+/// An operation with a memory of earlier samples.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Memory {
+    pub kind: MemoryKind,
+    /// The operands; for a derivative they alternate with their derivatives.
+    pub operands: Vec<Id>,
+    pub substep: Substep,
+}
+
+impl Memory {
+    /// Returns an operation over the whole step.
+    fn whole(kind: MemoryKind, operands: Vec<Id>) -> Self {
+        Self { kind, operands, substep: Substep::WHOLE }
+    }
+}
+
+/// A part of a step: its place among equal parts, and their number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Substep {
+    pub place: u16,
+    pub of: u16,
+}
+
+impl Substep {
+    /// The whole step.
+    pub const WHOLE: Self = Self { place: 0, of: 1 };
+
+    /// Returns a part of a step that has no more than 2¹⁶ of them.
+    pub fn new(place: usize, of: usize) -> Self {
+        let [place, of] = [place, of].map(|number| u16::try_from(number).unwrap_or(u16::MAX));
+        Self { place, of }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MemoryKind {
+    /// The mean over a substep of a signal with a delay and a latency.
+    Delay,
+    /// The derivative of a delay.
+    DelayRate,
+    /// The moving average of a signal over a number of samples.
+    Average,
+    /// The derivative of a moving average.
+    AverageRate,
+}
+
+/// Returns the leaf of an operation with a memory.
+pub(super) fn memory(graph: &mut Graph, number: usize) -> Id {
+    graph.leaf(Leaf::Memory(u16::try_from(number).unwrap_or(u16::MAX)))
+}
+
+/// Returns a leaf for the parameter with a number.
+pub(super) fn parameter(graph: &mut Graph, number: usize) -> Id {
+    graph.leaf(Leaf::Parameter(u16::try_from(number).unwrap_or(u16::MAX)))
+}
+
+/// Returns the numbers of the states whose initial values are not functions of the parameters.
+pub fn open_states(model: &Model) -> Vec<usize> {
+    let is_open = |n: &usize| !matches!(model.states[*n].initial, InitialState::Given(_));
+    (0..model.states.len()).filter(is_open).collect()
+}
+
+impl Step {
+    /// Makes the step of a model.
+    pub fn new(model: &Model, settings: &StepSettings) -> Self {
+        let mut graph = model.graph.clone();
+        let own = model.parameters.len();
+        let open = open_states(model);
+        let initial = model.states.iter().enumerate().map(|(n, state)| match &state.initial {
+            InitialState::Given(id) => id.0,
+            _ => {
+                let place = open.iter().position(|state| *state == n).unwrap_or(0);
+                let value = parameter(&mut graph, own + place);
+                let factor = graph.constant(state.unit.unit.factor);
+                graph.multiply(factor, value)
+            }
+        });
+        let initial: Vec<Id> = initial.collect();
+        let delays =
+            model.delayed.iter().map(|of| Memory::whole(MemoryKind::Delay, vec![of.value, of.delay, of.latency]));
+        let mut memories: Vec<Memory> = delays.collect();
+        let mut outputs = Vec::new();
+        for output in &model.outputs {
+            outputs.push(match output.average {
+                None => output.value,
+                Some(window) => {
+                    memories.push(Memory::whole(MemoryKind::Average, vec![output.value, window]));
+                    memory(&mut graph, memories.len() - 1)
+                }
+            });
+        }
+        let parameters = own + open.len();
+        let affine = Affine::of(model, &mut graph);
+        let (next, milestones) = (Vec::new(), Vec::new());
+        let mut step = Self { graph, next, milestones, outputs, memories, initial, extras: None, parameters };
+        match (settings.method, settings.step_s) {
+            (IntegrationMethod::Exponential, Some(step_s)) => step.exponential(model, &affine, step_s, settings),
+            _ => step.runge_kutta(model, &affine, settings),
+        }
+        step
+    }
+
+    /// Returns the delayed signals of a model over a substep.
+    fn delayed(&mut self, model: &Model, substep: Substep) -> Vec<Id> {
+        let own = model.delayed.len();
+        if substep == Substep::WHOLE {
+            return (0..own).map(|number| memory(&mut self.graph, number)).collect();
+        }
+        let part = |number: usize| {
+            self.memories.push(Memory { substep, ..self.memories[number].clone() });
+            memory(&mut self.graph, self.memories.len() - 1)
+        };
+        (0..own).map(part).collect()
+    }
+
+    /// Returns the derivatives of nodes of parameters alone in the direction of [`Self::with_tangents`].
+    pub fn rates_of(&mut self, roots: &[Id]) -> Vec<Id> {
+        let all = self.all_parameters();
+        let rates: Vec<Id> = (0..all).map(|n| parameter(&mut self.graph, all + n)).collect();
+        let mut direction = Direction::new(|leaf| match leaf {
+            Leaf::Parameter(n) => rates.get(usize::from(n)).copied(),
+            _ => None,
+        });
+        roots.iter().map(|root| direction.derivative(&mut self.graph, *root)).collect()
+    }
+
+    /// Returns the number of all parameters: those of the model, free initial states, those computed from exponentials.
+    pub fn all_parameters(&self) -> usize {
+        self.parameters + self.extras.as_ref().map_or(0, Extras::count)
+    }
+
+    /// Returns the step with the derivatives of states and outputs, each after the values, in a direction whose rates are parameters
+    /// and states after the others: parameter `n` changes at the rate of parameter `parameters + n` (extras included), state `n` has
+    /// the derivative `states + n`.
+    pub fn with_tangents(&self) -> Self {
+        let mut step = self.clone();
+        let (states, all) = (self.next.len(), self.all_parameters());
+        let graph = &mut step.graph;
+        let rates: Vec<Id> = (0..all).map(|n| parameter(graph, all + n)).collect();
+        let slopes: Vec<Id> =
+            (states..2 * states).map(|n| graph.leaf(Leaf::State(u16::try_from(n).unwrap_or(u16::MAX)))).collect();
+        let own = step.memories.len();
+        let of_memories: Vec<Id> = (own..2 * own).map(|n| memory(graph, n)).collect();
+        let mut direction = Direction::new(|leaf| match leaf {
+            Leaf::Parameter(n) => rates.get(usize::from(n)).copied(),
+            Leaf::State(n) => slopes.get(usize::from(n)).copied(),
+            Leaf::Memory(n) => of_memories.get(usize::from(n)).copied(),
+            _ => None,
+        });
+        for number in 0..own {
+            let Memory { kind, operands, substep } = step.memories[number].clone();
+            let kind = match kind {
+                MemoryKind::Delay | MemoryKind::DelayRate => MemoryKind::DelayRate,
+                MemoryKind::Average | MemoryKind::AverageRate => MemoryKind::AverageRate,
+            };
+            let operands = operands.iter().flat_map(|id| [*id, direction.derivative(graph, *id)]).collect();
+            step.memories.push(Memory { kind, operands, substep });
+        }
+        for list in [&mut step.next, &mut step.outputs, &mut step.initial] {
+            let derivatives: Vec<Id> = list.iter().map(|id| direction.derivative(graph, *id)).collect();
+            list.extend(derivatives);
+        }
+        let mut milestones = Vec::new();
+        for id in &self.milestones {
+            milestones.extend([*id, direction.derivative(graph, *id)]);
+        }
+        step.milestones = milestones;
+        step
+    }
+}

@@ -1,0 +1,347 @@
+//! Figures of reports.
+
+use super::chart::{AxisScale, Band, Chart, Form, Panel, Series, boxes, correlation, figure};
+use super::curves::at_own;
+use super::page::Figure;
+use crate::compare::quartiles;
+use motorfit_core::numeric::{count, rms, sorted};
+use motorfit_evaluate::criterion::{Criterion, Scale};
+use motorfit_evaluate::{Initial, Model, Problem};
+use motorfit_identify::analysis::ResidualCorrelation;
+use motorfit_identify::{Identification, IdentifySpec};
+use motorfit_motor::{Axis, Discretization, Parameters, Scope, Space, simulate};
+use motorfit_record::{Quantity, Record};
+use motorfit_study::compare::{Block, ComparedParameter, Comparison, MethodEstimates, MethodResult, Reached, reached};
+
+/// Simulates a motor under the input of a recording and returns current \[A\] and speed \[rad/s\]; both are empty if the
+/// recording cannot be simulated.
+#[must_use]
+pub fn model(record: &Record, parameters: &Parameters, initial: [f64; 2], how: Discretization) -> [Vec<f64>; 2] {
+    // The inputs are taken from a problem, as in the fit, because preparation may have changed them.
+    let criterion = Criterion { scale: Scale::None, ..Criterion::default() };
+    let model = Model { discretization: how, initial: Initial::Measured };
+    let Ok(problem) = Problem::new(std::slice::from_ref(record), model, Space::table2(), criterion) else {
+        return Default::default();
+    };
+    simulate(parameters, &problem.signals()[0].drive(), initial, problem.model().discretization)
+}
+
+/// Labels of current and speed, and of their residuals.
+const CHANNELS: [[&str; 2]; 2] =
+    [["current [A]", "residual of the current [A]"], ["speed [rad/s]", "residual of the speed [rad/s]"]];
+
+/// Signals of a model for a recording, current \[A\] and speed \[rad/s\], with the name of the model in the legend.
+pub type Modelled<'a> = (&'a str, &'a [Vec<f64>; 2]);
+
+/// Returns the residuals of a channel, measured minus modelled; NaN where they do not count: at masked samples, and in the intervals
+/// `left_out` \[s\], which were excluded automatically.
+fn residuals(record: &Record, channel: usize, modelled: &[f64], left_out: &[[f64; 2]]) -> Vec<f64> {
+    let counting = record.counting();
+    let time = &record.samples().time_s;
+    let is_excluded = |n: usize| {
+        let is_masked = counting.get(n).is_some_and(|counts| !counts[channel]);
+        is_masked || left_out.iter().any(|[from, to]| (*from..=*to).contains(&time[n]))
+    };
+    let measured = record.measured()[channel].unwrap_or_default();
+    let of = |(n, (a, b)): (usize, (&f64, &f64))| if is_excluded(n) { f64::NAN } else { a - b };
+    measured.iter().zip(modelled).enumerate().map(of).collect()
+}
+
+/// Returns the form in which the input is drawn: straight lines if it changes linearly between samples.
+pub(super) fn input_form(record: &Record) -> Form {
+    if record.slope().is_empty() { Form::Steps } else { Form::Line }
+}
+
+/// Returns the input, the measured and modelled signals and their residuals over time, one below the other, and beside each
+/// other the transient after the largest change of the input, enlarged. `left_out` are intervals that were excluded from the
+/// fit automatically \[s\].
+#[must_use]
+pub fn response_charts(id: &str, record: &Record, models: &[Modelled<'_>], left_out: &[[f64; 2]]) -> [Chart; 2] {
+    let time = &record.samples().time_s;
+    let curve = |values: &[f64]| time.iter().copied().zip(values.iter().copied()).collect::<Vec<_>>();
+    let by_current = record.driver() == Quantity::Current;
+    let input = Series::new("", 0, input_form(record), curve(record.input()));
+    let mut complete = vec![Panel::new(if by_current { "current [A], the input" } else { "voltage [V]" }, vec![input])];
+    complete.extend(
+        record
+            .samples()
+            .torque
+            .as_ref()
+            .map(|torque| Panel::new("load torque [N m]", vec![Series::new("", 0, Form::Steps, curve(torque))])),
+    );
+    let (mut signals, mut differences) = (Vec::new(), Vec::new());
+    for (channel, labels) in CHANNELS.into_iter().enumerate().skip(usize::from(by_current)) {
+        let quantity = [Quantity::Current, Quantity::Speed][channel];
+        let measured = at_own(record, quantity, record.measured()[channel].unwrap_or_default());
+        let mut shown = vec![Series::new("measured", 0, Form::Dots, curve(&measured))];
+        let (mut left, mut limits) = (Vec::new(), Vec::new());
+        for (n, (name, values)) in (1..).zip(models.iter().map(|(name, values)| (*name, &values[channel]))) {
+            let residual = residuals(record, channel, values, left_out);
+            let counting: Vec<f64> = residual.iter().copied().filter(|r| r.is_finite()).collect();
+            let band = 1.96 * rms(&counting);
+            shown.push(Series::new(name, n, Form::Line, curve(values)).with_band(Band::Half(band)));
+            left.push(Series::new(name, n, Form::Dots, curve(&residual)));
+            if models.len() == 1 {
+                limits.extend([-band, band]);
+            }
+        }
+        signals.push(Panel::new(labels[0], shown));
+        differences.push(Panel { limits: [Vec::new(), limits], ..Panel::new(labels[1], left) });
+    }
+    let [from, to] = transient(record);
+    let enlarged = signals.iter().map(|panel| with_marks(panel.within([from, to]))).collect();
+    complete.extend(signals.into_iter().chain(differences));
+    let names = models.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+    let of = |id: String, panels, is_grid, caption: &str| Chart {
+        id,
+        axis: "time [s]".to_owned(),
+        panels,
+        is_grid,
+        alternative: format!("measured and by {names}, over time"),
+        caption: caption.to_owned(),
+    };
+    let is_complete = record.excluded().is_empty() && left_out.is_empty();
+    let excluded = if is_complete { "" } else { " Excluded samples have no residual." };
+    let bands = format!(
+        "Bands and dashed lines: \u{b1}1.96 times the standard deviation of the residuals, measured minus modelled.{excluded}"
+    );
+    let after = "The transient after the largest change of the input, enlarged.";
+    [of(id.to_owned(), complete, false, &bands), of(format!("{id}-transient"), enlarged, true, after)]
+}
+
+/// Largest number of samples whose dots are drawn strongly, so that they stand out below the curve of a model.
+const MARKED: usize = 250;
+
+/// Returns a panel whose few measured samples are strong dots.
+fn with_marks(mut panel: Panel) -> Panel {
+    for series in panel.series.iter_mut().filter(|series| series.form == Form::Dots && series.points.len() <= MARKED) {
+        series.form = Form::Marks;
+    }
+    panel
+}
+
+/// Returns the figure of measured and modelled signals, their residuals, and the transient enlarged, as a drawing of a fixed size.
+/// `name` is the name of the model in the legend.
+#[must_use]
+pub fn responses(id: &str, record: &Record, name: &str, signals: &[Vec<f64>; 2]) -> Figure {
+    let alternative = format!("Current and speed over time, measured and by {name}, with residuals");
+    Figure { alternative, ..figure(&response_charts(id, record, &[(name, signals)], &[])) }
+}
+
+/// Returns the autocorrelation of the residuals of each channel and their cross-correlation with the input, with the limits
+/// that 99 % of them are within if the model is adequate; `None` if they are not defined. `left_out` are intervals that were
+/// excluded from the fit automatically \[s\].
+#[must_use]
+pub fn residual_correlations(
+    id: &str,
+    record: &Record,
+    signals: &[Vec<f64>; 2],
+    left_out: &[[f64; 2]],
+) -> Option<Chart> {
+    let mut panels = Vec::new();
+    let driver = record.driver().to_string();
+    for (channel, name) in ["current", "speed"].into_iter().enumerate() {
+        if name == driver {
+            continue;
+        }
+        let residual = residuals(record, channel, &signals[channel], left_out);
+        // Lags are those of the samples at which the sensor measured.
+        let quantity = [Quantity::Current, Quantity::Speed][channel];
+        let own = record.own_samples(quantity).unwrap_or_else(|| (0..record.len()).collect());
+        let of_own = |values: &[f64]| own.iter().filter_map(|n| values.get(*n).copied()).collect::<Vec<f64>>();
+        let Some(of) = ResidualCorrelation::of(&of_own(&residual), &of_own(record.input())) else { continue };
+        let mut panel = |label: String, points, bound: f64| {
+            let series = vec![Series::new("", 1, Form::Stems, points)];
+            panels.push(Panel { limits: [Vec::new(), vec![-bound, bound]], ..Panel::new(&label, series) });
+        };
+        // The autocorrelation is even; lag 0, which is 1, is left out.
+        let sides = of.autocorrelation.iter().enumerate().map(|(n, r)| (count(n + 1), *r));
+        let both = sides.clone().rev().map(|(lag, r)| (-lag, r)).chain(sides).collect();
+        panel(format!("{name} residual: autocorrelation"), both, of.autocorrelation_limit);
+        let both = ResidualCorrelation::cross_lags().zip(of.cross_correlation).collect();
+        panel(format!("{name} residual: cross-correlation with {driver}"), both, of.cross_correlation_limit);
+    }
+    let is_defined = !panels.is_empty();
+    is_defined.then(|| Chart {
+        id: id.to_owned(),
+        axis: "lag [samples]".to_owned(),
+        panels,
+        is_grid: true,
+        alternative: "over lags, with the limits of an adequate model".to_owned(),
+        caption: "Dashed: limits for white residuals that are independent of the input, which 99 % of the lags are within. Positive lags: \
+                  the residual follows the input."
+            .to_owned(),
+    })
+}
+
+/// Returns the interval around the largest change of the input \[s\], or at the start of a constant input.
+fn transient(record: &Record) -> [f64; 2] {
+    let samples = record.samples();
+    let (time, voltage) = (&samples.time_s, record.input());
+    let change = |n: &usize| (voltage[*n] - voltage[n - 1]).abs();
+    let at = (1..voltage.len()).max_by(|a, b| change(a).total_cmp(&change(b)).then(b.cmp(a))).unwrap_or(0);
+    let whole = time[time.len() - 1] - time[0];
+    [time[at] - 0.005 * whole, time[at] + 0.05 * whole]
+}
+
+/// Returns the figure of the correlations of the estimates; `None` without a covariance or with too many parameters.
+#[must_use]
+pub fn correlations(found: &Identification) -> Option<Figure> {
+    let uncertainty = found.uncertainty.as_ref()?;
+    let free = found.space.free();
+    // A matrix of the parameters of many recordings would not be legible.
+    if free.len() > CORRELATED {
+        return None;
+    }
+    let name = |axis: &Axis| match axis.scope {
+        Scope::Shared => axis.parameter.symbol().to_owned(),
+        Scope::Recording(n) => format!("{} {}", axis.parameter.symbol(), u64::from(n) + 1),
+    };
+    let names: Vec<String> = free.iter().map(name).collect();
+    let rows = uncertainty.correlation.get(..free.len())?.iter();
+    let values: Vec<Vec<f64>> =
+        rows.map(|row| row.get(..free.len())?.iter().copied().collect()).collect::<Option<_>>()?;
+    let pairs = (0..free.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
+    let strongest = pairs.max_by(|x, y| values[x.0][x.1].abs().total_cmp(&values[y.0][y.1].abs()));
+    let caption = strongest.map_or(String::new(), |(a, b)| {
+        format!(
+            "Correlation of the estimates. The largest in magnitude is {:.2}, between {} and {}.",
+            values[a][b], names[a], names[b]
+        )
+    });
+    Some(Figure {
+        id: "correlation".to_owned(),
+        map: true,
+        svg: correlation(&names, &values),
+        alternative: format!("Matrix of the correlations of the estimates of {}", names.join(", ")),
+        caption,
+    })
+}
+
+/// Largest number of parameters whose correlations are drawn.
+const CORRELATED: usize = 16;
+
+/// Returns the chart of the lowest cost after each generation; `None` without a search.
+#[must_use]
+pub fn history(found: &Identification, spec: &IdentifySpec) -> Option<Chart> {
+    if found.history.len() < 2 {
+        return None;
+    }
+    let points = found.history.iter().enumerate().map(|(n, cost)| (count(n) + 1.0, *cost)).collect();
+    let series = vec![Series::new(found.searched.method, 1, Form::Line, points)];
+    Some(Chart {
+        id: "history".to_owned(),
+        axis: "generation [1]".to_owned(),
+        panels: vec![Panel { scales: LOG_COST, ..Panel::new("lowest cost [1]", series) }],
+        alternative: "of the search after each generation, on a logarithmic axis".to_owned(),
+        caption: format!("{} agents, seed {}.", spec.population, spec.seed),
+        ..Chart::default()
+    })
+}
+
+/// A linear first axis and a logarithmic second one.
+const LOG_COST: [AxisScale; 2] = [AxisScale::Linear, AxisScale::Log];
+
+/// Function that returns the points of the curve of a method.
+type Points<'a> = dyn Fn(&MethodResult, &Reached) -> Vec<(f64, f64)> + 'a;
+
+/// Returns the chart of the lowest cost after each generation: median and quartiles over runs.
+#[must_use]
+pub fn convergence(id: &str, block: &Block) -> Chart {
+    let of = |(n, result): (usize, &MethodResult)| {
+        let quartiles = quartiles(result);
+        let points = quartiles.iter().enumerate().map(|(n, q)| (count(n) + 1.0, q[1])).collect();
+        let band = Band::Between(quartiles.iter().map(|q| [q[0], q[2]]).collect());
+        Series::new(result.method.name(), n + 1, Form::Line, points).with_band(band)
+    };
+    let series = block.results.iter().enumerate().map(of).collect();
+    Chart {
+        id: format!("{id}-convergence"),
+        axis: "generation [1]".to_owned(),
+        panels: vec![Panel { scales: LOG_COST, ..Panel::new("lowest cost [1]", series) }],
+        alternative: "after each generation for each method, median and quartiles over runs".to_owned(),
+        caption: "Median and interquartile range over runs, as in the paper's Figs. 8\u{2013}10.".to_owned(),
+        ..Chart::default()
+    }
+}
+
+/// Returns the chart of the relative errors of the parameters over runs; `None` without true or refined parameters.
+#[must_use]
+pub fn errors(id: &str, comparison: &Comparison, block: &Block) -> Option<Chart> {
+    let (expected, found) = (comparison.expected()?, comparison.estimates(block));
+    let panel = |(n, (parameter, expected)): (usize, (&ComparedParameter, &f64))| {
+        let error = |value: f64| 100.0 * (value / expected - 1.0);
+        let shown = found.iter().filter(|found| found.method != "sm" || !found.all.is_empty());
+        let group =
+            |found: &MethodEstimates| (found.method.to_owned(), found.values(n).into_iter().map(error).collect());
+        let label = format!("{} {}", parameter.name, parameter.description);
+        boxes(label.trim_end(), "relative error [%]", &shown.map(group).collect(), AxisScale::Linear)
+    };
+    let sm = " Steiglitz\u{2013}McBride: over records with new noise.";
+    let sm = if comparison.subject.model().is_none() { sm } else { "" };
+    Some(Chart {
+        id: format!("{id}-errors"),
+        panels: comparison.parameters.iter().zip(&expected).enumerate().map(panel).collect(),
+        is_grid: true,
+        alternative: "relative errors over runs, a box for each method".to_owned(),
+        caption: format!("Median and quartiles over runs; whiskers extend to 1.5 interquartile ranges.{sm}"),
+        ..Chart::default()
+    })
+}
+
+/// Returns the chart of the empirical distributions of final costs, and of targets reached over evaluations and over time.
+#[must_use]
+pub fn distributions(id: &str, comparison: &Comparison, block: &Block) -> Chart {
+    let (_, reached) = reached(block, comparison.spec.target);
+    let panel = |label: &str, axis: &str, points: &Points<'_>| {
+        let of = |(n, (result, reached)): (usize, (&MethodResult, &Reached))| {
+            Series::new(result.method.name(), n + 1, Form::Steps, points(result, reached))
+        };
+        let series = block.results.iter().zip(&reached).enumerate().map(of).collect();
+        Panel { axis: Some(axis.to_owned()), ..Panel::new(label, series) }
+    };
+    let costs = |result: &MethodResult, _: &Reached| {
+        let sorted = sorted(&result.costs());
+        sorted.iter().enumerate().map(|(n, cost)| (*cost, count(n + 1) / count(sorted.len()))).collect()
+    };
+    let targets = |axis: &[f64], unit: f64, reached: &Reached| {
+        axis.iter().map(|value| unit * value).zip(reached.share.iter().copied()).collect()
+    };
+    let ends = panel("runs that end at or below a cost, fraction [1]", "cost [1]", &costs);
+    let panels = vec![
+        Panel { scales: [AxisScale::Log, AxisScale::Linear], ..ends },
+        panel("targets reached, fraction [1]", "evaluations of a run [1]", &|_, reached| {
+            targets(&reached.evaluations, 1.0, reached)
+        }),
+        panel("targets reached, fraction [1]", "time of a run [ms]", &|_, reached| {
+            targets(&reached.seconds, 1e3, reached)
+        }),
+    ];
+    Chart {
+        id: format!("{id}-distributions"),
+        panels,
+        is_grid: true,
+        alternative: "for each method".to_owned(),
+        caption: "Targets reached: fraction of all pairs of a run and a target.".to_owned(),
+        ..Chart::default()
+    }
+}
+
+/// Returns the chart of the final costs of all runs in increasing order.
+#[must_use]
+pub fn waterfall(id: &str, block: &Block) -> Chart {
+    let of = |(n, result): (usize, &MethodResult)| {
+        let points = sorted(&result.costs()).into_iter().enumerate().map(|(n, cost)| (count(n) + 1.0, cost)).collect();
+        Series::new(result.method.name(), n + 1, Form::Line, points)
+    };
+    let series = block.results.iter().enumerate().map(of).collect();
+    let axis = Some("run, in the order of cost [1]".to_owned());
+    Chart {
+        id: format!("{id}-waterfall"),
+        panels: vec![Panel { axis, scales: LOG_COST, ..Panel::new("final cost [1]", series) }],
+        alternative: "of all runs in order, for each method".to_owned(),
+        caption: "Final costs of all runs in increasing order: plateaus above the lowest cost suggest local optima in which runs are trapped."
+            .to_owned(),
+        ..Chart::default()
+    }
+}
