@@ -1,6 +1,6 @@
 // A delayed voltage for uniform steps: at each step a weighted sum of the last three samples that have arrived. Until the step
 // of the first movement the voltage is the one before it. For each candidate the contributions of three special steps, which
-// the weighted sum does not represent, are computed beforehand. Same operations in Rust: src/motor/delay_taps.rs.
+// the weighted sum does not represent, are computed beforehand. Same operations in Rust: crates/motor/src/delay_taps.rs.
 // Constants: integer part of the dead time in samples, step of the first movement, gains of three samples for the current (3)
 // and the speed (3), fraction of a step at which the voltage changes; then for each of three special steps its index and its
 // contributions (2).

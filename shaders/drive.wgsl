@@ -1,4 +1,4 @@
-// The drive: deadband, saturation, a different gain for negative voltages, offset. Same operations in Rust: src/motor/drive.rs.
+// The drive: deadband, saturation, a different gain for negative voltages, offset. Same operations in Rust: crates/motor/src/drive.rs.
 
 struct Drive {
     deadband: Lanes,

@@ -1,6 +1,6 @@
 // Coulomb friction and brush drop: set-valued reactions. Each takes the value that makes its state zero at the end of the step,
 // clipped to its limits, so that it can stop the motor, or the current, but not reverse it; where a state passes zero within a step,
-// the reaction changes its sign there. Same operations in Rust, with the formulas: src/motor/friction.rs.
+// the reaction changes its sign there. Same operations in Rust, with the formulas: crates/motor/src/friction.rs.
 
 struct Reactions {
     // Largest magnitude that a reaction subtracts from its own state.

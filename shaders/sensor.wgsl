@@ -1,7 +1,7 @@
 // Sensors whose output is a moving average of N samples, N real: the last floor(N), and the fraction N - floor(N) of the one
 // before them. Each block has running sums and a ring buffer of past states; its length is a power of two that holds the
 // longest window and one more sample, or all simulated samples if these are fewer. Before the first sample the state is the
-// initial one. Same operations in Rust: src/motor/sensor.rs.
+// initial one. Same operations in Rust: crates/motor/src/sensor.rs.
 // Constants for the windows of current and speed: floor(N), weight N - floor(N) of the oldest sample, 1/N.
 
 struct MovingAverage {

@@ -1,7 +1,7 @@
 // One step of the deviation from a reference trajectory. Under constant inputs the deviation tends to an equilibrium r. The
 // state is s, the deviation minus r: s+ = s + (D s + P z), where z (z and w of the sample) is the increment of the reference,
 // and P z is the difference between the increments of candidate and reference from the reference's state
-// (src/evaluate/gpu/reference.rs). Near the reference all terms are small, and so are their rounding errors; in the steady
+// (crates/gpu/src/reference.rs). Near the reference all terms are small, and so are their rounding errors; in the steady
 // state s and z are 0.
 // Map fields: D (4), P (4), equilibrium per unit of voltage at the start (2) and the end (2) of a step, and of torque (2).
 

@@ -201,7 +201,7 @@ fn mutations_are_read_completely_or_rejected() {
         if only.as_ref().is_some_and(|only| only != name) {
             continue;
         }
-        let folder = if name == "model" { "src/model/library" } else { &format!("fuzz/corpus/{name}") };
+        let folder = if name == "model" { "crates/model/src/library" } else { &format!("fuzz/corpus/{name}") };
         let mut corpus = files(folder);
         if name == "recording" {
             corpus.extend(files("tests/golden/formats").into_iter().map(|bytes| [&bytes[..], &[0]].concat()));

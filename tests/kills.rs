@@ -4,10 +4,9 @@
 //! `MOTORFIT_KILLS` sets the number of kills (200).
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 
-#[path = "support/program.rs"]
-mod program;
+mod support;
 
-use program::{EXAMPLE, Folder, M2, motorfit, ok, simulated};
+use crate::support::program::{EXAMPLE, Folder, M2, motorfit, ok, simulated};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde_json::Value;

@@ -3,10 +3,9 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 
-#[path = "support/program.rs"]
-mod program;
+mod support;
 
-use program::{EXAMPLE, Folder, M2, motorfit, text};
+use crate::support::program::{EXAMPLE, Folder, M2, motorfit, text};
 use std::io::{BufRead as _, Write as _};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;

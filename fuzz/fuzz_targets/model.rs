@@ -1,4 +1,4 @@
-//! `cargo fuzz run model fuzz/found src/model/library`; see docs/extending.md.
+//! `cargo fuzz run model fuzz/found crates/model/src/library`; see docs/extending.md.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {

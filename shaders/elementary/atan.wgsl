@@ -1,4 +1,4 @@
-// Arc tangents. Same operations in Rust: src/evaluate/interpreter/functions.rs.
+// Arc tangents. Same operations in Rust: crates/evaluate/src/interpreter/functions.rs.
 
 fn arc_tangent(x: Scalar) -> Scalar {
     let size = abs(x);

@@ -1,4 +1,4 @@
-// Exponential and hyperbolic tangent. Same operations in Rust: src/evaluate/interpreter/functions.rs.
+// Exponential and hyperbolic tangent. Same operations in Rust: crates/evaluate/src/interpreter/functions.rs.
 
 // s and q with exp(x) = s (1 + q), s a power of two.
 fn exp_parts(x: Scalar) -> vec2<Scalar> {

@@ -1,4 +1,4 @@
-// Natural logarithm and powers. Same polynomial in Rust: src/evaluate/interpreter/functions.rs.
+// Natural logarithm and powers. Same polynomial in Rust: crates/evaluate/src/interpreter/functions.rs.
 
 // Multiplies a mantissa by 2^-by if it is at least 2^by, and counts the exponent.
 fn lowered(x: vec2<Scalar>, factor: Scalar, by: Scalar) -> vec2<Scalar> {

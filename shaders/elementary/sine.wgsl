@@ -1,4 +1,4 @@
-// Sine, and cosine with one more quarter of a turn. Same operations in Rust: src/evaluate/interpreter/functions.rs.
+// Sine, and cosine with one more quarter of a turn. Same operations in Rust: crates/evaluate/src/interpreter/functions.rs.
 
 fn sine(x: Scalar, quarters: i32) -> Scalar {
     let k = round(x * FRAC_2_PI);

@@ -151,15 +151,6 @@ pub(crate) struct ManArgs {
 }
 
 #[derive(Args)]
-pub(crate) struct Recordings {
-    /// Recordings (CSV, XLSX, MAT, JSON) or logs (wpilog, MCAP, Parquet, HDF5, TDMS, MDF4, ULog); A+B combines two files into one recording, - reads one from stdin
-    #[arg(required = true, value_name = "RECORD")]
-    pub records: Vec<PathBuf>,
-    #[command(flatten)]
-    pub reading: Reading,
-}
-
-#[derive(Args)]
 pub(crate) struct IdentifyArgs {
     #[command(flatten)]
     pub recordings: Recordings,
@@ -200,14 +191,6 @@ pub(crate) struct IdentifyArgs {
     pub problem: ProblemArgs,
     #[command(flatten)]
     pub device: DeviceArgs,
-}
-
-/// Settings of pages.
-#[derive(Args, Clone, Copy)]
-pub(crate) struct PageArgs {
-    /// Write report.html without its script, which adds values under the pointer, zoom and tables that can be sorted
-    #[arg(long)]
-    pub no_script: bool,
 }
 
 #[derive(Args)]

@@ -7,7 +7,7 @@ use motorfit::report::{ExportFormat, Exported};
 
 /// Checks that stdout has one document only.
 pub(super) fn check(args: &IdentifyArgs) -> Result<()> {
-    if is_printed(args) && (args.json || args.svg.as_deref().is_some_and(inputs::is_stdio)) {
+    if is_printed(args) && (args.json || args.svg.as_deref().is_some_and(stdio::is_stdio)) {
         let message = "--export prints a file to stdout, which has another document";
         return Err(Error::usage(message, "Add --out DIR, which takes the file."));
     }

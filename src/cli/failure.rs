@@ -1,6 +1,6 @@
 //! Errors as JSON documents, and the exit codes of all outcomes: one table for the program, its help and the reference.
 
-use super::Outcome;
+use super::outcome::Outcome;
 use motorfit::file::with_similar_name;
 use motorfit::report::{command_line, error_document, json};
 use motorfit::{Error, ErrorKind};

@@ -1,4 +1,4 @@
-//! Flags of the settings that commands share, built from the library's table; parsers for named values of other flags.
+//! Flags that commands share; those of settings are built from the library's table. Parsers for named values of other flags.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, ValueEnum, value_parser};
@@ -7,6 +7,7 @@ use motorfit::optimize::SEARCHES;
 use motorfit::report::command_line;
 use motorfit::setting::Setting;
 use motorfit::settings::{DEVICE, Given, Kind, PROBLEM, READING, SEARCH, Value, row};
+use std::path::PathBuf;
 
 /// Choices whose values help lists with their descriptions.
 const DESCRIBED: [Setting; 4] = [Setting::Method, Setting::Polish, Setting::BadRows, Setting::Gaps];
@@ -110,6 +111,23 @@ flags! {
     ProblemArgs = PROBLEM;
     /// Flags of the device that evaluates candidates.
     DeviceArgs = DEVICE;
+}
+
+#[derive(Args)]
+pub(crate) struct Recordings {
+    /// Recordings (CSV, XLSX, MAT, JSON) or logs (wpilog, MCAP, Parquet, HDF5, TDMS, MDF4, ULog); A+B combines two files into one recording, - reads one from stdin
+    #[arg(required = true, value_name = "RECORD")]
+    pub records: Vec<PathBuf>,
+    #[command(flatten)]
+    pub reading: Reading,
+}
+
+/// Settings of pages.
+#[derive(Args, Clone, Copy)]
+pub(crate) struct PageArgs {
+    /// Write report.html without its script, which adds values under the pointer, zoom and tables that can be sorted
+    #[arg(long)]
+    pub no_script: bool,
 }
 
 /// Returns a parser for the names of a table; help lists the names.

@@ -55,7 +55,7 @@ pub(super) fn run(args: &IdentifyArgs, style: &Style) -> Result<Outcome> {
     };
     if args.json {
         data(&document())?;
-    } else if !args.svg.as_deref().is_some_and(inputs::is_stdio) && !export::is_printed(args) {
+    } else if !args.svg.as_deref().is_some_and(stdio::is_stdio) && !export::is_printed(args) {
         show(
             &(output::trust_line(&found.trust, WITHOUT_REASONS, next.as_deref())
                 + &table(&records, &spec, &found, style)),

@@ -3,6 +3,7 @@
 use super::args::{DeviceArgs, ProblemArgs};
 use super::cache;
 use super::output::Style;
+use super::stdio::{is_stdio, stdin};
 use motorfit::analysis::split;
 use motorfit::criterion::Scale;
 use motorfit::device::DeviceSpec;
@@ -12,8 +13,7 @@ use motorfit::setting::Setting;
 use motorfit::settings::{self, Given};
 use motorfit::text::{engineering, printable};
 use motorfit::{Error, Result};
-use std::io::Read as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 pub(super) fn records(paths: &[PathBuf], given: &Given) -> Result<Vec<Record>> {
     records_with(paths, &settings::reading(given)?)
@@ -49,21 +49,6 @@ pub(super) fn fitted_part(
             Err(Error::usage(format!("--split is {fraction}"), remedy))
         }
     }
-}
-
-/// Returns true for `-`, which stands for stdin and stdout.
-pub(super) fn is_stdio(path: &Path) -> bool {
-    path == Path::new("-")
-}
-
-/// Reads stdin to its end.
-pub(super) fn stdin() -> Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    std::io::stdin().read_to_end(&mut bytes).map_err(|error| {
-        let hint = "Check what writes to it.";
-        Error::data(format!("stdin cannot be read: {error}"), hint)
-    })?;
-    Ok(bytes)
 }
 
 pub(super) fn name(source: &Source) -> String {

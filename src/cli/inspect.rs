@@ -3,9 +3,10 @@
 use super::args::InspectArgs;
 use super::failure;
 use super::prelude::*;
+use super::signal_table::signal_table;
 use motorfit::identify::{Identifiability, Inspection};
 use motorfit::record::{ChannelFacts, channels};
-use motorfit::report::{SignalFacts, SignalStatistics, Table, command_line, inspect_document, inspect_page};
+use motorfit::report::{SignalFacts, Table, command_line, inspect_document, inspect_page};
 use motorfit::setting::Text;
 use serde_json::{Value, json as value};
 use std::path::PathBuf;
@@ -56,7 +57,7 @@ pub(super) fn run(args: &InspectArgs, style: &Style) -> Result<Outcome> {
 
 /// Returns the channels of the recordings that are logs.
 fn catalogs(paths: &[PathBuf]) -> Result<Vec<(&PathBuf, Vec<ChannelFacts>)>> {
-    let files = paths.iter().filter(|path| !inputs::is_stdio(path) && path.is_file());
+    let files = paths.iter().filter(|path| !stdio::is_stdio(path) && path.is_file());
     files.filter_map(|path| channels(path).map(|found| Some((path, found?))).transpose()).collect()
 }
 
@@ -110,7 +111,7 @@ fn text(inspection: &Inspection<'_>, band: f64) -> String {
     }
     let facts = SignalFacts::of(record, band);
     let row = |f: &SignalFacts| (f.quantity.to_string(), f.quantity.unit().to_owned(), f.statistics);
-    text.push_str(&table(facts.iter().map(row)));
+    text.push_str(&signal_table(facts.iter().map(row)));
     for facts in &facts {
         let Some(response) = facts.response else { continue };
         let unit = facts.quantity.unit();
@@ -145,19 +146,4 @@ fn identifiability(identifiability: &Identifiability) -> String {
             format!("  {STRONG}does not identify all five{STRONG:#}: {}. {}\n", spelled(message), spelled(remedy))
         }
     }
-}
-
-/// Returns a table of signals, each with its name, unit and statistics.
-pub(super) fn table(signals: impl Iterator<Item = (String, String, SignalStatistics)>) -> String {
-    let mut table = comfy_table::Table::new();
-    table.load_style(comfy_table::presets::NOTHING);
-    table.set_header(["signal", "unit", "min", "max", "mean", "rms", "noise σ"]);
-    for (name, unit, of) in signals {
-        let [min, max, mean, rms] = [of.min, of.max, of.mean, of.rms].map(|value| significant(value, 4));
-        table.add_row([name, unit, min, max, mean, rms, significant(of.noise_sigma, 2)]);
-    }
-    for column in table.column_iter_mut().skip(2) {
-        column.set_cell_alignment(comfy_table::CellAlignment::Right);
-    }
-    format!("{table}\n")
 }

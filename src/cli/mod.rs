@@ -9,6 +9,7 @@ mod candidates;
 mod compare;
 mod devices;
 mod evaluate;
+mod evaluation;
 mod export;
 mod failure;
 mod flags;
@@ -20,15 +21,18 @@ mod inspect;
 mod model;
 mod next;
 mod out;
+mod outcome;
 mod output;
 mod plot;
+mod prelude;
 mod profile;
 mod progress;
 mod shell;
+mod signal_table;
 mod signals;
 mod simulate;
 mod slice;
-mod suite;
+mod stdio;
 mod sweep;
 mod sysid;
 mod sysid_args;
@@ -36,46 +40,11 @@ mod terminal;
 #[cfg(feature = "view")]
 mod view;
 
-/// The command `view` in a build without the server.
-#[cfg(not(feature = "view"))]
-mod view {
-    pub(super) fn run(_: &super::args::ViewArgs, _: &super::Style) -> motorfit::Result<super::Outcome> {
-        Err(motorfit::Error::usage("this build cannot serve the page", "Build it with the feature `view`."))
-    }
-}
-
-/// Imports that every command uses.
-mod prelude {
-    pub(super) use super::out::{self, Out};
-    pub(super) use super::output::{DIM, STRONG, Style, data, show};
-    pub(super) use super::{Outcome, cache, inputs, progress, signals, terminal};
-    pub(super) use motorfit::device::with_threads;
-    pub(super) use motorfit::report::json;
-    pub(super) use motorfit::setting::Setting;
-    pub(super) use motorfit::settings::{self, parse};
-    pub(super) use motorfit::text::{Shortest, engineering, excerpt, printable, significant};
-    pub(super) use motorfit::{Error, Result};
-    pub(super) use std::fmt::Write as _;
-    pub(super) use std::path::Path;
-}
-
 use args::{Cli, Command};
+use outcome::Outcome;
 use output::Style;
 use std::ffi::OsString;
 use std::process::ExitCode;
-
-/// Outcomes of a command that did not fail.
-pub(crate) enum Outcome {
-    Done,
-    /// A signal ended the work, and the partial result was printed.
-    Interrupted,
-    /// Some runs of a sweep have no result.
-    Incomplete,
-    /// `--strict` was given and the level of trust is not good.
-    Untrusted,
-    /// `--strict-limits` was given and motors are outside the limits.
-    OutsideLimits,
-}
 
 pub(crate) fn main() -> ExitCode {
     if is_version(std::env::args_os().skip(1)) {
@@ -111,10 +80,19 @@ fn run(cli: &Cli, style: &Style) -> motorfit::Result<Outcome> {
         Command::Sysid(args) => sysid::run(args, style),
         Command::Bench(args) => bench::run(args, style),
         Command::Devices(args) => devices::run(args),
+        #[cfg(feature = "view")]
         Command::View(args) => view::run(args, style),
+        #[cfg(not(feature = "view"))]
+        Command::View(args) => without_view(args),
         Command::Completions(args) => shell::completions(args.shell),
         Command::Man(args) => shell::man(args.dir.as_deref(), style),
     }
+}
+
+/// Refuses the command `view` in a build without the server.
+#[cfg(not(feature = "view"))]
+fn without_view(_: &args::ViewArgs) -> motorfit::Result<Outcome> {
+    Err(motorfit::Error::usage("this build cannot serve the page", "Build it with the feature `view`."))
 }
 
 /// Returns true for the version alone, which needs no parser.

@@ -3,6 +3,7 @@
 use super::folder;
 use super::output::Style;
 use super::signals::FileUnderWay;
+use super::stdio::is_stdio;
 use motorfit::file::replace_if;
 use motorfit::report::Reproduced;
 use motorfit::text::shell_quoted;
@@ -89,7 +90,7 @@ pub(super) fn numbered(path: &Path, number: Option<usize>) -> PathBuf {
 
 /// Checks that stdout takes the drawing of `--svg -`: it must be the only one, and there must be no other document.
 pub(super) fn check_drawings(path: Option<&Path>, has_others: bool) -> Result<()> {
-    if path.is_some_and(super::inputs::is_stdio) && has_others {
+    if path.is_some_and(is_stdio) && has_others {
         let message = "--svg - writes one drawing to stdout, which has another document or several drawings here";
         return Err(Error::usage(message, "Name a file with --svg."));
     }
@@ -101,7 +102,7 @@ pub(super) fn drawings(path: &Path, drawings: &[String], style: &Style) -> Resul
     for (n, drawing) in (1..).zip(drawings) {
         let file = numbered(path, (drawings.len() > 1).then_some(n));
         write_file(&file, drawing)?;
-        if !super::inputs::is_stdio(&file) {
+        if !is_stdio(&file) {
             style.note(&format!("wrote {}", file.display()));
         }
     }
@@ -110,7 +111,7 @@ pub(super) fn drawings(path: &Path, drawings: &[String], style: &Style) -> Resul
 
 /// Writes a text to a file, which is then complete or, on an error, not replaced; `-` is stdout.
 pub(super) fn write_file(path: &Path, text: &str) -> Result<()> {
-    if super::inputs::is_stdio(path) {
+    if is_stdio(path) {
         return super::output::data(text);
     }
     write_parts(path, &mut |write| write(text).map(Some)).map(|_: Option<()>| ())

@@ -14,7 +14,7 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     style.warnings(&found.warnings);
     if let Some(path) = &args.svg {
         out::write_file(path, &likelihood_chart(&profiles).figure().file("", false))?;
-        if inputs::is_stdio(path) {
+        if stdio::is_stdio(path) {
             return Ok(Outcome::Done);
         }
         style.note(&format!("wrote {}", path.display()));

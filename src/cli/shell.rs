@@ -1,7 +1,8 @@
 //! The commands `completions` and `man`.
 
+use super::outcome::Outcome;
 use super::output::Style;
-use super::{Outcome, help, out, output};
+use super::{help, out, output};
 use motorfit::{Error, Result};
 use std::path::Path;
 

@@ -43,7 +43,7 @@ pub(super) fn shown(args: &EvaluateArgs, map: &CostMap, criterion: &Criterion, s
     style.warnings(&map.warnings);
     if let Some(path) = &args.svg {
         out::write_file(path, &svg(map, criterion))?;
-        if !inputs::is_stdio(path) {
+        if !stdio::is_stdio(path) {
             style.note(&format!("wrote {}", path.display()));
             show(&summary(map, criterion))?;
         }

@@ -99,7 +99,7 @@ fn records(args: &SysidArgs) -> Result<(Vec<Record>, bool)> {
     let reading = |is_linear: bool| settings::signal_reading(&args.recordings.reading.0, mechanism_signals(is_linear));
     // Stdin can be read once.
     let piped = match &args.recordings.records[..] {
-        [only] if inputs::is_stdio(only) => Some(inputs::stdin()?),
+        [only] if stdio::is_stdio(only) => Some(stdio::stdin()?),
         _ => None,
     };
     let read = |is_linear: bool| match &piped {

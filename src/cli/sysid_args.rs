@@ -1,7 +1,6 @@
 //! Flags of `sysid`.
 
-use super::args::{PageArgs, Recordings};
-use super::flags::described;
+use super::flags::{PageArgs, Recordings, described};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use motorfit::analysis::CONTROLLERS;

@@ -1,5 +1,4 @@
 //! Recordings with faults, and clean recordings of motors with extensions and with irregular sampling.
-#![allow(dead_code, reason = "each test file uses its part")]
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 #![allow(
     clippy::cast_possible_truncation,
@@ -8,7 +7,7 @@
     reason = "small numbers"
 )]
 
-use crate::varied::{KINDS, Numbers, Varied, drawn, log_uniform, noisy, numbers};
+use super::varied::{KINDS, Numbers, Varied, drawn, log_uniform, noisy, numbers};
 use motorfit::experiment::{Excitation, simulated};
 use motorfit::motor::{Discretization, Extended, Parameter};
 use motorfit::record::{Record, Samples};

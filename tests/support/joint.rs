@@ -1,5 +1,4 @@
 //! Simulated recordings for joint fits: random motors with extensions, five excitations each, white noise.
-#![allow(dead_code, reason = "each test file uses its part")]
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 #![allow(
     clippy::cast_possible_truncation,

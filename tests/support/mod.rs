@@ -1,10 +1,17 @@
-//! Shared by test files: the paper's experiment, candidates, evaluation of one group.
-#![allow(dead_code, reason = "each test file uses its part")]
+//! Shared by the test programs: the paper's experiment, candidates, evaluation of one group.
+#![allow(dead_code, reason = "each test program uses its part")]
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 
 #[cfg(feature = "gpu")]
 pub mod adapter;
+pub mod browser;
+pub mod faults;
+pub mod joint;
+pub mod program;
+pub mod recordings;
 pub mod suite;
+pub mod varied;
+pub mod wpilog;
 
 use motorfit::Result;
 use motorfit::candidates::Candidates;

@@ -1,5 +1,4 @@
 //! Runs the command line program.
-#![allow(dead_code, reason = "each test file uses its part")]
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test may stop and print")]
 
 use serde_json::Value;

@@ -1,4 +1,5 @@
 //! Folder of real recordings.
+#![allow(clippy::print_stdout, reason = "a skip is printed")]
 
 use std::path::{Path, PathBuf};
 

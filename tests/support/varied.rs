@@ -1,5 +1,4 @@
 //! Simulated recordings of random motors with various excitations, rates, lengths, noise and channels.
-#![allow(dead_code, reason = "each test file uses its part")]
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 #![allow(
     clippy::cast_possible_truncation,

@@ -1,5 +1,4 @@
 //! Writes WPILib data logs for tests, after the specification of the format (version 1.0).
-#![allow(dead_code, reason = "each test file uses its part")]
 
 /// A log in memory.
 pub struct Log {

@@ -97,7 +97,6 @@ pub fn keyword(reference: &Reference) -> String {
             Command::Devices => "motorfit.devices()",
             Command::PlanSweep => "Sweep.plan(study, out)",
             Command::RunSweep => "Sweep.run()",
-            _ => "motorfit",
         }
         .to_owned(),
     }

@@ -6,7 +6,7 @@ use crate::errors::{Raise as _, warnings};
 use crate::figure::Svg;
 use crate::frame::framed;
 use crate::pool::on_all;
-use crate::reading::{of_columns, read, reading};
+use crate::source::{file, of_columns, reading};
 use motorfit::identify::Inspection;
 use motorfit::record::{Samples, Severity, write_csv};
 use motorfit::report::record_figure;
@@ -94,9 +94,9 @@ impl Record {
     #[staticmethod]
     #[pyo3(signature = (path, **options), text_signature = None)]
     fn from_file(py: Python<'_>, path: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let mut records = read(py, path, options)?;
+        let mut records = file(py, path, options)?;
         match (records.pop(), records.len()) {
-            (Some(record), 0) => Ok(record),
+            (Some(record), 0) => Ok(Self(record)),
             (_, others) => {
                 let message = format!("{path} holds {} recordings", others + 1);
                 Err(motorfit::Error::data(message, "Read them all: motorfit.read(path).")).raise(py)

@@ -66,7 +66,7 @@ WITH_SETTINGS = {
 
 @pytest.mark.parametrize("name", WITH_SETTINGS)
 def test_keywords_are_those_that_are_accepted_and_documented(name):
-    """stubtest compares signatures with the stubs, and tests/reference.rs both with the table of settings."""
+    """stubtest compares signatures with the stubs, and tests/project/reference.rs both with the table of settings."""
     thing = WITH_SETTINGS[name]
     named = {key for line in re.findall(r"^([a-z_, ]+?)(?: :|$)", thing.__doc__, re.MULTILINE) for key in line.split(", ")}
     assert not any(p.kind is p.VAR_KEYWORD for p in inspect.signature(thing).parameters.values())

@@ -4,7 +4,7 @@
 //! reads the inputs of each step from the recording. Otherwise it computes a chunk of samples at a time: the inputs of each
 //! candidate, then the states, then the sensor outputs, then the errors.
 
-use super::at_level::{at_each_level, at_level};
+use super::at_level::at_level;
 use super::cutoff::Cut;
 use super::input::{Inputs, Piece, PieceInput};
 use super::kernel::{Block, LANES_AVX512, LANES_PORTABLE};
@@ -27,17 +27,32 @@ pub(super) const LANES_AVX2: usize = 12;
 pub(super) const LANES_WIDE: usize = 32;
 
 at_level! {
-    pub(super) fn avx512_wide(block: &Block<'_>, costs: &mut [f64]) = avx512 {
-        run::<WithExtensions, LANES_WIDE, true>(block, costs)
+    pub(super) fn avx512_even(block: &Block<'_>, costs: &mut [f64]) = avx512 {
+        run::<WithExtensions<true, false>, LANES_WIDE, true>(block, costs)
     } else avx2
 }
 
-at_each_level!(run for WithExtensions with [LANES_AVX512, LANES_AVX2, LANES_PORTABLE] candidates);
+at_level! {
+    pub(super) fn avx512(block: &Block<'_>, costs: &mut [f64]) = avx512 {
+        run::<WithExtensions<false, true>, LANES_AVX512, true>(block, costs)
+    } else avx2
+}
 
-/// The kernel of motors with extensions.
-struct WithExtensions;
+at_level! {
+    pub(super) fn avx2(block: &Block<'_>, costs: &mut [f64]) = avx2 {
+        run::<WithExtensions<true, true>, LANES_AVX2, true>(block, costs)
+    } else portable
+}
 
-impl<const L: usize> Kernel<L> for WithExtensions {
+pub(super) fn portable(block: &Block<'_>, costs: &mut [f64]) {
+    run::<WithExtensions<true, true>, LANES_PORTABLE, false>(block, costs);
+}
+
+/// The kernel of motors with extensions. Code for even clocks without moving averages is in it if `EVEN` is true, and for irregular
+/// clocks if `IRREGULAR` is; a kernel without the first simulates even clocks too, by the code for averages.
+struct WithExtensions<const EVEN: bool, const IRREGULAR: bool>;
+
+impl<const L: usize, const EVEN: bool, const IRREGULAR: bool> Kernel<L> for WithExtensions<EVEN, IRREGULAR> {
     #[inline(always)]
     fn sums<const FMA: bool>(block: &Block<'_>, recording: usize, cut: Option<&mut Cut<'_, L>>) -> Pair<L> {
         let Block { problem, candidates, .. } = *block;
@@ -45,12 +60,12 @@ impl<const L: usize> Kernel<L> for WithExtensions {
         let motors: [Extended; L] =
             std::array::from_fn(|lane| problem.motor(candidates.row(lane.min(last)), recording));
         let motors = Extended::side_by_side(&motors);
-        Simulation::<L>::new(problem, &problem.signals()[recording], &motors).sums::<FMA>(&motors, cut)
+        Simulation::<L, EVEN, IRREGULAR>::new(problem, &problem.signals()[recording], &motors).sums::<FMA>(&motors, cut)
     }
 }
 
 /// The simulation of a block of candidates on one recording.
-struct Simulation<'a, const L: usize> {
+struct Simulation<'a, const L: usize, const EVEN: bool, const IRREGULAR: bool> {
     problem: &'a Problem,
     signals: &'a Signals,
     steps: Vec<Step<L>>,
@@ -60,11 +75,19 @@ struct Simulation<'a, const L: usize> {
     totals: Pair<L>,
     /// Moving averages of the current and speed sensors.
     sensors: [Option<MovingAverages<L>>; 2],
-    /// The states before each step of a piece, then the outputs of the sensors; `None` without sensors that average.
+    /// The states before each step of a piece, then the outputs of the sensors; `None` if errors are summed while the states move.
     seen: Option<Box<Aligned<[Pair<L>; CHUNK]>>>,
 }
 
-impl<'a, const L: usize> Simulation<'a, L> {
+impl<'a, const L: usize, const EVEN: bool, const IRREGULAR: bool> Simulation<'a, L, EVEN, IRREGULAR> {
+    /// Returns true if the states of a piece are kept before their errors are summed: for sensors that average, and for weighted and
+    /// absolute errors, for which a loop of their own over each kind of inputs and reactions would double the code.
+    fn is_observed(problem: &Problem, signals: &Signals) -> bool {
+        let is_followed = EVEN || !signals.step_index.is_empty();
+        let is_weighted = problem.criterion().is_absolute() || !signals.weight.is_empty();
+        !is_followed || is_weighted || problem.features().is_averaged()
+    }
+
     #[inline(always)]
     fn new(problem: &'a Problem, signals: &'a Signals, motors: &Extended<[f64; L]>) -> Self {
         let (features, method) = (problem.features(), problem.method());
@@ -73,7 +96,7 @@ impl<'a, const L: usize> Simulation<'a, L> {
             let new = || MovingAverages::new(motors.get(of), signals.initial[channel], signals.len());
             features.has(of).then(new)
         });
-        let seen = sensors.iter().any(Option::is_some).then(|| Box::new(Aligned([[[0.0; L]; 2]; CHUNK])));
+        let seen = Self::is_observed(problem, signals).then(|| Box::new(Aligned([[[0.0; L]; 2]; CHUNK])));
         let mut totals = [[0.0; L]; 2];
         // NaN step maps must give a NaN cost even if the input is zero.
         for lane in 0..L {
@@ -87,7 +110,7 @@ impl<'a, const L: usize> Simulation<'a, L> {
     /// candidates are beyond the limits of `cut`.
     #[inline(always)]
     fn sums<const FMA: bool>(mut self, motors: &Extended<[f64; L]>, mut cut: Option<&mut Cut<'_, L>>) -> Pair<L> {
-        let mut inputs = Inputs::new(self.problem, self.signals, motors);
+        let mut inputs = Inputs::new(self.problem, self.signals, motors, self.seen.is_some());
         while let Some(mut piece) = inputs.next::<FMA>(&self.steps) {
             let [start, end] = piece.range;
             // Pieces with an input of their own for each sample are short.
@@ -128,54 +151,54 @@ impl<'a, const L: usize> Simulation<'a, L> {
         let bends = piece.changes;
         match piece.input {
             PieceInput::Constant(gain) => {
-                self.pass::<FMA>(range, Even { step, inputs: std::iter::repeat(gain), bends });
+                self.pass::<FMA, _>(range, Even { step, inputs: std::iter::repeat(gain), bends });
             }
-            PieceInput::Each(gains) => self.pass::<FMA>(range, Even { step, inputs: gains.iter(), bends }),
+            PieceInput::Each(gains) => self.pass::<FMA, _>(range, Even { step, inputs: gains.iter(), bends }),
+            // Such a piece comes from an irregular clock.
+            PieceInput::EachStep(_) if !IRREGULAR => (),
             PieceInput::EachStep(gains) => {
                 let index = &signals.step_index[start..end];
-                self.pass::<FMA>(range, Irregular { steps: &steps, index, gains, bends });
+                self.pass::<FMA, _>(range, Irregular { steps: &steps, index, gains, bends });
             }
             PieceInput::ZeroOrderHold => {
                 let inputs = signals.voltage[start..end].iter().copied();
-                self.pass::<FMA>(range, Even { step, inputs, bends });
+                self.pass::<FMA, _>(range, Even { step, inputs, bends });
             }
             PieceInput::FirstOrderHold => {
                 let inputs = (start..end).map(|n| signals.voltages_at(n));
-                self.pass::<FMA>(range, Even { step, inputs, bends });
+                self.pass::<FMA, _>(range, Even { step, inputs, bends });
             }
             PieceInput::WithLoad => {
                 let inputs = (start..end).map(|n| signals.inputs(n));
-                self.pass::<FMA>(range, Even { step, inputs, bends });
+                self.pass::<FMA, _>(range, Even { step, inputs, bends });
             }
         }
         self.steps = steps;
     }
 
     #[inline(always)]
-    fn pass<const FMA: bool>(&mut self, range: [usize; 2], path: impl Path<L>) {
+    fn pass<const FMA: bool, P: Path<L>>(&mut self, range: [usize; 2], path: P) {
         match [Parameter::BrushDrop, Parameter::Coulomb].map(|of| self.problem.features().has(of)) {
-            [true, _] => self.pass_with::<FMA, true, true>(range, path),
-            [false, true] => self.pass_with::<FMA, false, true>(range, path),
-            [false, false] => self.pass_with::<FMA, false, false>(range, path),
+            [true, _] => self.pass_with::<FMA, true, true, P>(range, path),
+            [false, true] => self.pass_with::<FMA, false, true, P>(range, path),
+            [false, false] => self.pass_with::<FMA, false, false, P>(range, path),
         }
     }
 
     #[inline(always)]
-    fn pass_with<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(
+    fn pass_with<const FMA: bool, const BRUSHES: bool, const FRICTION: bool, P: Path<L>>(
         &mut self,
         [start, end]: [usize; 2],
-        path: impl Path<L>,
+        path: P,
     ) {
         let Self { problem, signals, lanes, sensors, seen, .. } = self;
         let samples = Samples::of(signals, start, end);
         let kind = (problem.criterion().is_absolute(), !signals.weight.is_empty());
         let Some(seen) = seen else {
-            return match kind {
-                (false, false) => path.follow::<FMA, BRUSHES, FRICTION, false, false>(lanes, samples),
-                (false, true) => path.follow::<FMA, BRUSHES, FRICTION, false, true>(lanes, samples),
-                (true, false) => path.follow::<FMA, BRUSHES, FRICTION, true, false>(lanes, samples),
-                (true, true) => path.follow::<FMA, BRUSHES, FRICTION, true, true>(lanes, samples),
-            };
+            if EVEN || !P::IS_EVEN {
+                path.follow::<FMA, BRUSHES, FRICTION>(lanes, samples.measured);
+            }
+            return;
         };
         let seen = &mut seen.0[..end - start];
         path.observe::<FMA, BRUSHES, FRICTION>(&mut lanes.x, seen);

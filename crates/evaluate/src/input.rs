@@ -43,8 +43,8 @@ pub(super) struct Inputs<'a, const L: usize> {
     gains: Aligned<[Pair<L>; CHUNK]>,
     /// Index of the next sample.
     at: usize,
-    /// True if sensors average, for which pieces have at most [`CHUNK`] samples.
-    is_averaged: bool,
+    /// True if states are kept, for which pieces have at most [`CHUNK`] samples.
+    is_observed: bool,
 }
 
 enum Kind<'a, const L: usize> {
@@ -55,21 +55,25 @@ enum Kind<'a, const L: usize> {
 
 impl<'a, const L: usize> Inputs<'a, L> {
     #[inline(always)]
-    pub(super) fn new(problem: &'a Problem, signals: &'a Signals, motors: &'a Extended<[f64; L]>) -> Self {
+    pub(super) fn new(
+        problem: &'a Problem,
+        signals: &'a Signals,
+        motors: &'a Extended<[f64; L]>,
+        is_observed: bool,
+    ) -> Self {
         let at = problem.first_active(signals);
         let kind = if problem.features().is_delayed() {
             Kind::Delayed(DelayedInputs::new(problem, signals, motors), [at; 2], false)
         } else {
-            Kind::OnTime(OnTime::new(problem, signals, motors))
+            Kind::OnTime(OnTime::new(problem, signals, motors, is_observed))
         };
-        let is_averaged = problem.features().is_averaged();
-        Self { signals, kind, gains: Aligned([[[0.0; L]; 2]; CHUNK]), at, is_averaged }
+        Self { signals, kind, gains: Aligned([[[0.0; L]; 2]; CHUNK]), at, is_observed }
     }
 
     /// Returns the next piece, `None` at the end of the recording.
     #[inline(always)]
     pub(super) fn next<const FMA: bool>(&mut self, steps: &[Step<L>]) -> Option<Piece<'_, L>> {
-        let Self { signals, kind, gains: Aligned(gains), at, is_averaged } = self;
+        let Self { signals, kind, gains: Aligned(gains), at, is_observed } = self;
         let start = *at;
         let (step, end, input, changes) = match kind {
             Kind::Delayed(delayed, ready, is_constant) => {
@@ -81,7 +85,7 @@ impl<'a, const L: usize> Inputs<'a, L> {
                     (ready[1], *is_constant) = delayed.next::<FMA>(steps, start, gains);
                 }
                 if *is_constant {
-                    let end = if *is_averaged { ready[1].min(start + CHUNK) } else { ready[1] };
+                    let end = if *is_observed { ready[1].min(start + CHUNK) } else { ready[1] };
                     (0, end, PieceInput::Constant(&gains[0]), VoltageChanges::None)
                 } else {
                     (0, ready[1], each(signals, &gains[..ready[1] - start]), delayed.changes(start))
@@ -115,7 +119,7 @@ struct OnTime<'a, const L: usize> {
 }
 
 impl<'a, const L: usize> OnTime<'a, L> {
-    fn new(problem: &Problem, signals: &'a Signals, motors: &Extended<[f64; L]>) -> Self {
+    fn new(problem: &Problem, signals: &'a Signals, motors: &Extended<[f64; L]>, is_observed: bool) -> Self {
         let features = problem.features();
         Self {
             signals,
@@ -123,7 +127,7 @@ impl<'a, const L: usize> OnTime<'a, L> {
             now: None,
             drives: DriveNonlinearity::of(motors),
             load: motors.get(Parameter::Load),
-            most: if features.is_averaged() { CHUNK } else { SUM_BLOCK },
+            most: if is_observed { CHUNK } else { SUM_BLOCK },
             is_nonlinear: DriveNonlinearity::<f64>::is_nonlinear(features),
             is_loaded: features.is_biased() || !signals.torque.is_empty(),
             uses_end: problem.model().discretization.uses_next_input(),

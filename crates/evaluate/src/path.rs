@@ -29,11 +29,14 @@ impl<const L: usize> Lanes<L> {
 
 /// The steps and inputs of consecutive samples.
 pub(super) trait Path<const L: usize> {
-    /// Simulates `samples` and adds their errors to the sums.
-    fn follow<const FMA: bool, const BRUSHES: bool, const FRICTION: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
+    /// True if all steps have the same length.
+    const IS_EVEN: bool;
+
+    /// Simulates and adds the squares of the errors from the `measured` outputs to the sums.
+    fn follow<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(
         self,
         lanes: &mut Lanes<L>,
-        samples: Samples<'_>,
+        measured: &[[f64; 2]],
     );
 
     /// Simulates and writes the state before each step to `seen`.
@@ -48,28 +51,23 @@ pub(super) struct Even<'a, const L: usize, I> {
 }
 
 impl<const L: usize, I: Iterator<Item: Input<L>>> Path<L> for Even<'_, L, I> {
+    const IS_EVEN: bool = true;
+
     #[inline(always)]
-    fn follow<
-        const FMA: bool,
-        const BRUSHES: bool,
-        const FRICTION: bool,
-        const ABSOLUTE: bool,
-        const WEIGHTED: bool,
-    >(
+    fn follow<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(
         self,
         lanes: &mut Lanes<L>,
-        samples: Samples<'_>,
+        measured: &[[f64; 2]],
     ) {
         let mut x = lanes.x;
         let [mut sum_i, mut sum_w] = lanes.sums;
-        for (n, (measured, input)) in samples.measured.iter().zip(self.inputs).enumerate() {
-            let weight = if WEIGHTED { samples.weight[n] } else { [1.0; 2] };
+        for (n, (measured, input)) in measured.iter().zip(self.inputs).enumerate() {
             let before = x;
             for lane in 0..L {
                 let [i, w] = [before[0][lane], before[1][lane]];
                 let [error_i, error_w] = [measured[0] - i, measured[1] - w];
-                sum_i[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_i[lane], error_i, weight[0]);
-                sum_w[lane] = add_loss::<FMA, ABSOLUTE, WEIGHTED>(sum_w[lane], error_w, weight[1]);
+                sum_i[lane] = add_loss::<FMA, false, false>(sum_i[lane], error_i, 1.0);
+                sum_w[lane] = add_loss::<FMA, false, false>(sum_w[lane], error_w, 1.0);
                 [x[0][lane], x[1][lane]] = self.step.free::<FMA>([i, w], input, lane);
             }
             if BRUSHES || FRICTION {
@@ -125,22 +123,17 @@ impl<const L: usize> Irregular<'_, L> {
 }
 
 impl<const L: usize> Path<L> for Irregular<'_, L> {
+    const IS_EVEN: bool = false;
+
     #[inline(always)]
-    fn follow<
-        const FMA: bool,
-        const BRUSHES: bool,
-        const FRICTION: bool,
-        const ABSOLUTE: bool,
-        const WEIGHTED: bool,
-    >(
+    fn follow<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(
         self,
         lanes: &mut Lanes<L>,
-        samples: Samples<'_>,
+        measured: &[[f64; 2]],
     ) {
         let Lanes { mut x, mut sums } = *lanes;
-        for (n, measured) in samples.measured.iter().enumerate() {
-            let weight = if WEIGHTED { samples.weight[n] } else { [1.0; 2] };
-            add_losses::<L, FMA, ABSOLUTE, WEIGHTED>(&mut sums, &x, *measured, weight);
+        for (n, measured) in measured.iter().enumerate() {
+            add_losses::<L, FMA, false, false>(&mut sums, &x, *measured, [1.0; 2]);
             self.advance::<FMA, BRUSHES, FRICTION>(&mut x, n);
         }
         *lanes = Lanes { x, sums };

@@ -1,7 +1,7 @@
 //! Static nonlinearity of the drive: deadband, saturation, a separate gain for negative voltages, offset.
 //!
 //! `u = max(min(|v|, vs) − vd, 0)`, multiplied by −gn for v < 0; then `+ v0`, all in \[V\] except gn. Shader:
-//! `shaders/drive.wgsl`. The formula is tested by `the_drive_acts_on_the_voltage` in `tests/extensions/meaning.rs`.
+//! `shaders/drive.wgsl`. The formula is tested by `the_drive_acts_on_the_voltage` in `tests/evaluate/extensions/meaning.rs`.
 
 use super::dual::Number;
 use super::extended::Extended;

@@ -20,7 +20,7 @@
 //! which a start latency ends counts from the start of the step.
 //!
 //! Shader: `shaders/friction.wgsl`. The oracle, its derivatives, the kernel and the shaders share these formulas. They are tested
-//! against closed forms and a simulation with finer steps in `tests/extensions/meaning.rs`
+//! against closed forms and a simulation with finer steps in `tests/evaluate/extensions/meaning.rs`
 //! (`the_motor_sticks_up_to_the_friction_torque`, `friction_converges_with_the_step`, `brushes_reduce_the_voltage_by_their_drop`,
 //! `reactions_change_their_sign_where_a_late_voltage_turns_the_motor`).
 

@@ -5,7 +5,7 @@
 //! `(S + (N − ⌊N⌋) x_oldest)/N`. Before the first sample a sensor has seen the initial state. Shader: `shaders/sensor.wgsl`.
 //!
 //! All number types share the formula. The oracle keeps past samples in a queue, the kernel in a ring buffer of blocks. The
-//! formula is tested by `sensors_average` in `tests/extensions/meaning.rs`.
+//! formula is tested by `sensors_average` in `tests/evaluate/extensions/meaning.rs`.
 
 use super::dual::Number;
 use super::interleave::{Aligned, CHUNK, GROUP, interleave};

@@ -1,6 +1,6 @@
 //! Candidates from a CSV file or stdin.
 
-use super::{Source, column_indices, open};
+use super::source::{Source, column_indices, open};
 use motorfit::text::printable;
 use motorfit::{Error, Result};
 use std::io::Read;

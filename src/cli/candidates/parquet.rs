@@ -1,6 +1,6 @@
 //! Candidates from a Parquet file, read page by page.
 
-use super::{Source, column_indices, open};
+use super::source::{Source, column_indices, open};
 use motorfit::numeric;
 use motorfit::text::excerpt;
 use motorfit::{Error, Result};

@@ -2,6 +2,7 @@
 
 mod files;
 mod subject;
+mod suite;
 
 use super::args::CompareArgs;
 use super::prelude::*;
@@ -9,14 +10,14 @@ use motorfit::numeric::count_u64;
 use motorfit::report::Table;
 use motorfit::report::compare::{compare_document, invariance, paper_tables, setting_name, tables};
 use motorfit::study::compare::{CompareSpec, ComparedMachine, Comparison, compare};
-pub(super) use subject::requested;
+use subject::requested;
 
 /// Width of printed tables \[characters\].
 const WIDTH: usize = 80;
 
 pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
     if let Some(suite) = args.suite {
-        return super::suite::run(suite, args, style);
+        return suite::run(suite, args, style);
     }
     let device = inputs::device(&args.device, style)?;
     let threads = device.threads;

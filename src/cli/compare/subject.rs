@@ -37,7 +37,7 @@ fn of_model(args: &CompareArgs, path: &Path) -> Result<ComparisonSubject> {
 }
 
 /// Returns the factors of a comparison.
-pub(in crate::cli) fn requested(args: &CompareArgs) -> CompareSettings {
+pub(super) fn requested(args: &CompareArgs) -> CompareSettings {
     CompareSettings {
         methods: args.methods.clone(),
         criteria: args.criteria.clone(),

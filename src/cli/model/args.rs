@@ -1,7 +1,6 @@
 //! Subcommands and flags of `model`.
 
-use crate::cli::args::PageArgs;
-use crate::cli::flags::named;
+use crate::cli::flags::{PageArgs, named};
 use clap::{Args, Subcommand};
 use motorfit::model::ShaderPrecision;
 use std::path::PathBuf;

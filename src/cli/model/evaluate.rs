@@ -2,7 +2,7 @@
 
 use crate::cli::args::EvaluateArgs;
 use crate::cli::candidates::{Sampled, Source};
-use crate::cli::evaluate::{Costs, evaluate, sample};
+use crate::cli::evaluation::{Costs, evaluate, sample};
 use crate::cli::prelude::*;
 use crate::cli::slice;
 use motorfit::device::DeviceUsed;

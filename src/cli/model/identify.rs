@@ -49,7 +49,7 @@ pub(in crate::cli) fn run(args: &IdentifyArgs, path: &Path, style: &Style) -> Re
     let document = json(&model_document(&records, &model, &spec, &found));
     if args.json {
         data(&document)?;
-    } else if !args.svg.as_deref().is_some_and(inputs::is_stdio) && !export::is_printed(args) {
+    } else if !args.svg.as_deref().is_some_and(stdio::is_stdio) && !export::is_printed(args) {
         let next = found.trust.next.as_ref().map(|next| next.spelled(command_line));
         show(
             &(output::trust_line(&found.trust, WITHOUT_REASONS, next.as_deref())

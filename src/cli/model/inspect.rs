@@ -1,8 +1,8 @@
 //! `inspect` with a user's model.
 
 use crate::cli::args::InspectArgs;
-use crate::cli::inspect::table;
 use crate::cli::prelude::*;
+use crate::cli::signal_table::signal_table;
 use motorfit::evaluate::model::ModelRecording;
 use motorfit::identify::model::{ModelIdentification, ModelSpec, identify_model};
 use motorfit::model::Model;
@@ -50,7 +50,7 @@ fn text(record: &Record, facts: &[ModelSignalFacts], found: &Result<ModelIdentif
     if !record.source().ignored.is_empty() {
         let _ = writeln!(text, "  not used: {}", printable(&record.source().ignored.join(", ")));
     }
-    text.push_str(&table(facts.iter().map(|f| (f.name.clone(), f.unit.clone(), f.statistics))));
+    text.push_str(&signal_table(facts.iter().map(|f| (f.name.clone(), f.unit.clone(), f.statistics))));
     if let Ok(found) = found {
         let _ = writeln!(text, "  {STRONG}steps{STRONG:#}: {}", found.method.described());
     }

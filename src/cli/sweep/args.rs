@@ -1,6 +1,6 @@
 //! Subcommands and flags of `sweep`.
 
-use crate::cli::args::PageArgs;
+use crate::cli::flags::PageArgs;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 

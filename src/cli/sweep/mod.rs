@@ -200,7 +200,7 @@ impl<'a> Show<'a> {
         }
         let limits = Limits::parse(&shown.limits)?;
         let (csv, strict_limits) = (shown.csv.as_deref(), shown.strict_limits);
-        if json && csv.is_some_and(inputs::is_stdio) {
+        if json && csv.is_some_and(stdio::is_stdio) {
             let message = "--csv - and --json both write to stdout";
             return Err(Error::usage(message, "Name a file with --csv."));
         }
@@ -269,14 +269,14 @@ fn merge(sweep: &Sweep, outputs: Show<'_>, strict: Strict, style: &Style) -> Res
     let document = json(&sweep_document(&summary, &limits));
     if let Some(path) = csv {
         out::write_file(path, &motors_csv(&summary, &limits))?;
-        if !inputs::is_stdio(path) {
+        if !stdio::is_stdio(path) {
             style.note(&format!("wrote {}", path.display()));
         }
     }
     let tables = sweep_tables(&summary, &limits);
     if as_json {
         data(&document)?;
-    } else if !csv.is_some_and(inputs::is_stdio) {
+    } else if !csv.is_some_and(stdio::is_stdio) {
         let answer = printable(&sweep_answer(&summary, &limits));
         let mut text = format!("{STRONG}{}{STRONG:#}: {answer}\n", printable(&summary.name));
         for table in &tables {

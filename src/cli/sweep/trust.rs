@@ -1,7 +1,7 @@
 //! Levels of trust of a sweep as text, and the outcome that follows from them.
 
-use super::super::Outcome;
-use super::super::args::Strict;
+use super::args::Strict;
+use crate::cli::outcome::Outcome;
 use motorfit::study::sweep::LevelCounts;
 
 /// Returns the outcome of a command with complete results: untrusted if `--strict` is given and a level is not good.

@@ -1,6 +1,6 @@
 //! Diagnostics of a recording before it is used: rules on the clock, the input, the sensors and the motion of the motor.
 //!
-//! A rule that is inconclusive reports nothing. Thresholds were chosen on real recordings; `tests/diagnose` bounds the rate of
+//! A rule that is inconclusive reports nothing. Thresholds were chosen on real recordings; `tests/statistics/diagnose` bounds the rate of
 //! false alarms on simulated ones. A new rule is a function in a file of this folder, a row of `RULES` and the rows of its
 //! codes in [`FINDINGS`].
 

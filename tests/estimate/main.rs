@@ -1,0 +1,11 @@
+//! Tests of estimates, their intervals and their judgement.
+
+mod characteristics;
+mod current;
+mod identifiability;
+mod irregular;
+mod judgement;
+mod likelihood;
+#[path = "../support/mod.rs"]
+mod support;
+mod validation;
