@@ -9,6 +9,7 @@ pub mod candidates;
 pub mod channels;
 pub mod clock;
 pub mod error;
+pub mod expression;
 pub mod file;
 pub mod limit;
 pub mod named;

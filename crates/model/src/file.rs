@@ -1,6 +1,7 @@
 //! Models from files and by name.
 
-use super::{BuiltIn, Model};
+use super::BuiltIn;
+use super::definition::Model;
 use motorfit_core::named::Named;
 use motorfit_core::text::{listed, nearest};
 use motorfit_core::{Error, Result};

@@ -1,6 +1,6 @@
 //! Equations as trees for those who show them.
 
-use super::Equation;
+use super::definition::Equation;
 use super::expression::{Expression, Kind, Operator, parse};
 
 /// An expression of an equation.
@@ -49,20 +49,11 @@ impl Formula {
             Kind::Call(function, arguments) => FormulaKind::Call(function.name(), arguments.iter().map(of).collect()),
             Kind::Binary(operator, left, right) => {
                 let (left, right) = (of(left), of(right));
-                let (sign, precedence) = match operator {
-                    Operator::Divide => return FormulaKind::Fraction(left, right),
-                    Operator::Power => return FormulaKind::Power(left, right),
-                    Operator::Or => ("||", 1),
-                    Operator::And => ("&&", 2),
-                    Operator::Less => ("<", 3),
-                    Operator::LessEqual => ("<=", 3),
-                    Operator::Greater => (">", 3),
-                    Operator::GreaterEqual => (">=", 3),
-                    Operator::Add => ("+", 4),
-                    Operator::Subtract => ("-", 4),
-                    Operator::Multiply => ("*", 5),
-                };
-                FormulaKind::Binary(sign, precedence, left, right)
+                match operator {
+                    Operator::Divide => FormulaKind::Fraction(left, right),
+                    Operator::Power => FormulaKind::Power(left, right),
+                    _ => FormulaKind::Binary(operator.name(), operator.precedence(), left, right),
+                }
             }
         }
     }

@@ -11,8 +11,8 @@ mod formula;
 pub mod graph;
 mod library;
 pub mod program;
-#[cfg(test)]
-pub(crate) mod reference;
+#[doc(hidden)]
+pub mod reference;
 mod role;
 pub mod step;
 mod valued;

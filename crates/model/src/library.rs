@@ -1,6 +1,6 @@
 //! Models that are part of the program, by name. Their files can be read, copied and changed.
 
-use super::Model;
+use super::definition::Model;
 use motorfit_core::Result;
 use motorfit_core::named::named;
 

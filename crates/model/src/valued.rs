@@ -1,7 +1,8 @@
 //! Values of what depends on the parameters of a model alone.
 
+use super::Role;
+use super::definition::{InitialState, Model};
 use super::graph::{Id, Leaf, evaluate};
-use super::{InitialState, Model, Role};
 
 impl Model {
     /// Evaluates nodes for values of the parameters in their units; NaN for a node that depends on anything else.
@@ -32,7 +33,7 @@ impl Model {
     /// Returns the initial values of the states in SI units from the zero of their units; `None` for those that are measured or free.
     #[must_use]
     pub fn initial_values(&self, values: &[f64]) -> Vec<Option<f64>> {
-        let one = |state: &super::ModelState| match &state.initial {
+        let one = |state: &super::definition::ModelState| match &state.initial {
             InitialState::Given(id) => self.valued(&[id.0], values).first().copied(),
             _ => None,
         };

@@ -1,6 +1,6 @@
 //! Serialization of a recording in results: origin, columns and notes on its preparation, without the samples.
 
-use super::Record;
+use super::record::Record;
 use serde::{Serialize, Serializer};
 use serde_json::json;
 

@@ -1,7 +1,8 @@
 //! Size limits of recordings, of the files that they are read from and of their preparation.
 
 use super::requests::REQUEST_MAX;
-use super::{SAMPLES_MAX, import, prepare};
+use super::samples::SAMPLES_MAX;
+use super::{import, prepare};
 use motorfit_core::limit::{Limit, limit_of};
 
 /// Returns the size limits of recordings, of files that are read and of preparation.

@@ -1,28 +1,13 @@
 //! Outputs that were measured at some of the samples of a recording only, because their sensor has a clock of its own.
 
-use super::{Quantity, Record, Samples, Source};
+use super::heading::Quantity;
+use super::measured_at::MeasuredAt;
+use super::record::Record;
+use super::samples::Samples;
+use super::source::Source;
 use motorfit_core::numeric::{count, interpolate_between};
 use motorfit_core::text::counted;
 use motorfit_core::{Error, Result};
-
-/// The samples at which an output was measured; its values at the others are interpolated linearly and do not count.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct MeasuredAt {
-    pub quantity: Quantity,
-    /// True for each sample at which it was measured.
-    pub samples: Vec<bool>,
-}
-
-impl MeasuredAt {
-    /// Returns the indices of the samples at which the output was measured.
-    pub(crate) fn indices(&self) -> Vec<usize> {
-        (0..self.samples.len()).filter(|n| self.samples[*n]).collect()
-    }
-
-    pub(super) fn part(&self, range: std::ops::Range<usize>) -> Self {
-        Self { quantity: self.quantity, samples: self.samples[range].to_vec() }
-    }
-}
 
 impl Record {
     /// Returns the recording with outputs that were measured at some of the samples only, interpolated linearly at the others.

@@ -1,7 +1,9 @@
 //! Reading and preparation of files in one call, and the parsers of their options.
 
-use super::prepare::check_rate;
-use super::{Offset, Preparation, Quantity, ReadOptions, Record, parse_number, read, read_bytes, read_joined};
+use super::heading::Quantity;
+use super::import::{ReadOptions, parse_number, read, read_bytes, read_joined};
+use super::prepare::{Offset, Preparation, check_rate};
+use super::record::Record;
 use motorfit_core::setting::{Setting, text};
 use motorfit_core::text::excerpt;
 use motorfit_core::{Error, Result};

@@ -1,8 +1,14 @@
 //! Signals of a recording, all of one length, in SI units.
 
-use super::Quantity;
+use super::heading::Quantity;
 use motorfit_core::text::counted;
 use motorfit_core::{Error, Result};
+
+/// Largest number of samples of a recording.
+pub const SAMPLES_MAX: usize = 100_000_000;
+
+/// Largest absolute value of a signal in SI units; sums of squares over a recording remain finite.
+pub const VALUE_MAX: f64 = 1e9;
 
 /// Signals of a [`Record`](super::Record): all of one length, in SI units.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -2,7 +2,10 @@
 //!
 //! The format is bound to one version of the program and is not meant for files that are kept.
 
-use super::{Excluded, MeasuredAt, NamedSignal, Record, SAMPLES_MAX, Samples, Source};
+use super::measured_at::MeasuredAt;
+use super::record::{Excluded, Record};
+use super::samples::{NamedSignal, SAMPLES_MAX, Samples};
+use super::source::Source;
 use motorfit_core::{Error, Result};
 use serde::{Deserialize, Serialize};
 

@@ -1,6 +1,6 @@
 //! The time axis: sampling period, jitter, gaps, repeated and reversed times.
 
-use super::Lines;
+use super::lines::Lines;
 use motorfit_core::named::named;
 use motorfit_core::numeric::{count, differences, extremes, rounded, upper_median};
 use motorfit_core::setting::{Text, text};

@@ -1,6 +1,8 @@
 //! Warnings about recordings and results: code, severity, message, location in a recording and remedy.
 
-use crate::{Finding, Quantity, Record, Severity};
+use super::diagnose::{Finding, Severity};
+use super::heading::Quantity;
+use super::record::Record;
 use motorfit_core::setting::{Spelling, Text};
 use motorfit_core::text::significant;
 use serde_json::{Map, Value, json};
@@ -109,7 +111,7 @@ impl Warning {
     /// Returns true if this is a reported finding that can cause a failed or poor fit.
     #[must_use]
     pub fn can_cause_poor_fit(&self) -> bool {
-        self.severity == Severity::Report && crate::can_cause_poor_fit(self.code)
+        self.severity == Severity::Report && super::diagnose::can_cause_poor_fit(self.code)
     }
 
     /// Returns the warning as one line, with settings spelled as in a front end.

@@ -1,10 +1,10 @@
 //! Checks of a complete model: outputs and states exist, reactions act as they can be computed, every parameter has an effect.
 
 use super::document::{Document, Entry};
+use super::model::Model;
 use super::names::{Names, undelayed};
-use super::read::depends_on_states;
-use super::{InitialState, Model};
-use crate::graph::{Direction, Id, Leaf};
+use super::parts::InitialState;
+use crate::graph::{Dependency, Direction, Graph, Id, Leaf};
 use motorfit_core::Result;
 use motorfit_core::text::{listed, quoted};
 use std::collections::HashSet;
@@ -107,4 +107,9 @@ fn effects(document: &Document<'_>, model: &Model) -> Result<()> {
     let outputs: Vec<&str> = model.outputs.iter().map(|output| output.name.as_str()).collect();
     let message = format!("{} has no effect on {}", quoted(&model.parameters[idle].name), listed(&outputs, "or"));
     Err(document.error(at, message, "Use it in an equation that the outputs depend on, or leave it out."))
+}
+
+/// Returns true if a node of a signal depends on states.
+fn depends_on_states(graph: &Graph, id: Id) -> bool {
+    graph.dependency(id).has(Dependency::STATES)
 }

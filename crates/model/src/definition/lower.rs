@@ -1,6 +1,6 @@
 //! From syntax trees to nodes of a graph, with the units of all quantities checked.
 
-use super::Reaction;
+use super::parts::Reaction;
 use crate::expression::{Expression, Fault, Function, Kind, Operator};
 use crate::graph::{Binary, Comparison, Graph, Id, Leaf, Node, Unary};
 use motorfit_core::text::{nearest, quoted};

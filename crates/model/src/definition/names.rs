@@ -119,7 +119,7 @@ impl<'d> Names<'d> {
     /// Resolves the names that an expression uses.
     fn resolve_names(&mut self, expression: &Expression, place: Place) -> Result<()> {
         let mut used: Vec<(String, usize)> = Vec::new();
-        expression.names(&mut |name, at| used.push((name.to_owned(), at)));
+        expression.names(&mut |name, at| used.push((name.clone(), at)));
         for (name, at) in used {
             if let Some(start) = self.open.iter().position(|open| *open == name) {
                 let mut cycle = self.open[start..].to_vec();

@@ -1,10 +1,12 @@
 //! Reading of a model: sections in the order in which they need each other.
 
+use super::check;
 use super::document::{Document, Entry};
+use super::model::Model;
 use super::names::Names;
-use super::sections::{constants, definitions, delays, inputs, parameters, required, unit};
-use super::{Equation, InitialState, Model, ModelOutput, ModelState, NodeId, check};
-use crate::graph::{Dependency, Graph, Id, Leaf};
+use super::parts::{Equation, InitialState, ModelOutput, ModelState, NodeId};
+use super::sections::{constants, definitions, delays, inputs, number_of, parameters, required, unit};
+use crate::graph::{Id, Leaf};
 use crate::role::Role;
 use motorfit_core::Result;
 use motorfit_core::named::Named as _;
@@ -106,16 +108,6 @@ fn heading(document: &Document<'_>) -> Result<String> {
         None => return Err(document.error(0, "the format is missing", "Write format = 1 in the first line.")),
     }
     Ok(name.unwrap_or_else(|| "model".to_owned()))
-}
-
-/// Returns the value of an entry with a dimension that depends on parameters at most.
-pub(super) fn number_of(names: &mut Names<'_>, entry: &Entry<'_>, dimension: Dimension, what: &str) -> Result<Id> {
-    let id = names.value(entry, Some(dimension), what, false)?.id;
-    if names.scope.graph.is_fixed(id) {
-        return Ok(id);
-    }
-    let message = format!("{what} depends on inputs or states");
-    Err(names.document.error(entry.value.span().start, message, "Use constants and parameters only."))
 }
 
 /// Reads the outputs; also returns the node of each in SI units.
@@ -230,9 +222,4 @@ fn equations(document: &Document<'_>) -> Result<Vec<Equation>> {
         }
     }
     Ok(equations)
-}
-
-/// Returns true if a node of a signal depends on states.
-pub(super) fn depends_on_states(graph: &Graph, id: Id) -> bool {
-    graph.dependency(id).has(Dependency::STATES)
 }

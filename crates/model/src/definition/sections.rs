@@ -2,12 +2,11 @@
 
 use super::document::{Document, Entry};
 use super::names::{Definition, Names, in_si};
-use super::read::number_of;
-use super::{DelayedSignal, ModelConstant, ModelInput, ModelParameter, WrittenUnit};
-use crate::graph::Leaf;
+use super::parts::{DelayedSignal, ModelConstant, ModelInput, ModelParameter, WrittenUnit};
+use crate::graph::{Id, Leaf};
 use motorfit_core::Result;
 use motorfit_core::text::quoted;
-use motorfit_core::units::{Unit, parse_unit};
+use motorfit_core::units::{Dimension, Unit, parse_unit};
 
 /// Largest value of a bound or a constant, in its unit.
 const VALUE_MAX: f64 = 1e30;
@@ -164,4 +163,14 @@ pub(super) fn required<'d>(
         let message = format!("{} has no {key}", quoted(entry.key));
         document.error(entry.at, message, format!("Add {key} = … to it."))
     })
+}
+
+/// Returns the value of an entry with a dimension that depends on parameters at most.
+pub(super) fn number_of(names: &mut Names<'_>, entry: &Entry<'_>, dimension: Dimension, what: &str) -> Result<Id> {
+    let id = names.value(entry, Some(dimension), what, false)?.id;
+    if names.scope.graph.is_fixed(id) {
+        return Ok(id);
+    }
+    let message = format!("{what} depends on inputs or states");
+    Err(names.document.error(entry.value.span().start, message, "Use constants and parameters only."))
 }

@@ -1,6 +1,6 @@
 //! Tokens of an expression.
 
-use super::Fault;
+use super::fault::Fault;
 use motorfit_core::text::quoted;
 
 #[derive(Debug, Clone, PartialEq)]

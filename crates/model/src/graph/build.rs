@@ -5,7 +5,8 @@
 //! of products and into sums, never back: each rule makes nodes from operands only, so that no sequence of rules can repeat.
 
 use super::evaluate::{binary, unary};
-use super::{Binary, Comparison, Graph, Id, Leaf, Node, Unary};
+use super::node::{Binary, Comparison, Id, Leaf, Node, Unary};
+use super::store::Graph;
 
 /// Largest integer exponent that is computed by products.
 const PRODUCT_MAX: f64 = 16.0;

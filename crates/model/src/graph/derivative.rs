@@ -3,7 +3,8 @@
 //! At a kink (`abs`, `min`, `select`, …) the derivative is that of the branch which the value takes. Where a derivative is not
 //! finite (`sqrt` at 0) it is taken as zero if the direction is zero there.
 
-use super::{Binary, Comparison, Graph, Id, Leaf, Node, Unary};
+use super::node::{Binary, Comparison, Id, Leaf, Node, Unary};
+use super::store::Graph;
 use std::collections::HashMap;
 
 /// Derivatives in the direction in which each leaf changes at the given rate; nodes are differentiated once.

@@ -1,6 +1,7 @@
 //! Evaluation of nodes for one candidate: the meaning of each operation, from which the other back ends are checked.
 
-use super::{Binary, Comparison, Graph, Id, Leaf, Node, Unary};
+use super::node::{Binary, Comparison, Id, Leaf, Node, Unary};
+use super::store::Graph;
 
 impl Comparison {
     pub fn holds(self, a: f64, b: f64) -> bool {

@@ -1,6 +1,7 @@
 //! Substitution of leaves by nodes.
 
-use super::{Graph, Id, Leaf, Node};
+use super::node::{Id, Leaf, Node};
+use super::store::Graph;
 use std::collections::HashMap;
 
 /// Replaces leaves by nodes in any number of computations, which keep sharing their nodes.

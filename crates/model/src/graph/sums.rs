@@ -1,6 +1,7 @@
 //! Sums as lists of terms: factors of parameters alone times other nodes.
 
-use super::{Binary, Graph, Id, Node, Unary};
+use super::node::{Binary, Id, Node, Unary};
+use super::store::Graph;
 use std::collections::BTreeMap;
 
 /// A term of a sum: `factor` depends on parameters at most; `rest` is `None` if the term is the factor alone.

@@ -1,6 +1,6 @@
 //! Assignment of few registers to the many of a compilation, by a linear scan.
 
-use super::Program;
+use super::compiled::Program;
 use std::collections::HashMap;
 
 /// Replaces virtual registers by as few as possible. Pinned ones keep theirs; another one is free again after its last use.

@@ -1,7 +1,8 @@
 //! Compilation of a graph to a program.
 
 use super::allocate::allocate;
-use super::{Instruction, Operation, Program, REGISTERS_MAX, Uniforms};
+use super::compiled::{Program, Uniforms};
+use super::instruction::{Instruction, Operation, REGISTERS_MAX};
 use crate::graph::{Binary, Comparison, Graph, Id, Leaf, Node, Unary};
 use crate::step::{Memory, MemoryKind, Substep};
 use std::collections::HashMap;

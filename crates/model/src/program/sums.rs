@@ -1,7 +1,7 @@
 //! Sums of products as fused instructions.
 
-use super::Operation;
 use super::compile::Compiler;
+use super::instruction::Operation;
 use crate::graph::{Binary, Id, Node, Unary};
 
 /// A term of a sum; scalars have a factor, registers a sign.

@@ -1,6 +1,6 @@
 //! The affine part of the equations: `dx/dt = A x + B u + c + Γ r + rest`, with coefficients of parameters alone.
 
-use crate::Model;
+use crate::definition::Model;
 use crate::graph::{Direction, Graph, Id, Leaf, Node, Substitution};
 
 /// The equations of a model, separated; matrices row by row.
@@ -69,5 +69,14 @@ impl Affine {
     /// Returns the rows with terms that are not affine.
     pub fn nonlinear_rows(&self, graph: &Graph) -> Vec<usize> {
         (0..self.rest.len()).filter(|row| !graph.is_constant(self.rest[*row], 0.0)).collect()
+    }
+}
+
+impl Model {
+    /// Returns true if the equations are affine in states and inputs, with coefficients of parameters alone.
+    #[must_use]
+    pub fn is_affine(&self) -> bool {
+        let mut graph = self.graph.clone();
+        Affine::of(self, &mut graph).nonlinear_rows(&graph).is_empty()
     }
 }

@@ -1,8 +1,8 @@
 //! A step of affine equations in the layout of a kernel.
 
-use super::Step;
-use super::exponential::{Block, Source};
-use crate::Model;
+use super::extras::{Block, Source};
+use super::map::Step;
+use crate::definition::Model;
 use crate::graph::{Id, Leaf, Node};
 
 /// Largest number of states of an affine step with a kernel: with more, whose coefficients do not stay in registers, a kernel was no

@@ -4,137 +4,16 @@
 //! by `h (φ₁−φ₂) B u₀ + h φ₂ B u₁`. The nonlinear terms N at four stages have the weights `h (φ₁−3φ₂+4φ₃)`, `2h (φ₂−2φ₃)`
 //! twice, and `h (4φ₃−φ₂)` (S. M. Cox, P. C. Matthews, J. Comput. Phys. 176, 2002, Eqs. 26 to 29).
 
-use super::phi::{Lane, Matrices, phi_functions};
+use super::affine::Affine;
+use super::extras::{Block, Extras, Source};
+use super::map::Step;
+use super::memories::{Substep, parameter};
 use super::reaction::{StepEnd, react};
-use super::runge_kutta::{InputsAt, right_hand_sides};
-use super::{Affine, Step, StepSettings, Substep, parameter};
-use crate::Model;
+use super::right_hand_sides::{InputsAt, right_hand_sides};
+use super::settings::StepSettings;
+use crate::definition::Model;
 use crate::graph::{Graph, Id, Leaf};
 use motorfit_core::numeric::count;
-
-/// Matrices of the affine part, and the layout of the parameters that are computed from their exponentials.
-#[derive(Debug, Clone)]
-pub struct Extras {
-    /// A row by row, then the columns of each source, as nodes of parameters alone.
-    pub roots: Vec<Id>,
-    step_s: f64,
-    states: usize,
-    /// The source of each column: an input, the constant, a reaction.
-    pub(super) sources: Vec<Source>,
-    is_first_order_hold: bool,
-    /// Rows with nonlinear terms.
-    rows: Vec<usize>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Source {
-    Input(usize),
-    Constant,
-    Reaction(usize),
-}
-
-/// Blocks of the parameters that are computed from exponentials. Those of half a step are there for nonlinear equations only.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Block {
-    /// `φ₀ − 1` of a step, row by row.
-    Change,
-    /// Column of a source for the value at the start of the step.
-    Start(usize),
-    /// Column of an input for the value at the end of the step.
-    End(usize),
-    HalfChange,
-    HalfStart(usize),
-    HalfEnd(usize),
-    /// Column of a nonlinear row at the first stages.
-    HalfStage(usize),
-    /// Columns of a nonlinear row with the weights of the first, the middle and the last stage.
-    Weight(usize, usize),
-}
-
-impl Extras {
-    /// Returns true for a source that is constant over a step.
-    pub(super) fn is_held(&self, source: usize) -> bool {
-        !self.is_first_order_hold || !matches!(self.sources[source], Source::Input(_))
-    }
-
-    /// Returns the blocks in the order of their parameters.
-    fn blocks(&self) -> Vec<Block> {
-        let columns = |start: fn(usize) -> Block, end: fn(usize) -> Block, has_reactions: bool| {
-            let used = (0..self.sources.len())
-                .filter(move |n| has_reactions || !matches!(self.sources[*n], Source::Reaction(_)));
-            used.flat_map(move |n| std::iter::once(start(n)).chain((!self.is_held(n)).then(|| end(n))))
-        };
-        let mut blocks = vec![Block::Change];
-        blocks.extend(columns(Block::Start, Block::End, true));
-        if !self.rows.is_empty() {
-            blocks.push(Block::HalfChange);
-            blocks.extend(columns(Block::HalfStart, Block::HalfEnd, false));
-            for row in 0..self.rows.len() {
-                blocks.push(Block::HalfStage(row));
-                blocks.extend((0..3).map(|weight| Block::Weight(row, weight)));
-            }
-        }
-        blocks
-    }
-
-    fn length(&self, block: Block) -> usize {
-        let is_matrix = matches!(block, Block::Change | Block::HalfChange);
-        if is_matrix { self.states * self.states } else { self.states }
-    }
-
-    /// Returns true if there are no nonlinear terms.
-    pub(super) fn is_affine(&self) -> bool {
-        self.rows.is_empty()
-    }
-
-    /// Returns the number of parameters.
-    pub fn count(&self) -> usize {
-        self.blocks().into_iter().map(|block| self.length(block)).sum()
-    }
-
-    /// Returns the place of a block among the parameters.
-    pub(super) fn place(&self, wanted: Block) -> usize {
-        self.blocks().into_iter().take_while(|block| *block != wanted).map(|block| self.length(block)).sum()
-    }
-
-    /// Computes the parameters from the values of [`Self::roots`] and calls `set` with the number and value of each.
-    pub fn compute<T: Lane>(&self, roots: &[T], mut set: impl FnMut(usize, T)) {
-        let n = self.states;
-        let (matrix, columns) = roots.split_at(n * n);
-        let full = phi_functions(matrix, n, self.step_s);
-        let half = (!self.rows.is_empty()).then(|| phi_functions(matrix, n, 0.5 * self.step_s));
-        let mut at = 0;
-        let mut put = |values: Vec<T>| {
-            for value in values {
-                set(at, value);
-                at += 1;
-            }
-        };
-        for block in self.blocks() {
-            let half = || half.as_ref().unwrap_or(&full);
-            let of_source = |phi: &Matrices<T>, source: usize, weights: [f64; 3], h: f64| {
-                phi.apply(weights.map(|weight| h * weight), &columns[source * n..(source + 1) * n])
-            };
-            let h = self.step_s;
-            let start = |source: usize| if self.is_held(source) { [1.0, 0.0, 0.0] } else { [1.0, -1.0, 0.0] };
-            let unit = |phi: &Matrices<T>, row: usize, weights: [f64; 3], h: f64| {
-                phi.column(weights.map(|weight| h * weight), self.rows[row])
-            };
-            put(match block {
-                Block::Change => full.change.clone(),
-                Block::HalfChange => half().change.clone(),
-                Block::Start(source) => of_source(&full, source, start(source), h),
-                Block::End(source) => of_source(&full, source, [0.0, 1.0, 0.0], h),
-                Block::HalfStart(source) => of_source(half(), source, start(source), 0.5 * h),
-                Block::HalfEnd(source) => of_source(half(), source, [0.0, 1.0, 0.0], 0.5 * h),
-                Block::HalfStage(row) => unit(half(), row, [1.0, 0.0, 0.0], 0.5 * h),
-                Block::Weight(row, 0) => unit(&full, row, [1.0, -3.0, 4.0], h),
-                Block::Weight(row, 1) => unit(&full, row, [0.0, 2.0, -4.0], h),
-                Block::Weight(row, _) => unit(&full, row, [0.0, -1.0, 4.0], h),
-            });
-        }
-    }
-}
 
 /// Inputs at the three places of a step, and the parameters of its exponentials.
 struct Builder<'a> {

@@ -7,117 +7,27 @@
 mod affine;
 mod affine_step;
 mod exponential;
+mod extras;
+mod map;
+mod memories;
 mod phi;
 mod reaction;
+mod right_hand_sides;
 mod runge_kutta;
+mod settings;
 
 pub use affine::Affine;
 pub use affine_step::AffineStep;
-pub(crate) use exponential::Extras;
+pub(crate) use extras::Extras;
+pub use map::Step;
+pub use memories::{Memory, MemoryKind, Substep};
 pub use phi::WithRate;
+pub use settings::{IntegrationMethod, StepSettings};
 
-use super::Model;
 use super::definition::InitialState;
-use super::graph::{Direction, Graph, Id, Leaf};
-use motorfit_core::named::named;
-
-named! {
-    /// Integration method of a model.
-    pub enum IntegrationMethod (default Exponential) {
-        /// Matrix exponentials: exact for affine models, of order 4 with nonlinear terms (ETDRK4).
-        Exponential = "exponential",
-        /// Classical Runge–Kutta method of order 4 with equal substeps.
-        RungeKutta = "rk4",
-    }
-}
-
-/// Settings of the steps of a model.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StepSettings {
-    pub method: IntegrationMethod,
-    /// Number of substeps of the Runge–Kutta method.
-    pub substeps: usize,
-    /// Length of the step \[s\]; `None` if it differs between samples and is an input, after all others.
-    pub step_s: Option<f64>,
-    /// True if inputs are linear between samples, false if they are constant.
-    pub is_first_order_hold: bool,
-}
-
-/// A step as a graph, with what the evaluation needs beside it.
-#[derive(Debug, Clone)]
-pub struct Step {
-    pub graph: Graph,
-    /// States at the end of the step.
-    pub next: Vec<Id>,
-    /// Intermediate states in the order in which they are computed.
-    pub milestones: Vec<Id>,
-    /// Outputs at the start of the step.
-    pub outputs: Vec<Id>,
-    /// Operations with a memory, by the numbers of their leaves.
-    pub memories: Vec<Memory>,
-    /// Initial values of the states.
-    pub initial: Vec<Id>,
-    /// Matrices whose exponentials are further parameters; `None` if the method has none.
-    pub extras: Option<Extras>,
-    /// Number of parameters of the model with its free initial states; those of `extras` follow.
-    pub parameters: usize,
-}
-
-/// An operation with a memory of earlier samples.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Memory {
-    pub kind: MemoryKind,
-    /// The operands; for a derivative they alternate with their derivatives.
-    pub operands: Vec<Id>,
-    pub substep: Substep,
-}
-
-impl Memory {
-    /// Returns an operation over the whole step.
-    fn whole(kind: MemoryKind, operands: Vec<Id>) -> Self {
-        Self { kind, operands, substep: Substep::WHOLE }
-    }
-}
-
-/// A part of a step: its place among equal parts, and their number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Substep {
-    pub place: u16,
-    pub of: u16,
-}
-
-impl Substep {
-    /// The whole step.
-    pub const WHOLE: Self = Self { place: 0, of: 1 };
-
-    /// Returns a part of a step that has no more than 2¹⁶ of them.
-    pub fn new(place: usize, of: usize) -> Self {
-        let [place, of] = [place, of].map(|number| u16::try_from(number).unwrap_or(u16::MAX));
-        Self { place, of }
-    }
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MemoryKind {
-    /// The mean over a substep of a signal with a delay and a latency.
-    Delay,
-    /// The derivative of a delay.
-    DelayRate,
-    /// The moving average of a signal over a number of samples.
-    Average,
-    /// The derivative of a moving average.
-    AverageRate,
-}
-
-/// Returns the leaf of an operation with a memory.
-pub(super) fn memory(graph: &mut Graph, number: usize) -> Id {
-    graph.leaf(Leaf::Memory(u16::try_from(number).unwrap_or(u16::MAX)))
-}
-
-/// Returns a leaf for the parameter with a number.
-pub(super) fn parameter(graph: &mut Graph, number: usize) -> Id {
-    graph.leaf(Leaf::Parameter(u16::try_from(number).unwrap_or(u16::MAX)))
-}
+use super::definition::Model;
+use super::graph::{Direction, Id, Leaf};
+use memories::{memory, parameter};
 
 /// Returns the numbers of the states whose initial values are not functions of the parameters.
 pub fn open_states(model: &Model) -> Vec<usize> {

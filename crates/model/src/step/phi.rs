@@ -193,8 +193,9 @@ impl<T: Lane> Matrices<T> {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "a test may stop")]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may stop")]
+
     use super::*;
 
     /// φ functions of a scalar in closed form, with `exp_m1` and series for small arguments.

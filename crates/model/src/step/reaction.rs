@@ -8,8 +8,8 @@
 //! A limit that varies is the mean of those at both ends of the step: reactions with the limits at its start lead to the states at
 //! its end, at which limits are computed again.
 
-use super::runge_kutta::{InputsAt, right_hand_sides};
-use crate::Model;
+use super::right_hand_sides::{InputsAt, right_hand_sides};
+use crate::definition::Model;
 use crate::graph::{Binary, Comparison, Graph, Id, Unary};
 
 /// States and inputs at one end of a step.

@@ -1,9 +1,13 @@
 //! The classical Runge–Kutta method of order 4.
 
+use super::affine::Affine;
+use super::map::Step;
+use super::memories::Substep;
 use super::reaction::{StepEnd, react};
-use super::{Affine, Step, StepSettings, Substep};
-use crate::Model;
-use crate::graph::{Graph, Id, Leaf, Substitution};
+use super::right_hand_sides::{InputsAt, right_hand_sides};
+use super::settings::StepSettings;
+use crate::definition::Model;
+use crate::graph::{Graph, Id, Leaf};
 
 /// Inputs of a step: values at its start and at its end, and its length.
 struct Inputs {
@@ -36,26 +40,6 @@ impl Inputs {
         all.extend(delayed);
         InputsAt { all, inputs: self.start.len() }
     }
-}
-
-/// Inputs at a time within a step, then delayed signals over the substep.
-#[derive(Debug, Clone)]
-pub(super) struct InputsAt {
-    pub all: Vec<Id>,
-    /// Number of inputs.
-    pub inputs: usize,
-}
-
-/// Returns the right-hand sides at states and inputs.
-pub(super) fn right_hand_sides(graph: &mut Graph, of: &[Id], states: &[Id], inputs: &InputsAt) -> Vec<Id> {
-    let (inputs, delayed) = inputs.all.split_at(inputs.inputs);
-    let mut substitution = Substitution::new(|leaf| match leaf {
-        Leaf::State(n) => states.get(usize::from(n)).copied(),
-        Leaf::Input(n) => inputs.get(usize::from(n)).copied(),
-        Leaf::Memory(n) => delayed.get(usize::from(n)).copied(),
-        _ => None,
-    });
-    of.iter().map(|id| substitution.apply(graph, *id)).collect()
 }
 
 /// Returns `x + factor k` for each state.

@@ -3,9 +3,10 @@
 use super::layout::Layout;
 use super::precision::ShaderPrecision;
 use super::shader::{ShaderSettings, shader};
+use crate::IntegrationMethod;
+use crate::definition::Model;
 use crate::program::{Roots, compile};
 use crate::step::{Step, StepSettings};
-use crate::{IntegrationMethod, Model};
 use motorfit_core::{Error, Result};
 
 impl Model {

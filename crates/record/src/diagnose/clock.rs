@@ -1,7 +1,10 @@
 //! Rule on the clock: jitter and gaps.
 
-use super::{Finding, Quantity, View, text};
+use super::finding::Finding;
+use super::view::View;
+use crate::heading::Quantity;
 use motorfit_core::numeric::{differences, peak, runs, standard_deviation};
+use motorfit_core::setting::text;
 use motorfit_core::text::significant;
 
 /// Largest standard deviation of the steps, relative to the period, of a regular clock.

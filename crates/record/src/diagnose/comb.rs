@@ -3,8 +3,9 @@
 //! The score of a window length N is the median depth of the notches in decades of power, less their depth in the spectrum of
 //! the input.
 
+use super::finding::Finding;
 use super::spectrum::{POINTS, power};
-use super::{Channel, Finding, View};
+use super::view::{Channel, View};
 use motorfit_core::numeric::{count, differences, median, peak, whole};
 use std::ops::RangeInclusive;
 

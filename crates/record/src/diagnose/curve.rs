@@ -1,6 +1,8 @@
 //! Rules on the static characteristic of the motor: the steady-state speed for each voltage.
 
-use super::{Channel, Finding, Quantity, View};
+use super::finding::Finding;
+use super::view::{Channel, View};
+use crate::heading::Quantity;
 use motorfit_core::numeric::{count, mean, slope, whole};
 use motorfit_core::text::significant;
 

@@ -1,7 +1,11 @@
 //! Rules on a current that its sensor clips or the drive limits.
 
-use super::{Channel, ConstantInput, Finding, Quantity, View, sensor, text};
+use super::finding::Finding;
+use super::sensor;
+use super::view::{Channel, ConstantInput, View};
+use crate::heading::Quantity;
 use motorfit_core::numeric::{count, mean, runs};
+use motorfit_core::setting::text;
 use motorfit_core::text::engineering;
 use std::ops::Range;
 

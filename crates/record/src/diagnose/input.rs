@@ -1,7 +1,10 @@
 //! Rules on the input: a single change, an idle value that is not zero, a reset at the end.
 
+use super::finding::Finding;
 use super::reset::reset;
-use super::{Finding, Quantity, View, text};
+use super::view::View;
+use crate::heading::Quantity;
+use motorfit_core::setting::text;
 use motorfit_core::text::significant;
 
 pub(super) fn input(view: &View<'_>, findings: &mut Vec<Finding>) {

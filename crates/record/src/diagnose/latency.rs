@@ -1,6 +1,7 @@
 //! Rule on a first response that is delayed more than the later ones, as by a drive that wakes up.
 
-use super::{Channel, Finding, View};
+use super::finding::Finding;
+use super::view::{Channel, View};
 use motorfit_core::numeric::{count, mean, upper_median, whole};
 use motorfit_core::text::engineering;
 

@@ -1,7 +1,9 @@
 //! Rules on motion without voltage, and on voltage without motion.
 
+use super::finding::Finding;
 use super::rest::MOVES;
-use super::{Channel, Finding, Quantity, View};
+use super::view::{Channel, View};
+use crate::heading::Quantity;
 use motorfit_core::numeric::{count, mean, running_sums, runs, standard_deviation};
 use std::ops::Range;
 

@@ -1,7 +1,10 @@
 //! Rule on a voltage that does not reach the motor because the drive is off: no current flows.
 
-use super::{Channel, Finding, Quantity, View, text};
+use super::finding::Finding;
+use super::view::{Channel, View};
+use crate::heading::Quantity;
 use motorfit_core::numeric::{count, mean, order_statistic, runs};
+use motorfit_core::setting::text;
 use std::ops::Range;
 
 /// Current, as a fraction of its peak, up to which it counts as zero.

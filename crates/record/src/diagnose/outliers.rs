@@ -2,12 +2,14 @@
 //!
 //! Pulses are candidates; a [`Search`] compares them with predictions from the samples before and after them.
 
+use super::finding::Finding;
 use super::outlier_search::Search;
 use super::predictor::Scaled;
 use super::pulses::{Pulses, RUN_MAX, noise};
 use super::view::{Channel, View};
-use super::{Finding, Quantity, text};
+use crate::heading::Quantity;
 use motorfit_core::numeric::{count, peak};
+use motorfit_core::setting::text;
 use motorfit_core::text::{counted, significant};
 use std::ops::Range;
 

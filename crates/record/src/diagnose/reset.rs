@@ -1,6 +1,9 @@
 //! Rule on a voltage that is reset to zero, or to its first value, in the last samples, as at the end of a program.
 
-use super::{Finding, Quantity, View, text};
+use super::finding::Finding;
+use super::view::View;
+use crate::heading::Quantity;
+use motorfit_core::setting::text;
 use motorfit_core::text::{counted, significant};
 use std::ops::Range;
 

@@ -1,7 +1,9 @@
 //! Rule on the offsets of sensors while the motor is at rest.
 
-use super::{Channel, Finding, View, text};
+use super::finding::Finding;
+use super::view::{Channel, View};
 use motorfit_core::numeric::{count, mean, peak, standard_deviation};
+use motorfit_core::setting::text;
 use motorfit_core::text::{engineering, significant};
 use std::ops::Range;
 

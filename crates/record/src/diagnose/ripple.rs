@@ -1,7 +1,9 @@
 //! Rule on a periodic ripple of the speed in the steady state, found as a line of its spectrum.
 
+use super::finding::Finding;
 use super::spectrum::{POINTS, power};
-use super::{Channel, Finding, Quantity, View};
+use super::view::{Channel, View};
+use crate::heading::Quantity;
 use motorfit_core::numeric::{count, mean, peak, slope};
 use motorfit_core::text::{engineering, significant};
 use std::ops::Range;

@@ -1,6 +1,7 @@
 //! Rules on the resolution of sensors: values repeated over several samples, coarse quantization.
 
-use super::{Channel, Finding, View};
+use super::finding::Finding;
+use super::view::{Channel, View};
 use motorfit_core::numeric::{count, runs, upper_median};
 use motorfit_core::text::significant;
 

@@ -2,8 +2,10 @@
 //!
 //! First-order lags are fitted with and without a lower gain above a level of the voltage.
 
+use super::finding::Finding;
 use super::lag::{Blocks, COARSE, FINE_BLOCKS, Fit, ONE_LAG, TWO_LAGS};
-use super::{Channel, Finding, Quantity, View};
+use super::view::{Channel, View};
+use crate::heading::Quantity;
 use motorfit_core::numeric::{count, runs};
 use motorfit_core::text::significant;
 use std::ops::Range;

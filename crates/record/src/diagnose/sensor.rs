@@ -2,9 +2,12 @@
 //!
 //! The expected current comes from the winding's equation if the speed is known, and from steps of the voltage otherwise.
 
+use super::finding::Finding;
+use super::view::{Channel, View};
 use super::winding::{Sensor, Winding};
-use super::{Channel, Finding, Quantity, View, text};
+use crate::heading::Quantity;
 use motorfit_core::numeric::{count, order_statistic, runs};
+use motorfit_core::setting::text;
 use std::ops::Range;
 
 /// Current, as a fraction of its peak, up to which it counts as zero.

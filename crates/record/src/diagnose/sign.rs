@@ -1,7 +1,10 @@
 //! Rule on a channel with the wrong sign.
 
-use super::{Finding, Quantity, View, text};
+use super::finding::Finding;
+use super::view::View;
+use crate::heading::Quantity;
 use motorfit_core::numeric::{count, mean, running_sums};
+use motorfit_core::setting::text;
 
 /// Smallest |Σ a b| over Σ |a b| at which the sign of the sum is significant; noise and braking stay far below.
 const SURE: f64 = 0.3;

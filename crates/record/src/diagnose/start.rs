@@ -2,9 +2,12 @@
 //!
 //! The motion is fitted by a first-order lag; simulated from the first voltage, it shows when the motor should have moved.
 
+use super::finding::Finding;
 use super::lag::{Blocks, COARSE, ONE_LAG};
-use super::{Channel, Finding, Quantity, View, text};
+use super::view::{Channel, View};
+use crate::heading::Quantity;
 use motorfit_core::numeric::{count, order_statistic, whole};
+use motorfit_core::setting::text;
 use motorfit_core::text::{engineering, significant};
 
 /// Smallest speed that counts as motion, as a fraction of the 95th percentile of |speed|.

@@ -1,8 +1,11 @@
 //! Rule on a voltage that changes faster than it is sampled: throughout a recording, or in a segment, as a chirp beyond the
 //! resolved frequencies.
 
-use super::{Finding, Quantity, View, text};
+use super::finding::Finding;
+use super::view::View;
+use crate::heading::Quantity;
 use motorfit_core::numeric::{count, standard_deviation};
+use motorfit_core::setting::text;
 use motorfit_core::text::significant;
 use std::ops::Range;
 

@@ -1,8 +1,11 @@
 //! Rule on magnitudes that are implausible for a motor but plausible in another unit.
 
+use super::finding::{Finding, Severity};
 use super::regression::{Row, Sums};
-use super::{Channel, Finding, Quantity, Severity, View, text};
+use super::view::{Channel, View};
+use crate::heading::Quantity;
 use motorfit_core::numeric::{count, upper_median};
+use motorfit_core::setting::text;
 use motorfit_core::text::{engineering, significant};
 
 /// Shortest period \[s\] at which times look like milliseconds: 1 ms read as seconds is 1 s; slow loggers have 0.1 s.

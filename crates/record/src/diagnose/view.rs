@@ -1,6 +1,8 @@
 //! Properties of a recording that several rules use, computed once.
 
-use crate::{Column, Quantity, Record};
+use crate::heading::Quantity;
+use crate::record::Record;
+use crate::source::Column;
 use motorfit_core::numeric::{count, differences, extremes, noise_sigma, order_statistic, peak, standard_deviation};
 use std::ops::Range;
 

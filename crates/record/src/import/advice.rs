@@ -1,8 +1,9 @@
 //! The hint for a table that lacks quantities: a suggested request, derived from its headings and first rows.
 
-use super::columns::{TableSpec, advised};
+use super::columns::advised;
 use super::layout::{Layout, comment};
 use super::parse::parse_number;
+use super::spec::TableSpec;
 use super::suggest::{ROWS, Suggestion, suggestion};
 use super::text::Lines;
 use motorfit_core::setting::{Text, text};

@@ -2,15 +2,19 @@
 
 use super::advice::advice;
 use super::bad_rows::{BadRows, LeftOut, with_remedy};
-use super::columns::{TableSpec, Used, choose};
+use super::columns::choose;
 use super::convert::Cells;
 use super::layout::{Layout, comment, find};
 use super::numbers::Numbers;
 use super::parse::{Separator, parse_number};
 use super::quick::Quick;
 use super::signals::Signals;
+use super::spec::TableSpec;
 use super::text::Lines as Text;
-use crate::{Lines, Quantity, SAMPLES_MAX};
+use super::used::Used;
+use crate::heading::Quantity;
+use crate::lines::Lines;
+use crate::samples::SAMPLES_MAX;
 use motorfit_core::setting::text;
 use motorfit_core::text::{counted, excerpt};
 use motorfit_core::{Error, Result};

@@ -1,127 +1,17 @@
 //! Selection of the columns of a table: those that the user requests, the others by their headings.
 
-use super::bad_rows::BadRows;
-use super::formula::{Formula, Operand};
+use super::formula::Formula;
+use super::headings::Heading;
 use super::lacking::{is_drive, lacking, missing};
-use super::named::{self, SignalRequest};
-use super::options::ReadOptions;
-use super::parse::Separator;
+use super::named;
 use super::request::{is_satisfiable, locate, name_of, requested};
-use crate::Column;
-use crate::heading::{Quantity, understand};
+use super::spec::{NONE, Need, TableSpec};
+use super::used::{Used, column, order};
+use crate::heading::Quantity;
 use crate::requests::ColumnRequest;
 use motorfit_core::setting::{Text, text};
 use motorfit_core::text::{excerpt, quoted};
 use motorfit_core::{Error, Result};
-
-/// Quantities that a table must have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Need {
-    /// Voltage and at least one of current and speed; or current and speed.
-    Recording,
-    /// Voltage, as the input of a simulation.
-    Inputs,
-    /// At least one quantity beside time; other files have the remaining ones.
-    Part,
-    /// The signals of a model.
-    Signals,
-}
-
-/// Specification of the table to read: requests, requirements and known properties.
-#[derive(Clone, Copy)]
-pub(super) struct TableSpec<'a> {
-    /// Columns that the user assigns to quantities.
-    pub requests: &'a [ColumnRequest],
-    pub need: Need,
-    /// True if time follows from a sample rate.
-    pub timed: bool,
-    /// The separator of cells, if it is known; otherwise it is detected.
-    pub separator: Option<Separator>,
-    pub bad_rows: BadRows,
-    /// Names and values of constants beside the rows, for use in formulas.
-    pub constants: &'a [(String, f64)],
-    /// Signals of a model that are read in place of the known quantities.
-    pub signals: &'a [SignalRequest],
-}
-
-impl<'a> TableSpec<'a> {
-    /// Returns the specification of options.
-    pub(super) fn of(options: &'a ReadOptions, need: Need) -> Self {
-        let ReadOptions { columns: requests, bad_rows, signals, .. } = options;
-        let timed = options.rate_hz.is_some();
-        Self { requests, need, timed, bad_rows: *bad_rows, separator: None, constants: &[], signals }
-    }
-}
-
-impl TableSpec<'_> {
-    /// Returns the user's request for a quantity.
-    pub(super) fn request(&self, quantity: Quantity) -> Option<&ColumnRequest> {
-        self.requests.iter().find(|request| request.quantity == quantity)
-    }
-
-    /// Returns the separator, detected from `line` unless it is known.
-    pub(super) fn separator_of(&self, line: &str) -> Separator {
-        self.separator.unwrap_or_else(|| Separator::of(line))
-    }
-}
-
-/// Name in a request that says that the table lacks the quantity.
-pub(super) const NONE: &str = "-";
-
-/// A heading with the unit from the row of units below it, if there is one.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Heading {
-    pub name: String,
-    pub unit: Option<String>,
-    /// Text in which the quantity is recognized in place of the name; empty if the column is used on request alone.
-    pub alias: Option<String>,
-}
-
-impl Heading {
-    /// Returns the units of the heading and of the row below it if they differ.
-    fn contradiction(&self) -> Option<(String, String)> {
-        let (quantity, unit) = understand(&self.name)?;
-        let (own, below) = (unit?, self.unit.clone()?);
-        let factors = [quantity.factor(&own)?, quantity.factor(&below)?];
-        ((factors[0] / factors[1] - 1.0).abs() > 1e-9).then_some((own, below))
-    }
-
-    /// Returns the quantity that the heading names, and the unit; the row of units takes precedence over the heading.
-    pub(super) fn understood(&self) -> Option<(Quantity, Option<String>)> {
-        let (quantity, unit) = understand(self.alias.as_ref().unwrap_or(&self.name))?;
-        Some((quantity, self.unit.clone().or(unit)))
-    }
-}
-
-/// A quantity that is read: its column or expression, and the conversion to SI units.
-#[derive(Debug, Clone)]
-pub(super) struct Used {
-    /// Index of its column; `None` for an expression.
-    pub at: Option<usize>,
-    pub column: Column,
-    pub formula: Formula,
-    /// Factor from the unit of the column to SI units, after the formula.
-    pub factor: f64,
-}
-
-impl Used {
-    /// Returns the indices of the columns from which the quantity is computed.
-    pub(super) fn column_indices(&self) -> Vec<usize> {
-        let column = |operand| if let Operand::Column(at) = operand { Some(at) } else { None };
-        self.at.into_iter().chain(self.operands().into_iter().filter_map(column)).collect()
-    }
-
-    /// Returns the other quantities from which the quantity is computed.
-    pub(super) fn quantities(&self) -> Vec<Quantity> {
-        let quantity = |operand| if let Operand::Quantity(quantity) = operand { Some(quantity) } else { None };
-        self.operands().into_iter().filter_map(quantity).collect()
-    }
-
-    /// Returns the operands of the expression; none for a column.
-    fn operands(&self) -> Vec<Operand> {
-        if let Formula::Expression(expression) = &self.formula { expression.names() } else { Vec::new() }
-    }
-}
 
 /// Returns the number of requests that fit the headings plus the number of headings that name a quantity.
 pub(super) fn understood(headings: &[Heading], spec: &TableSpec<'_>) -> usize {
@@ -217,23 +107,6 @@ fn ordered(used: Vec<Used>) -> Result<Vec<Used>> {
     }
 }
 
-/// Returns an order of evaluation in which each formula follows the quantities in it.
-///
-/// # Errors
-/// Returns the index of a quantity that is part of a circle of formulas, or depends on one.
-pub(super) fn order(used: &[Used]) -> std::result::Result<Vec<usize>, usize> {
-    let mut order: Vec<usize> = Vec::new();
-    while order.len() < used.len() {
-        let is_made = |quantity: &Quantity| order.iter().any(|&n| used[n].column.quantity == *quantity);
-        let is_next = |n: &usize| !order.contains(n) && used[*n].quantities().iter().all(is_made);
-        match (0..used.len()).find(is_next) {
-            Some(next) => order.push(next),
-            None => return Err((0..used.len()).find(|n| !order.contains(n)).unwrap_or(0)),
-        }
-    }
-    Ok(order)
-}
-
 /// Selects the column of a quantity by the user's request, else by its heading; `None` if the table has no such column.
 pub(super) fn one(headings: &[Heading], spec: &TableSpec<'_>, quantity: Quantity) -> Result<Option<Used>> {
     let request = spec.request(quantity);
@@ -262,18 +135,6 @@ fn headed_twice(headings: &[Heading], at: usize, quantity: Quantity) -> Result<(
     Err(Error::data(message, text!("Name the column by its number: " [Columns = "{}=#{first}", quantity.key()] ".")))
 }
 
-/// Largest number of headings that a message lists.
-const LISTED_MAX: usize = 60;
-
-/// Returns the headings in quotation marks; of many the first ones and their number.
-pub(super) fn listed(headings: &[Heading]) -> String {
-    let mut all: Vec<String> = headings.iter().take(LISTED_MAX).map(|heading| quoted(&heading.name)).collect();
-    if headings.len() > LISTED_MAX {
-        all.push(format!("… ({} in all)", headings.len()));
-    }
-    all.join(", ")
-}
-
 /// Selects the column of a quantity by its heading: the canonical one, else the only one that names the quantity.
 fn recognized(headings: &[Heading], requests: &[ColumnRequest], quantity: Quantity) -> Result<Option<Used>> {
     let taken: Vec<usize> = requests.iter().filter_map(|r| locate(headings, &r.name)).map(|(at, ..)| at).collect();
@@ -299,29 +160,4 @@ fn recognized(headings: &[Heading], requests: &[ColumnRequest], quantity: Quanti
         return Err(Error::data(message, hint));
     }
     column(quantity, Some(at), heading, Formula::AS_IT_IS, unit).map(Some)
-}
-
-/// Creates the selection of a column, or of an expression for `at = None`, after a check of its unit.
-pub(super) fn column(
-    quantity: Quantity,
-    at: Option<usize>,
-    heading: &str,
-    formula: Formula,
-    unit: Option<String>,
-) -> Result<Used> {
-    let unit_named = unit.is_some() || matches!(formula, Formula::Levels(_));
-    if quantity == Quantity::Position && !unit_named {
-        // Counts, turns and radians are all common, so that no unit can be assumed.
-        quantity.check_unit("none").map_err(|e| e.in_column(heading))?;
-    }
-    let unit = unit.unwrap_or_else(|| quantity.unit().to_owned());
-    let factor = if unit_named && unit != quantity.unit() {
-        quantity.check_unit(&unit).map_err(|e| e.in_column(heading))?
-    } else {
-        1.0
-    };
-    let conversion = formula.shown();
-    let unit = unit.replace("rad_s", "rad/s");
-    let column = Column { quantity, heading: heading.to_owned(), conversion, unit, unit_named };
-    Ok(Used { at, column, formula, factor })
 }

@@ -1,9 +1,9 @@
 //! Conversion of the cells of a table into quantities in SI units, by the formula of each quantity.
 
-use super::columns::{Used, order};
 use super::expression::Expression;
 use super::formula::{Formula, Operand};
-use crate::Lines;
+use super::used::{Used, order};
+use crate::lines::Lines;
 use motorfit_core::text::{excerpt, quoted, significant};
 use motorfit_core::{Error, Result};
 

@@ -1,9 +1,9 @@
-//! Expressions: `+ - * / ^ ( )`, numbers, `pi`, names and functions of one argument, parsed once and evaluated row by row.
-//!
-//! Precedence from high to low: `^` (right-associative), sign, `*` and `/`, `+` and `-`. Names are resolved by a function of
-//! the caller, which is called first wherever a name is allowed, so that names may contain operators.
+//! Expressions of columns: `+ - * / ^ ( )`, numbers, `pi`, names and functions of one argument, parsed once and evaluated row
+//! by row. Names are resolved by a function of the caller, which is called first wherever a name is allowed, so that names may
+//! contain operators.
 
 use super::parse::{number_length, parse_number};
+use motorfit_core::expression::{self, Kind, Language, Operator, Problem, Start};
 use motorfit_core::named::{Named as _, named};
 use motorfit_core::text::{alternatives, quoted};
 
@@ -11,6 +11,8 @@ use motorfit_core::text::{alternatives, quoted};
 pub(super) const LENGTH_MAX: usize = 400;
 /// Largest depth of nested parentheses, signs and powers.
 pub(super) const DEPTH_MAX: usize = 32;
+const ARITHMETIC: [Operator; 5] =
+    [Operator::Add, Operator::Subtract, Operator::Multiply, Operator::Divide, Operator::Power];
 
 named! {
     /// A function of one argument.
@@ -58,16 +60,10 @@ fn signed(x: f64, bits: i32) -> f64 {
     }
 }
 
+/// A call of a function; the number is the index of a cumulative sum among the sums, and unused otherwise.
+type Call = (Function, usize);
 /// A node of the syntax tree; `V` is the type to which names are resolved.
-#[derive(Debug, Clone, PartialEq)]
-enum Node<V> {
-    Number(f64),
-    Value(V),
-    Negative(Box<Self>),
-    /// A function; the number is the index of a cumulative sum among the sums, and unused otherwise.
-    Function(Function, usize, Box<Self>),
-    Operation(u8, Box<Self>, Box<Self>),
-}
+type Node<V> = expression::Expression<V, Call>;
 
 /// A parsed expression.
 #[derive(Debug, Clone, PartialEq)]
@@ -97,9 +93,9 @@ impl<V: Copy> Expression<V> {
         text: &'a str,
         name: &dyn Fn(&str) -> Option<(usize, V)>,
     ) -> Result<(Self, &'a str), Fault> {
-        let mut parser = Parser { rest: text, name, sums: 0 };
-        let root = parser.sum(0)?;
-        Ok((Self { root, sums: parser.sums }, parser.rest.trim_start()))
+        let mut reader = Reader { text, rest: text.trim_start(), name, sums: 0 };
+        let root = expression::parse(&mut reader)?;
+        Ok((Self { root, sums: reader.sums }, reader.rest))
     }
 
     /// Evaluates the expression for each of `rows` rows; `value` returns the value of a name in a row.
@@ -116,16 +112,16 @@ impl<V: Copy> Expression<V> {
     /// Returns the resolved names in the order of the text.
     pub(super) fn names(&self) -> Vec<V> {
         let mut found = Vec::new();
-        visit(&self.root, &mut |node| found.extend(if let Node::Value(value) = node { Some(*value) } else { None }));
+        self.root.names(&mut |name, _| found.push(*name));
         found
     }
 
     /// Returns the resolved names that are direct arguments of a sine or cosine.
     pub(super) fn angles(&self) -> Vec<V> {
         let mut found = Vec::new();
-        visit(&self.root, &mut |node| {
-            if let Node::Function(Function::Sin | Function::Cos, _, inner) = node
-                && let Node::Value(value) = **inner
+        self.root.visit(&mut |node| {
+            if let Kind::Call((Function::Sin | Function::Cos, _), arguments) = &node.kind
+                && let Kind::Name(value) = arguments[0].kind
             {
                 found.push(value);
             }
@@ -134,145 +130,145 @@ impl<V: Copy> Expression<V> {
     }
 }
 
-/// Calls `see` for each node of a tree, parents first.
-fn visit<V>(node: &Node<V>, see: &mut dyn FnMut(&Node<V>)) {
-    see(node);
-    match node {
-        Node::Number(_) | Node::Value(_) => {}
-        Node::Negative(inner) | Node::Function(_, _, inner) => visit(inner, see),
-        Node::Operation(_, left, right) => {
-            visit(left, see);
-            visit(right, see);
-        }
-    }
-}
-
 /// Returns the value of a node in a row; `sums` holds the cumulative sums up to the row before.
 fn at<V: Copy>(node: &Node<V>, row: usize, value: &dyn Fn(V, usize) -> f64, sums: &mut [f64]) -> f64 {
-    match node {
-        Node::Number(number) => *number,
-        Node::Value(name) => value(*name, row),
-        Node::Negative(inner) => -at(inner, row, value, sums),
-        Node::Function(Function::Cumsum, index, inner) => {
-            let term = at(inner, row, value, sums);
+    match &node.kind {
+        Kind::Number(number) => *number,
+        Kind::Name(name) => value(*name, row),
+        Kind::Negative(inner) => -at(inner, row, value, sums),
+        Kind::Call((Function::Cumsum, index), arguments) => {
+            let term = at(&arguments[0], row, value, sums);
             sums[*index] += term;
             sums[*index]
         }
-        Node::Function(function, _, inner) => function.of(at(inner, row, value, sums)),
-        Node::Operation(sign, left, right) => {
+        Kind::Call((function, _), arguments) => function.of(at(&arguments[0], row, value, sums)),
+        Kind::Binary(operator, left, right) => {
             let (left, right) = (at(left, row, value, sums), at(right, row, value, sums));
-            match sign {
-                b'+' => left + right,
-                b'-' => left - right,
-                b'*' => left * right,
-                b'/' => left / right,
-                _ => left.powf(right),
+            match operator {
+                Operator::Add => left + right,
+                Operator::Subtract => left - right,
+                Operator::Multiply => left * right,
+                Operator::Divide => left / right,
+                Operator::Power => left.powf(right),
+                // The language has no conditions.
+                _ => f64::NAN,
             }
         }
+        Kind::Not(_) => f64::NAN,
     }
 }
 
-/// A recursive-descent parser with a method for each level of precedence.
-struct Parser<'a, 'n, V> {
+/// The text of an expression and the rest of it, which does not begin with a blank.
+struct Reader<'a, 'n, V> {
+    text: &'a str,
     rest: &'a str,
     name: &'n dyn Fn(&str) -> Option<(usize, V)>,
     sums: usize,
 }
 
-impl<V: Copy> Parser<'_, '_, V> {
-    /// Consumes the next character if it is one of `signs`.
-    fn sign(&mut self, signs: &[u8]) -> Option<u8> {
-        let rest = self.rest.trim_start();
-        let sign = *rest.as_bytes().first().filter(|sign| signs.contains(sign))?;
-        self.rest = &rest[1..];
-        Some(sign)
+impl<V: Copy> Reader<'_, '_, V> {
+    /// Returns the byte of the next token.
+    fn at(&self) -> usize {
+        self.text.len() - self.rest.len()
     }
 
-    fn sum(&mut self, depth: usize) -> Result<Node<V>, Fault> {
-        let mut left = self.product(depth)?;
-        while let Some(sign) = self.sign(b"+-") {
-            left = Node::Operation(sign, Box::new(left), Box::new(self.product(depth)?));
-        }
-        Ok(left)
+    /// Takes a token of some bytes and the blanks after it.
+    fn skip(&mut self, bytes: usize) {
+        self.rest = self.rest.get(bytes..).unwrap_or_default().trim_start();
     }
 
-    fn product(&mut self, depth: usize) -> Result<Node<V>, Fault> {
-        let mut left = self.signed(depth)?;
-        while let Some(sign) = self.sign(b"*/") {
-            left = Node::Operation(sign, Box::new(left), Box::new(self.signed(depth)?));
-        }
-        Ok(left)
-    }
-
-    fn signed(&mut self, depth: usize) -> Result<Node<V>, Fault> {
-        if depth > DEPTH_MAX {
-            return Err(Found(format!("more than {DEPTH_MAX} levels of parentheses, signs and powers")));
-        }
-        match self.sign(b"+-") {
-            Some(b'-') => Ok(Node::Negative(Box::new(self.signed(depth + 1)?))),
-            Some(_) => self.signed(depth + 1),
-            None => {
-                let base = self.primary(depth)?;
-                match self.sign(b"^") {
-                    None => Ok(base),
-                    Some(sign) => Ok(Node::Operation(sign, Box::new(base), Box::new(self.signed(depth + 1)?))),
-                }
-            }
-        }
-    }
-
-    fn primary(&mut self, depth: usize) -> Result<Node<V>, Fault> {
-        self.rest = self.rest.trim_start();
+    /// Takes a number, a name or an opening bracket.
+    fn value(&mut self) -> Result<Start<V, Call>, Fault> {
         let word: String = self.rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
-        let following = self.rest[word.len()..].trim_start();
-        let function = Function::ALL.into_iter().find(|function| function.name() == word && following.starts_with('('));
+        let is_called = self.rest[word.len()..].trim_start().starts_with('(');
+        let function = Function::ALL.into_iter().find(|function| function.name() == word && is_called);
         // A heading such as `abs(x)` takes precedence over the function, as it is longer than the function's name.
         if let Some((length, value)) =
             (self.name)(self.rest).filter(|(length, _)| function.is_none() || *length > word.len())
         {
-            self.rest = self.rest.get(length..).unwrap_or_default();
-            return Ok(Node::Value(value));
+            self.skip(length);
+            return Ok(Start::Name(value));
         }
         if let Some(function) = function {
-            self.rest = &following[1..];
-            let inner = Box::new(self.closed(depth)?);
+            self.skip(word.len());
+            let open = self.at();
+            self.skip(1);
             let index = self.sums;
             self.sums += usize::from(function == Function::Cumsum);
-            return Ok(Node::Function(function, index, inner));
+            return Ok(Start::Call((function, index), open));
         }
-        if self.sign(b"(").is_some() {
-            return self.closed(depth);
+        if self.rest.starts_with('(') {
+            self.skip(1);
+            return Ok(Start::Bracket);
         }
         let length = number_length(self.rest);
         if let Ok(number) = parse_number(&self.rest[..length], false) {
-            self.rest = &self.rest[length..];
-            return Ok(Node::Number(number));
+            self.skip(length);
+            return Ok(Start::Number(number));
         }
         match word.as_str() {
             "pi" => {
-                self.rest = &self.rest[word.len()..];
-                Ok(Node::Number(std::f64::consts::PI))
+                self.skip(word.len());
+                Ok(Start::Number(std::f64::consts::PI))
             }
-            "" if self.rest.is_empty() => Err(Found("the end, expected a name or a number".to_owned())),
-            "" => Err(Found(format!("{}, expected a name or a number", quoted(self.rest)))),
-            _ if following.starts_with('(') => {
+            "" => Err(Found(format!("{}, expected a name or a number", shown(self.rest)))),
+            _ if is_called => {
                 let functions = alternatives(&Function::names());
                 Err(Found(format!("{}, expected one of the functions {functions}", quoted(&word))))
             }
             _ => Err(Fault::Name(word)),
         }
     }
+}
 
-    /// Parses a sum and the closing parenthesis after it.
-    fn closed(&mut self, depth: usize) -> Result<Node<V>, Fault> {
-        let inner = self.sum(depth + 1)?;
-        if self.sign(b")").is_none() {
-            let found = self.rest.trim_start();
-            let found = if found.is_empty() { "the end".to_owned() } else { quoted(found) };
-            return Err(Found(format!("{found}, expected an operation or a closing parenthesis")));
-        }
-        Ok(inner)
+impl<V: Copy> Language for Reader<'_, '_, V> {
+    type Name = V;
+    type Function = Call;
+    type Fault = Fault;
+
+    const LEVELS_MAX: usize = DEPTH_MAX + 1;
+    const COUNTS_OPERANDS: bool = false;
+    const HAS_LISTS: bool = false;
+
+    fn start(&mut self) -> Result<(usize, Start<V, Call>), Fault> {
+        let at = self.at();
+        let start = match self.rest.as_bytes().first() {
+            Some(b'-') => Start::Negative,
+            Some(b'+') => Start::Positive,
+            _ => return Ok((at, self.value()?)),
+        };
+        self.skip(1);
+        Ok((at, start))
     }
+
+    fn operator(&self) -> Option<(usize, Operator)> {
+        let is_next = |operator: &Operator| self.rest.starts_with(operator.name());
+        ARITHMETIC.into_iter().find(is_next).map(|operator| (self.at(), operator))
+    }
+
+    fn is_next(&self, sign: &str) -> bool {
+        self.rest.starts_with(sign)
+    }
+
+    fn take(&mut self, sign: &str) {
+        self.skip(sign.len());
+    }
+
+    fn arguments(_: &Call) -> usize {
+        1
+    }
+
+    fn fault(&self, problem: Problem<Call>) -> Fault {
+        Found(match problem {
+            Problem::Levels => format!("more than {DEPTH_MAX} levels of parentheses, signs and powers"),
+            _ => format!("{}, expected an operation or a closing parenthesis", shown(self.rest)),
+        })
+    }
+}
+
+/// Returns the rest of an expression as it is named in messages.
+fn shown(rest: &str) -> String {
+    if rest.is_empty() { "the end".to_owned() } else { quoted(rest) }
 }
 
 #[cfg(test)]
@@ -336,6 +332,13 @@ mod tests {
     }
 
     #[test]
+    fn levels_are_those_of_parentheses_signs_and_powers() {
+        let nested = |levels: usize| format!("1-{}x{}", "2*(".repeat(levels), ")".repeat(levels));
+        assert!(values(&nested(DEPTH_MAX), &[1.0]).is_ok());
+        assert!(values(&nested(DEPTH_MAX + 1), &[1.0]).is_err_and(|error| error.contains("32 levels")));
+    }
+
+    #[test]
     fn syntax_errors_are_named() {
         for (text, part) in [
             ("x+", "the end"),
@@ -345,6 +348,9 @@ mod tests {
             ("q", "Name(\"q\")"),
             ("x)", ")"),
             ("x y", "y"),
+            ("x<y", "<y"),
+            ("sin()", "Found(\"\\\")\\\", expected a name or a number\")"),
+            ("sin(x, y)", "Found(\"\\\", y)\\\", expected an operation or a closing parenthesis\")"),
             ("", "the end"),
             (&"(".repeat(1000), "32 levels"),
             (&"-".repeat(1000), "32 levels"),

@@ -1,7 +1,8 @@
 //! Preview of a file: the headings of its tables, what is understood of them, and the first rows, before any column is chosen.
 
 use super::cell_lines::CellLines;
-use super::columns::{Heading, Need, TableSpec, one};
+use super::columns::one;
+use super::headings::Heading;
 use super::input::Input;
 use super::layout::{comment, find};
 use super::log_columns::columns;
@@ -9,6 +10,7 @@ use super::options::ReadOptions;
 use super::request::divided;
 use super::routines::Scope;
 use super::serial::{Monitor, SerialLines};
+use super::spec::{Need, TableSpec};
 use super::text::{Lines, TextLines};
 use crate::heading::Quantity;
 use crate::heading::is_time;

@@ -6,7 +6,7 @@
 
 use super::expression::{Expression, LENGTH_MAX};
 use super::parse::{number_length, parse_number};
-use crate::Quantity;
+use crate::heading::Quantity;
 use motorfit_core::text::significant;
 
 /// Largest number of operations after a heading.

@@ -1,8 +1,9 @@
 //! Detection of missing quantities in a table, and the error that suggests how to name them.
 
-use super::columns::{Heading, Need, listed};
+use super::headings::{Heading, listed};
 use super::parse::parse_number;
 use super::request::name_of;
+use super::spec::Need;
 use crate::heading::Quantity;
 use motorfit_core::Error;
 use motorfit_core::setting::{Text, text};

@@ -1,8 +1,10 @@
 //! Location of the heading of a table, of a row of units below it, or of comments above the rows that have both.
 
 use super::bad_rows::BadRows;
-use super::columns::{Heading, TableSpec, choose, understood};
+use super::columns::{choose, understood};
+use super::headings::Heading;
 use super::parse::{Separator, is_number};
+use super::spec::TableSpec;
 use super::text::{Line, Lines};
 use crate::heading::Quantity;
 use motorfit_core::text::counted;

@@ -1,8 +1,8 @@
 //! Limits of imported files.
 
-use super::{FORMATS, expression, layout, logs, text};
+use super::{expression, layout, logs, text};
 use motorfit_core::limit::{Limit, limit, limit_of};
-use motorfit_logs::Reader;
+use motorfit_logs::{FORMATS, Reader};
 
 const TEXT: [Limit; 4] = [
     limit_of("bytes of a line of a CSV file", text::LINE_MAX, "refused, with the line"),

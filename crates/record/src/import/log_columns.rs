@@ -1,6 +1,6 @@
 //! Headings of the channels of a log: the name of each numeric field, and the words in which its quantity is recognized.
 
-use super::columns::Heading;
+use super::headings::Heading;
 use super::input::Input;
 use crate::heading::Quantity;
 use crate::heading::is_time;

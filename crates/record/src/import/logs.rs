@@ -1,17 +1,22 @@
 //! Signals from logs: the columns that are used, at the times of all of them, one table for each test.
 
 use super::bad_rows::{BadRows, LeftOut};
-use super::columns::{Heading, Need, TableSpec, Used, choose};
+use super::columns::choose;
 use super::convert::Cells;
+use super::headings::Heading;
 use super::log_columns::{Columns, columns, duty_times_supply};
 use super::merge::merged;
 use super::numbers::Numbers;
 use super::options::ReadOptions;
 use super::routines::{Routine, Scope, Test, cut, notes};
 use super::signals::Signals;
+use super::spec::{Need, TableSpec};
 use super::track::{Merged, Role, Wanted};
+use super::used::Used;
+use crate::heading::Quantity;
+use crate::lines::Lines;
+use crate::measured_at::MeasuredAt;
 use crate::requests::ColumnRequest;
-use crate::{Lines, MeasuredAt, Quantity};
 use motorfit_core::setting::text;
 use motorfit_core::text::{counted, hexadecimal, listed, quoted, significant};
 use motorfit_core::{Error, Result};

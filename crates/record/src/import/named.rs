@@ -3,64 +3,18 @@
 //! A heading fits a signal if it is its name or its column of the model, in any case and with spaces or hyphens in place of
 //! underscores, alone or followed by a unit of the same dimension: `motor_speed`, `Motor speed [rpm]`, `motor-speed_rad_s`.
 
-use super::columns::{Heading, NONE, TableSpec, Used, listed};
 use super::formula::{Formula, Suffix};
+use super::headings::{Heading, listed};
+use super::options::SignalRequest;
 use super::request::{expression, locate, name_of};
-use crate::Column;
+use super::spec::{NONE, TableSpec};
+use super::used::Used;
 use crate::heading::Quantity;
 use crate::requests::ColumnRequest;
+use crate::source::Column;
 use motorfit_core::setting::text;
 use motorfit_core::text::{excerpt, quoted};
-use motorfit_core::units::{Unit, parse_unit};
 use motorfit_core::{Error, Result};
-
-/// A signal that a model needs.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SignalRequest {
-    /// Name in the model.
-    pub name: String,
-    /// Heading of the column; the name if `None`.
-    pub column: Option<String>,
-    /// Unit of the values of the model, as written.
-    pub unit_text: String,
-    /// Unit of the values of the model.
-    pub unit: Unit,
-    /// True for an input, false for an output.
-    pub is_input: bool,
-    /// True if the recording may lack the signal.
-    pub is_optional: bool,
-}
-
-impl SignalRequest {
-    fn heading(&self) -> &str {
-        self.column.as_deref().unwrap_or(&self.name)
-    }
-
-    /// Returns true if the signal is the voltage of a motor.
-    pub(super) fn is_voltage(&self) -> bool {
-        self.known() == Some(Quantity::Voltage)
-    }
-
-    /// Returns the known quantity with the heading of the signal, such as the current.
-    fn known(&self) -> Option<Quantity> {
-        let key = self.heading().to_lowercase().replace([' ', '-'], "_");
-        let known = Quantity::COLUMNS.into_iter().filter(|quantity| *quantity != Quantity::Time);
-        known.into_iter().find(|quantity| quantity.key() == key)
-    }
-
-    /// Returns factor and offset from a unit to that of the model.
-    fn conversion(&self, unit: &str) -> Option<(f64, f64)> {
-        let readings = [unit.to_owned(), unit.replace('_', "/"), unit.replace('_', "*"), unit.replace("Nm", "N*m")];
-        let by_table = readings.iter().filter_map(|unit| parse_unit(unit).ok()).find_map(|unit| unit.to(&self.unit));
-        by_table.or_else(|| {
-            let known = self.known()?;
-            let factor = known.factor(unit)?;
-            // The column of a known quantity fits a signal of its dimension only.
-            parse_unit(known.unit()).ok().filter(|own| own.dimension == self.unit.dimension)?;
-            Some((factor / self.unit.factor, -self.unit.offset / self.unit.factor))
-        })
-    }
-}
 
 /// Selects the columns of time and of the signals; also returns the names of the signals that are missing.
 pub(super) fn chosen(

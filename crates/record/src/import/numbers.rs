@@ -1,11 +1,16 @@
 //! Conversion of the numbers of a table into signals in SI units.
 
 use super::bad_rows::{LeftOut, with_remedy};
-use super::columns::{Heading, Need, TableSpec, Used};
 use super::convert::{Cells, converted};
 use super::formula::Formula;
+use super::headings::Heading;
 use super::signals::Signals;
-use crate::{Lines, MeasuredAt, Quantity, Source};
+use super::spec::{Need, TableSpec};
+use super::used::Used;
+use crate::heading::Quantity;
+use crate::lines::Lines;
+use crate::measured_at::MeasuredAt;
+use crate::source::Source;
 use motorfit_core::text::{counted, quoted};
 use motorfit_core::{Error, Result};
 

@@ -1,9 +1,11 @@
 //! Requests of the user for quantities: a column followed by operations and a unit, or an expression of columns.
 
-use super::columns::{Heading, TableSpec, Used, column, listed};
 use super::expression::{Expression, Fault, LENGTH_MAX};
 use super::formula::{Formula, Operand, Suffix, suffix};
+use super::headings::{Heading, listed};
 use super::parse::parse_number;
+use super::spec::TableSpec;
+use super::used::{Used, column};
 use crate::heading::Quantity;
 use crate::requests::ColumnRequest;
 use motorfit_core::setting::{Text, text};

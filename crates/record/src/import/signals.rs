@@ -1,7 +1,11 @@
 //! Signals of a recording from the columns of one or more tables: time from a sample rate, speed from position by central
 //! differences, removal of rows that are not samples, joining of files.
 
-use crate::{Lines, MeasuredAt, NamedSignal, Quantity, Samples, Source};
+use crate::heading::Quantity;
+use crate::lines::Lines;
+use crate::measured_at::MeasuredAt;
+use crate::samples::{NamedSignal, Samples};
+use crate::source::Source;
 use motorfit_core::numeric::{count, extremes, upper_median};
 use motorfit_core::setting::text;
 use motorfit_core::text::{counted, engineering};

@@ -1,8 +1,10 @@
 //! Suggestion of a request for columns from the headings and the first rows of a table, for the user to check.
 
-use super::columns::{Heading, TableSpec, choose};
+use super::columns::choose;
+use super::headings::Heading;
 use super::lacking::is_drive;
 use super::request::name_of;
+use super::spec::TableSpec;
 use crate::heading::Quantity;
 use crate::requests::parse_columns;
 

@@ -1,6 +1,7 @@
 //! Export of recordings as CSV.
 
-use crate::{Quantity, Record};
+use crate::heading::Quantity;
+use crate::record::Record;
 use motorfit_core::numeric::rounded;
 use std::fmt::Write as _;
 

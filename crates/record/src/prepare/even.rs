@@ -3,7 +3,7 @@
 
 use super::resample::{lines, regular};
 use super::time;
-use crate::{Excluded, Record};
+use crate::record::{Excluded, Record};
 use motorfit_core::setting::text;
 use motorfit_core::{Error, Result};
 

@@ -58,7 +58,7 @@ impl FromStr for LowPass {
         let name = parts.next().unwrap_or_default().trim().to_lowercase();
         let number = |part: Option<&str>, otherwise: f64| match part {
             None => Ok(otherwise),
-            Some(part) => crate::parse_number(part, false).map_err(&bad),
+            Some(part) => crate::import::parse_number(part, false).map_err(&bad),
         };
         let cutoff_hz = number(parts.next(), f64::NAN)?;
         let order = number(parts.next(), 4.0)?;

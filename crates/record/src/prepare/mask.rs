@@ -1,7 +1,8 @@
 //! Masks: segments of time, and samples with findings, that are excluded from the criterion or cut out.
 
 use crate::diagnose::{findings, undersampled_segments};
-use crate::{Excluded, Quantity, Record};
+use crate::heading::Quantity;
+use crate::record::{Excluded, Record};
 use motorfit_core::setting::text;
 use motorfit_core::text::{counted, excerpt};
 use motorfit_core::{Error, Result};
@@ -53,7 +54,7 @@ fn one(item: &str) -> Result<Mask> {
         return Err(bad(format!("\"{}\" is not FROM:TO", excerpt(range))));
     };
     let number = |text: &str, open: f64| {
-        if text.trim().is_empty() { Ok(open) } else { crate::parse_number(text, false).map_err(&bad) }
+        if text.trim().is_empty() { Ok(open) } else { crate::import::parse_number(text, false).map_err(&bad) }
     };
     let (from, to) = (number(from, f64::NEG_INFINITY)?, number(to, f64::INFINITY)?);
     if from >= to {

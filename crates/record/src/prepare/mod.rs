@@ -13,7 +13,11 @@ use filter::Response;
 pub use filter::{FilterKind, LowPass};
 pub use mask::{Mask, parse_masks};
 
-use super::{Excluded, Quantity, Record, SAMPLES_MAX, Samples, Source, time};
+use super::heading::Quantity;
+use super::record::{Excluded, Record};
+use super::samples::{SAMPLES_MAX, Samples};
+use super::source::Source;
+use super::time;
 use motorfit_core::limit::{Limit, limit, limit_of};
 use motorfit_core::numeric::{count, mean, noise_sigma, peak, rounded, whole};
 use motorfit_core::setting::text;
@@ -279,7 +283,7 @@ impl Record {
         change(&mut samples);
         source.notes.push(note);
         for (quantity, signal) in samples.signals() {
-            super::check_values(quantity, signal, &source)?;
+            super::record::check_values(quantity, signal, &source)?;
         }
         Ok(Self { samples, source, ..self })
     }

@@ -5,7 +5,8 @@
 //! mean and the same first moment: its effect on the motor differs only in the third order of the period.
 
 use super::filter::{FilterKind, LowPass, Response};
-use crate::{NamedSignal, Record, Samples};
+use crate::record::Record;
+use crate::samples::{NamedSignal, Samples};
 use motorfit_core::Result;
 use motorfit_core::numeric;
 

@@ -1,0 +1,101 @@
+//! A model: what its text declares, with its equations as a graph.
+
+use super::parts::{
+    DelayedSignal, Equation, ModelConstant, ModelInput, ModelOutput, ModelParameter, ModelState, Reaction,
+};
+use crate::graph::{Graph, Id};
+use crate::role::Role;
+
+/// A model of a machine: inputs, parameters, equations and outputs.
+#[derive(Debug, Clone)]
+pub struct Model {
+    pub(crate) text: String,
+    pub(crate) name: String,
+    pub graph: Graph,
+    pub(crate) constants: Vec<ModelConstant>,
+    pub parameters: Vec<ModelParameter>,
+    pub inputs: Vec<ModelInput>,
+    pub delayed: Vec<DelayedSignal>,
+    pub states: Vec<ModelState>,
+    pub(crate) reactions: Vec<Reaction>,
+    pub outputs: Vec<ModelOutput>,
+    pub(crate) equations: Vec<Equation>,
+    /// Values of the roles in the files of simulators, in SI units.
+    pub(crate) roles: Vec<(Role, Id)>,
+}
+
+impl Model {
+    /// Returns the SHA-256 digest of the text, in hexadecimal.
+    #[must_use]
+    pub fn digest(&self) -> String {
+        use sha2::Digest as _;
+        motorfit_core::text::hexadecimal(&sha2::Sha256::digest(self.text.as_bytes()))
+    }
+
+    /// Returns the number of set-valued reactions (`stick`).
+    #[must_use]
+    pub fn reactions(&self) -> usize {
+        self.reactions.len()
+    }
+
+    /// Returns the number of operations of the right-hand sides and outputs, shared ones once.
+    #[must_use]
+    pub fn operations(&self) -> usize {
+        let roots: Vec<Id> = self
+            .states
+            .iter()
+            .map(|state| state.derivative)
+            .chain(self.outputs.iter().map(|output| output.value))
+            .collect();
+        let is_operation = |id: &Id| self.graph.operands(*id).next().is_some();
+        self.graph.needed(&roots).iter().filter(|id| is_operation(id)).count()
+    }
+
+    /// Returns the text of the model.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Returns the name of the model.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Returns the constants in the order of the text.
+    #[must_use]
+    pub fn constants(&self) -> &[ModelConstant] {
+        &self.constants
+    }
+
+    /// Returns the parameters in the order of the text.
+    #[must_use]
+    pub fn parameters(&self) -> &[ModelParameter] {
+        &self.parameters
+    }
+
+    /// Returns the inputs in the order of the text.
+    #[must_use]
+    pub fn inputs(&self) -> &[ModelInput] {
+        &self.inputs
+    }
+
+    /// Returns the states in the order of the text.
+    #[must_use]
+    pub fn states(&self) -> &[ModelState] {
+        &self.states
+    }
+
+    /// Returns the outputs in the order of the text.
+    #[must_use]
+    pub fn outputs(&self) -> &[ModelOutput] {
+        &self.outputs
+    }
+
+    /// Returns the equations as they are written, in the order of the text.
+    #[must_use]
+    pub fn equations(&self) -> &[Equation] {
+        &self.equations
+    }
+}

@@ -1,0 +1,139 @@
+//! The parts of a model: parameters, inputs, constants, states, delayed signals, outputs and equations.
+
+use crate::graph::Id;
+use motorfit_core::units::{Dimension, Unit};
+
+/// A unit as it is written, and what it means.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WrittenUnit {
+    /// The unit as written in the model.
+    pub text: String,
+    /// The dimension and the factor of the unit.
+    pub unit: Unit,
+}
+
+/// A parameter of a model. Its values are in its unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelParameter {
+    /// Name in the equations.
+    pub name: String,
+    /// Unit of the values.
+    pub unit: WrittenUnit,
+    /// Lower bound of the search.
+    pub min: f64,
+    /// Upper bound of the search.
+    pub max: f64,
+    /// True if the search and the refinement move its logarithm.
+    pub is_logarithmic: bool,
+    /// Value where none is given, as in a simulation.
+    pub value: Option<f64>,
+    /// True if every recording has its own value.
+    pub is_per_recording: bool,
+    /// Description; empty if there is none.
+    pub description: String,
+}
+
+/// An input of a model: a recorded signal, in its unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelInput {
+    /// Name in the equations.
+    pub name: String,
+    /// Unit of the values.
+    pub unit: WrittenUnit,
+    /// Heading of its column; the name if `None`.
+    pub column: Option<String>,
+    /// Value where the recording has no such column; `None` if it must have one.
+    pub default: Option<f64>,
+}
+
+/// A constant of a model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelConstant {
+    /// Name in the equations.
+    pub name: String,
+    /// Value in SI units.
+    pub value: f64,
+    /// Dimension of the value.
+    pub dimension: Dimension,
+}
+
+/// Initial value of a state.
+#[derive(Debug, Clone, PartialEq)]
+pub enum InitialState {
+    /// A function of the parameters: a node of the graph, in SI units from the zero of the state's unit.
+    Given(NodeId),
+    /// The first sample of the output with this number, whose value is the state.
+    Measured(usize),
+    /// Unknown, estimated for each recording.
+    Free,
+}
+
+/// A node of the graph of a model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NodeId(#[doc(hidden)] pub Id);
+
+/// A state of a model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelState {
+    /// Name in the equations.
+    pub name: String,
+    /// Unit of the initial value.
+    pub unit: WrittenUnit,
+    /// Derivative with respect to time, in SI units.
+    pub derivative: Id,
+    /// Value at the first sample.
+    pub initial: InitialState,
+}
+
+/// A set-valued reaction (`stick`): constant over a step, it brings its state to zero within its limit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Reaction {
+    pub state: usize,
+    /// Largest magnitude, in SI units.
+    pub limit: Id,
+}
+
+/// A signal with a delay: a function of inputs and parameters that acts on the equations later.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DelayedSignal {
+    pub name: String,
+    /// The signal without its delay, in SI units.
+    pub value: Id,
+    /// Delay \[s\] and latency \[s\]; each is zero if it is not given.
+    pub delay: Id,
+    pub latency: Id,
+}
+
+/// An output of a model: a measured signal, in its unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelOutput {
+    /// Name of the output.
+    pub name: String,
+    /// Unit of the values.
+    pub unit: WrittenUnit,
+    /// Heading of its column; the name if `None`.
+    pub column: Option<String>,
+    /// Value in its unit.
+    pub(crate) value: Id,
+    /// Number of samples of a moving average of the sensor; `None` if it has none.
+    pub(crate) average: Option<Id>,
+}
+
+impl ModelOutput {
+    /// Returns true if the sensor averages over samples.
+    #[must_use]
+    pub fn is_averaged(&self) -> bool {
+        self.average.is_some()
+    }
+}
+
+/// An equation as it is written: the name on its left, its section and the text.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Equation {
+    /// Section of the model.
+    pub section: &'static str,
+    /// Name that the equation defines.
+    pub name: String,
+    /// The expression.
+    pub text: String,
+}
