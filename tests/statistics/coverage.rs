@@ -1,10 +1,11 @@
-//! Proves: 95 % confidence intervals of fits with coloured residuals cover the true parameters in 92 to 98 % of 600 seeds, over
-//! excitations and kinds of noise; the sandwich covariance equals that of full matrices; fits with white residuals keep the
+//! Proves: 95 % confidence intervals of fits with coloured residuals cover the true parameters in 92 to 98 % of 600 seeds (or as
+//! well as can be told from fewer), over excitations and kinds of noise; the sandwich covariance equals that of full matrices; fits with white residuals keep the
 //! covariance of white residuals bit for bit.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test may stop and print")]
 #![allow(clippy::cast_precision_loss, clippy::float_cmp, reason = "small numbers; exact equality is meant")]
 
 use crate::support;
+use crate::support::rates::{cases, covers};
 use motorfit::estimate::{RefineOptions, Refined, fit_problem, refine, refine_on, robust_uncertainty};
 use motorfit::evaluate::{Initial, Model};
 use motorfit::experiment::{Excitation, simulated};
@@ -110,21 +111,21 @@ fn one(record: &Record) -> [[(bool, f64); 2]; 5] {
 
 #[test]
 fn intervals_under_coloured_noise_cover() {
-    const SEEDS: u64 = 600;
+    let seeds = cases(200, 600);
     for is_step in [true, false] {
         let clean = clean(is_step);
         for noise in [Noise::Ar(0.5), Noise::Ar(0.9), Noise::Ma(5)] {
-            let all: Vec<_> = (0..SEEDS).into_par_iter().map(|seed| one(&noisy(&clean, noise, seed))).collect();
-            let share =
-                |p: usize, kind: usize| 100.0 * all.iter().filter(|one| one[p][kind].0).count() as f64 / SEEDS as f64;
-            let spread = |p: usize| (all.iter().map(|one| one[p][0].1).sum::<f64>() / SEEDS as f64).sqrt();
-            let [wide, white] = [0, 1].map(|kind| [0, 1, 2, 3, 4].map(|p| share(p, kind)));
+            let all: Vec<_> = (0..seeds).into_par_iter().map(|seed| one(&noisy(&clean, noise, seed))).collect();
+            let inside = |p: usize, kind: usize| all.iter().filter(|one| one[p][kind].0).count();
+            let spread = |p: usize| (all.iter().map(|one| one[p][0].1).sum::<f64>() / all.len() as f64).sqrt();
+            let [wide, white] = [0, 1].map(|kind| [0, 1, 2, 3, 4].map(|p| inside(p, kind)));
             eprintln!(
-                "step {is_step} {noise:?}: {wide:.1?} %, white {white:.1?} %, spread {:.2?}",
+                "step {is_step} {noise:?}: {wide:?} of {seeds}, white {white:?}, spread {:.2?}",
                 [0, 1, 2, 3, 4].map(spread)
             );
-            // A coverage of 95 % over 600 seeds has a standard deviation of 0.9 %; the tolerance of 3 % is more than three.
-            assert!(wide.iter().all(|share| (92.0..=98.0).contains(share)), "{noise:?}: {wide:?}");
+            // A coverage of 95 % over 600 seeds has a standard deviation of 0.9 %; the tolerance of 3 % is more than three. The
+            // covariance of white residuals covers 30 to 78 %, which fewer seeds show as well.
+            assert!(wide.iter().all(|inside| covers(*inside, all.len(), [0.92, 0.98])), "{noise:?}: {wide:?}");
         }
     }
 }

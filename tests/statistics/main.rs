@@ -3,6 +3,7 @@
 
 mod coverage;
 mod diagnose;
+mod limits;
 mod machines;
 mod real;
 mod recovery;

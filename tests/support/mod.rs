@@ -8,6 +8,7 @@ pub mod browser;
 pub mod faults;
 pub mod joint;
 pub mod program;
+pub mod rates;
 pub mod recordings;
 pub mod suite;
 pub mod varied;

@@ -105,6 +105,7 @@ impl Error {
 
     /// Returns the error with `first` prepended to its hint.
     #[must_use]
+    #[doc(hidden)]
     pub fn with_hint_prefix(mut self, first: &Text) -> Self {
         self.0.hint = first.clone().printable().and(" ").and(&self.0.hint);
         self

@@ -19,3 +19,8 @@ pub mod text;
 pub mod units;
 
 pub use error::{Error, ErrorKind, Result};
+
+/// Runs the example of the README as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}

@@ -12,11 +12,13 @@ pub struct Limit {
 }
 
 /// Creates a row of the table of limits.
+#[doc(hidden)]
 pub const fn limit(of: &'static str, most: u64, beyond: &'static str) -> Limit {
     Limit { of, most, beyond }
 }
 
 /// Creates a row of the table of limits from a `usize`.
+#[doc(hidden)]
 pub const fn limit_of(of: &'static str, most: usize, beyond: &'static str) -> Limit {
     limit(of, most as u64, beyond)
 }

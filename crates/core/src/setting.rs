@@ -288,7 +288,7 @@ macro_rules! __text {
     ($($parts:tt)+) => { $crate::setting::text!(@ $crate::setting::Text::default(); $($parts)+) };
 }
 #[doc(hidden)]
-pub use crate::__text as text;
+pub use __text as text;
 
 #[cfg(test)]
 mod tests {

@@ -216,6 +216,7 @@ fn with_digits_of(value: f64, std_error: Option<f64>) -> String {
 }
 
 /// Returns a whole number in superscript digits.
+#[doc(hidden)]
 pub fn raised(exponent: i32) -> String {
     const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     let digit = |c: char| c.to_digit(10).and_then(|n| DIGITS.get(n as usize)).copied().unwrap_or('⁻');

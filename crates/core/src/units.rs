@@ -301,8 +301,9 @@ impl Reader<'_> {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, clippy::float_cmp, reason = "a test may stop; powers of ten are exact")]
 mod tests {
+    #![allow(clippy::unwrap_used, clippy::float_cmp, reason = "a test may stop; powers of ten are exact")]
+
     use super::*;
 
     #[test]

@@ -62,3 +62,8 @@ pub use starts::{
 pub use steiglitz_mcbride::{Estimate, steiglitz_mcbride, steiglitz_mcbride_on};
 pub use uncertainty::EFFECTIVE_RATIO_MIN;
 pub use uncertainty::{Uncertainty, Whiteness, describe_direction};
+
+/// Runs the example of the README as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}

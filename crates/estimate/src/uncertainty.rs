@@ -49,6 +49,7 @@ pub struct Whiteness {
 
 impl Uncertainty {
     /// Sets the standard error, interval and correlations of the free parameter `place` to `None`.
+    #[doc(hidden)]
     pub fn forget(&mut self, place: usize) {
         (self.std_error[place], self.ci95[place]) = (None, None);
         self.correlation[place].fill(None);

@@ -20,7 +20,7 @@ macro_rules! __at_level {
     };
 }
 #[doc(hidden)]
-pub use crate::__at_level as at_level;
+pub use __at_level as at_level;
 
 /// Defines `avx512`, `avx2` and `portable`, which write the costs of the candidates of a block with `run`, compiled for the level,
 /// with so many candidates side by side. The portable one multiplies and adds separately, since `mul_add` is a library call without

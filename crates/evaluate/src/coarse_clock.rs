@@ -17,6 +17,7 @@ impl Problem {
     /// Returns the problem with the sample times of irregular recordings rounded to a grid, so that few distinct steps remain.
     /// Recordings with few steps are shared unchanged.
     #[must_use]
+    #[doc(hidden)]
     pub fn at_coarse_steps(&self) -> Self {
         let method = self.model().discretization;
         self.with_signals(|signals| signals.at_coarse_steps(method).map_or_else(|| signals.clone(), Arc::new))
@@ -25,11 +26,13 @@ impl Problem {
 
 impl Signals {
     /// Returns the index of the step that follows a sample.
+    #[doc(hidden)]
     pub fn step_of(&self, n: usize) -> u16 {
         self.step_index.get(n).copied().unwrap_or(0)
     }
 
     /// Returns true if there are enough distinct steps for rounding.
+    #[doc(hidden)]
     pub fn has_many_steps(&self) -> bool {
         self.step_s.len() >= STEPS_MIN
     }

@@ -46,6 +46,7 @@ impl Batch<'_> {
     }
 
     /// Checks that every group has candidates of its problem's width.
+    #[doc(hidden)]
     pub fn check_candidates(&self) -> Result<()> {
         for group in self.groups {
             let (width, axes) = (group.candidates.width(), group.problem.space().free().len());

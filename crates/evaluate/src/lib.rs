@@ -52,3 +52,8 @@ pub use scalar::Scalar;
 pub use segment::Run;
 pub use signals::Signals;
 pub use simd::Simd;
+
+/// Runs the example of the README as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}

@@ -110,6 +110,7 @@ impl Problem {
     }
 
     /// Returns the problem with the initial states as they are: none of them is estimated.
+    #[doc(hidden)]
     pub fn with_known_initial(&self) -> Self {
         let mut known = self.clone();
         for signals in known.signals.iter_mut().filter(|signals| signals.initial_is_free) {
@@ -120,6 +121,7 @@ impl Problem {
 
     /// Returns the same problem with the squared errors of each recording and channel divided by σ². `sigma` has one pair per
     /// recording. The problem must have unit weights.
+    #[doc(hidden)]
     pub fn weighted_by(&self, sigma: &[[f64; 2]]) -> Self {
         let mut weighted = self.clone();
         for (signals, sigma) in weighted.signals.iter_mut().zip(sigma) {
@@ -192,6 +194,7 @@ impl Problem {
     }
 
     /// Returns the runs of constant inputs from the first active sample on.
+    #[doc(hidden)]
     pub fn runs<'a>(&self, signals: &'a Signals) -> &'a [Run] {
         if self.moves_early() { &signals.runs } else { signals.active_runs() }
     }
@@ -202,6 +205,7 @@ impl Problem {
     }
 
     /// Returns the weighted sums of errors before the first active sample, per channel.
+    #[doc(hidden)]
     pub fn idle_sums(&self, signals: &Signals) -> [f64; 2] {
         if self.moves_early() { [0.0; 2] } else { signals.idle_sums }
     }
@@ -228,6 +232,7 @@ impl Problem {
 
     /// Returns the parameters of several candidates for one recording, shape `[parameters][candidates]`.
     #[inline]
+    #[doc(hidden)]
     pub fn side_by_side<const N: usize>(&self, candidates: [&[f64]; N], recording: usize) -> [[f64; N]; 5] {
         self.space.side_by_side(candidates, u32::try_from(recording).unwrap_or(u32::MAX))
     }
@@ -281,6 +286,7 @@ impl Problem {
 
     /// Returns what scales the sums of one recording.
     #[inline]
+    #[doc(hidden)]
     pub fn scaling(&self, signals: &Signals) -> Scaling {
         Scaling { factor: signals.factor, idle: self.idle_sums(signals) }
     }
@@ -288,11 +294,13 @@ impl Problem {
     /// Returns the cost for a total over all recordings.
     #[must_use]
     #[inline]
+    #[doc(hidden)]
     pub fn cost(&self, total: f64) -> f64 {
         self.criterion.cost(total, self.samples)
     }
 
     /// Returns a total above which the cost is above `cost`.
+    #[doc(hidden)]
     pub fn total_above(&self, cost: f64) -> f64 {
         self.criterion.total_above(cost, self.samples)
     }

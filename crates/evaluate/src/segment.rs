@@ -22,6 +22,7 @@ impl Run {
     }
 
     /// Joins adjacent runs with the same step length and inputs.
+    #[doc(hidden)]
     pub fn joined(runs: impl Iterator<Item = Self>) -> Vec<Self> {
         let mut joined: Vec<Self> = Vec::new();
         for run in runs {

@@ -19,10 +19,13 @@ const NOISY: f64 = 2.0;
 #[derive(Debug, Clone)]
 pub struct Signals {
     /// Distinct step lengths \[s\].
+    #[doc(hidden)]
     pub step_s: Vec<f64>,
     /// Index in `step_s` of the step after each sample; empty if all steps are equal.
+    #[doc(hidden)]
     pub step_index: Vec<u16>,
     /// Decomposition of the steps of an irregular clock, if they are many and the discretization is exact.
+    #[doc(hidden)]
     pub split: Option<SplitSteps>,
     /// Median step \[s\].
     pub(super) period_s: f64,
@@ -31,13 +34,16 @@ pub struct Signals {
     /// Ends of the runs of equal voltages, computed on first use.
     voltage_ends: OnceLock<Vec<usize>>,
     /// The input: the voltage \[V\], or the current \[A\] if no voltage was recorded.
+    #[doc(hidden)]
     pub voltage: Vec<f64>,
     /// Voltage at the start and at the end of each step of a resampled recording, which is linear over a step and may jump
     /// between steps; empty for other recordings.
     lines: [Vec<f64>; 2],
     /// Load torque \[N·m\]; empty if none was recorded.
+    #[doc(hidden)]
     pub torque: Vec<f64>,
     /// Measured current and speed; zeros for a channel that was not measured.
+    #[doc(hidden)]
     pub measured: Vec<[f64; 2]>,
     /// Sum of squares of each channel.
     power: [f64; 2],
@@ -46,20 +52,24 @@ pub struct Signals {
     /// Standard deviation of each channel, computed on first use.
     deviation: OnceLock<[f64; 2]>,
     /// Weights of the errors, 0 for masked samples; empty if all are 1.
+    #[doc(hidden)]
     pub weight: Vec<[f64; 2]>,
     /// True for each channel of a sample that is not masked; empty if no sample is masked.
     counting: Vec<[bool; 2]>,
     /// For each channel true for the samples at which it was measured; empty if it was at all.
     own: [Vec<bool>; 2],
     /// Effective sample ratio: the fraction of the samples that count as independent.
+    #[doc(hidden)]
     pub effective_sample_ratio: f64,
     /// Factor of each channel's sum: its scale and, if weights are empty, the step; 0 for a channel that was not measured.
+    #[doc(hidden)]
     pub factor: [f64; 2],
     /// The state `[i, ω]` at the first sample.
     pub initial: [f64; 2],
     /// True if the refinement estimates the initial state.
     pub initial_is_free: bool,
     /// Index of the first sample with a voltage or torque. Before it the motor is at rest in the state zero.
+    #[doc(hidden)]
     pub first_active: usize,
     /// Weighted sums of errors before `first_active`, per channel.
     pub(crate) idle_sums: [f64; 2],
@@ -72,6 +82,7 @@ pub struct Signals {
     /// Number of segments before `first_active`.
     idle_segments: usize,
     /// The voltage before the recording, and its first change.
+    #[doc(hidden)]
     pub history: InputHistory,
 }
 
@@ -170,12 +181,14 @@ impl Signals {
 
     /// Returns the root mean square of a channel.
     #[must_use]
+    #[doc(hidden)]
     pub fn rms(&self, channel: usize) -> f64 {
         (self.power[channel] / count(self.len())).sqrt()
     }
 
     /// Returns the standard deviation of a channel's noise, estimated from the channel alone.
     #[must_use]
+    #[doc(hidden)]
     pub fn noise(&self, channel: usize) -> f64 {
         let of = |channel: usize| {
             let counting = (0..self.len()).filter(|n| self.counts(channel, *n));
@@ -187,12 +200,14 @@ impl Signals {
     /// Returns the fraction of the variance of residuals of standard deviation `sigma` that noise can account for: 1 up to
     /// [`NOISY`] standard deviations of the channel's noise, less above.
     #[must_use]
+    #[doc(hidden)]
     pub fn noise_share(&self, channel: usize, sigma: f64) -> f64 {
         (NOISY * self.noise(channel) / sigma).powi(2).min(1.0)
     }
 
     /// Returns true if a channel was measured and residuals of standard deviation `sigma` exceed its noise.
     #[must_use]
+    #[doc(hidden)]
     pub fn is_above_noise(&self, channel: usize, sigma: f64) -> bool {
         self.has(channel) && self.noise_share(channel, sigma) < 1.0
     }
@@ -200,6 +215,7 @@ impl Signals {
     /// Returns the standard deviation of a channel over the samples that are not masked; the root mean square for a constant
     /// channel, and 1 for a channel that is zero.
     #[must_use]
+    #[doc(hidden)]
     pub fn deviation(&self, channel: usize) -> f64 {
         let of = |channel: usize| {
             let counting = (0..self.len()).filter(|n| self.counts(channel, *n));
@@ -229,6 +245,7 @@ impl Signals {
     }
 
     /// Returns true if a channel was measured at a sample, and not interpolated between others.
+    #[doc(hidden)]
     pub fn is_measured(&self, channel: usize, sample: usize) -> bool {
         self.own[channel].get(sample).copied().unwrap_or(true)
     }
@@ -255,6 +272,7 @@ impl Signals {
     }
 
     /// Returns the times of the samples relative to the first \[s\].
+    #[doc(hidden)]
     pub fn times(&self) -> Arc<[f64]> {
         self.times.get_or_init(|| sample_times(&self.drive())).clone()
     }
@@ -268,12 +286,14 @@ impl Signals {
     }
 
     /// Returns true if the voltage is linear over each step and may jump between steps, as in a resampled recording.
+    #[doc(hidden)]
     pub fn has_slopes(&self) -> bool {
         !self.lines[0].is_empty()
     }
 
     /// Returns the voltage at the start and at the end of the step after a sample \[V\], and the torque \[N·m\].
     #[inline(always)]
+    #[doc(hidden)]
     pub fn inputs(&self, n: usize) -> [f64; 3] {
         let drive = self.drive();
         [drive.voltage[n], drive.end(n), drive.torque.get(n).copied().unwrap_or(0.0)]
@@ -287,6 +307,7 @@ impl Signals {
     }
 
     /// Returns the runs from `first_active` on.
+    #[doc(hidden)]
     pub fn active_runs(&self) -> &[Run] {
         &self.runs[self.idle_runs..]
     }

@@ -55,7 +55,7 @@ impl Simd {
     }
 
     fn takes_one_thread(self, problem: &Problem, candidates: usize) -> bool {
-        let factor = if kind(problem) == Kind::Even { 1 } else { EXTENDED_COST };
+        let factor = if kind(problem, candidates) == Kind::Even { 1 } else { EXTENDED_COST };
         let least = if self.level == Level::Avx512 { PARALLEL_MIN_AVX512 } else { PARALLEL_MIN };
         candidates.saturating_mul(problem.active()).saturating_mul(factor) < least
     }
@@ -66,8 +66,8 @@ impl Simd {
     }
 
     /// Returns the number of candidates in a block.
-    fn lanes(self, problem: &Problem) -> usize {
-        match (self.level, kind(problem)) {
+    fn lanes(self, problem: &Problem, candidates: usize) -> usize {
+        match (self.level, kind(problem, candidates)) {
             (Level::Avx512, Kind::ExtendedEven) => extended::LANES_WIDE,
             (Level::Avx512, _) => kernel::LANES_AVX512,
             (Level::Avx2, Kind::Extended | Kind::ExtendedEven) => extended::LANES_AVX2,
@@ -80,8 +80,8 @@ impl Simd {
     /// blocks, whose candidates are packed into fewer as some of them leave; a few groups are divided evenly among the threads.
     fn together(self, group: &Group<'_>, groups: usize) -> usize {
         let count = group.candidates.count();
-        let lanes = self.lanes(group.problem);
-        let is_packed = !group.candidates.cutoffs().is_empty() && kind(group.problem) == Kind::Even;
+        let lanes = self.lanes(group.problem, count);
+        let is_packed = !group.candidates.cutoffs().is_empty() && kind(group.problem, count) == Kind::Even;
         if !is_packed {
             return lanes;
         }
@@ -96,7 +96,7 @@ impl Simd {
     fn run(self, group: &Group<'_>, first: usize, costs: &mut [f64]) {
         let candidates = group.candidates.rows(first, first + costs.len());
         let block = Block { problem: group.problem, candidates, order: order(group) };
-        let run = match (kind(group.problem), self.level) {
+        let run = match (kind(group.problem, group.candidates.count()), self.level) {
             (Kind::Even, Level::Avx512) => packed::avx512,
             (Kind::Even, Level::Avx2) => packed::avx2,
             (Kind::Even, Level::Portable) => packed::portable,
@@ -121,17 +121,19 @@ enum Kind {
     Irregular,
     /// Motors with extensions.
     Extended,
-    /// Motors with extensions but without moving averages, on even clocks.
+    /// Motors with extensions but without moving averages, on even clocks, in a number that fills the wider blocks.
     ExtendedEven,
 }
 
-fn kind(problem: &Problem) -> Kind {
+fn kind(problem: &Problem, candidates: usize) -> Kind {
+    let lanes = |of: usize| candidates.div_ceil(of).saturating_mul(of);
+    let is_many = lanes(extended::LANES_WIDE) <= lanes(kernel::LANES_AVX512).saturating_add(candidates / 10);
     let (features, is_even) =
         (problem.features(), problem.signals().iter().all(|signals| signals.step_index.is_empty()));
     match (features.is_linear(), is_even) {
         (true, true) => Kind::Even,
         (true, false) => Kind::Irregular,
-        (false, true) if !features.is_averaged() => Kind::ExtendedEven,
+        (false, true) if !features.is_averaged() && is_many => Kind::ExtendedEven,
         (false, _) => Kind::Extended,
     }
 }

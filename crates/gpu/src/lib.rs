@@ -53,3 +53,8 @@ pub use model::ModelGpu;
 pub use shader::assemble;
 pub use submission::{BufferBinding, BufferKind, Submission};
 pub use variant::{Fetch, LANES, Precision, UNIFORM_BYTES, Variant};
+
+/// Runs the example of the README as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}

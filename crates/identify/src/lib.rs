@@ -70,3 +70,8 @@ pub use serialize::bounds;
 pub use spec::IdentifySpec;
 pub use trust_level::{REASONS, Trust, TrustLevel, TrustReason};
 pub use verify::{Status, Verification, verify_at};
+
+/// Runs the example of the README as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}

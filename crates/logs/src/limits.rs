@@ -3,6 +3,7 @@
 use super::{archive, cells, mat_file};
 use motorfit_core::limit::{Limit, limit, limit_of};
 
+/// Limits of the readers of workbooks and MAT-files.
 pub const LIMITS: [Limit; 10] = [
     limit("bytes of a decompressed workbook or MAT-file", cells::UNPACKED_MAX, "refused during the check"),
     limit(

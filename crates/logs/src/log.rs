@@ -4,7 +4,7 @@ use motorfit_core::Result;
 use std::io::{Read, Seek};
 
 /// Function that returns true if the name of a channel denotes times.
-pub type IsTime = fn(&str) -> bool;
+pub(crate) type IsTime = fn(&str) -> bool;
 
 /// Bytes of a file, read in any order.
 pub trait Medium: Read + Seek + Send {}

@@ -3,7 +3,7 @@
 //! Source: WPILib Data Log File Format Specification, version 1.0.
 
 use super::log::Medium;
-use crate::unreadable;
+use super::unreadable::unreadable;
 use motorfit_core::numeric::index;
 use motorfit_core::{Error, Result};
 use std::io::SeekFrom;

@@ -28,3 +28,8 @@ pub use library::BuiltIn;
 pub use role::Role;
 pub use step::IntegrationMethod;
 pub use wgsl::ShaderPrecision;
+
+/// Runs the example of the README as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}

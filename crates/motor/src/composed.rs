@@ -12,12 +12,12 @@ const COARSE: usize = 32;
 /// Smallest number of distinct step lengths for which splitting saves time.
 const STEPS_MIN: usize = 32;
 
-/// The distinct steps of an irregular clock, each split into a coarse part (a multiple of [`COARSE`] units) and a fine part
+/// The distinct steps of an irregular clock, each split into a coarse part (a multiple of `COARSE` units) and a fine part
 /// of fewer units. Distinct parts are few even if distinct steps are many.
 #[derive(Debug, Clone)]
 pub struct SplitSteps {
     unit_s: f64,
-    /// Distinct coarse parts as multiples of [`COARSE`] units, and distinct fine parts as multiples of one unit.
+    /// Distinct coarse parts as multiples of `COARSE` units, and distinct fine parts as multiples of one unit.
     pub multiples: [Vec<usize>; 2],
     /// For each step the indices of its coarse and of its fine part in `multiples`.
     pub part_indices: Vec<[usize; 2]>,
@@ -95,6 +95,7 @@ impl<const N: usize, T: Number> StepMaps<N, T> {
     /// the second. For a first-order hold over both, `share` is the fraction of the total length at which the first ends;
     /// it is `None` for a zero-order hold.
     #[inline(always)]
+    #[doc(hidden)]
     pub fn then(&self, second: &Self, share: Option<f64>) -> Self {
         let mut made = *second;
         for lane in 0..N {

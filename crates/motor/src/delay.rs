@@ -18,6 +18,7 @@ use std::sync::Arc;
 /// A delayed voltage as a piecewise function with one piece for each sample: constant for a zero-order hold, linear between
 /// the outputs of the drive at its ends for a first-order hold.
 pub struct DelayedVoltage<'a, T> {
+    /// Inputs and clock of the simulation.
     pub drive: SimulationInput<'a>,
     /// Static nonlinearity from the commanded voltage to the output of the drive.
     pub nonlinearity: DriveNonlinearity<T>,
@@ -60,8 +61,9 @@ pub struct Changes<T> {
 
 /// A change of the voltage within a step.
 pub struct Change<T> {
-    /// Changes of the value \[V\] and of the slope \[V/s\].
+    /// Change of the value \[V\].
     pub jump: T,
+    /// Change of the slope \[V/s\].
     pub bend: T,
     /// Time until the end of the step \[s\].
     pub left: T,

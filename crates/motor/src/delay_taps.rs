@@ -261,7 +261,9 @@ const NONE: [SpecialStep; 5] = [SpecialStep { at: NEVER, change: [0.0; 2], added
 /// Commanded voltages and the voltage before them; the last voltage is kept afterwards.
 #[derive(Clone, Copy)]
 pub struct Commanded<'a> {
+    /// Commanded voltage of each sample \[V\].
     pub voltage: &'a [f64],
+    /// The voltage before the first sample.
     pub history: InputHistory,
 }
 

@@ -43,6 +43,7 @@ impl Discretization {
     }
 
     /// Returns true if the method is exact for its hold.
+    #[doc(hidden)]
     pub fn is_exact(self) -> bool {
         matches!(self, Self::Zoh | Self::Foh)
     }

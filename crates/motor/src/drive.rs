@@ -18,6 +18,7 @@ pub struct DriveNonlinearity<T> {
 }
 
 impl<T: Copy> DriveNonlinearity<T> {
+    /// Returns the drive of a motor.
     #[inline(always)]
     pub fn of(motor: &Extended<T>) -> Self {
         Self {

@@ -61,6 +61,7 @@ impl<T: Copy> Extended<T> {
 
 impl<const L: usize> Extended<[f64; L]> {
     /// Makes a motor with a lane for each of `motors`.
+    #[doc(hidden)]
     pub fn side_by_side(motors: &[Extended; L]) -> Self {
         Self {
             motor: std::array::from_fn(|p| std::array::from_fn(|lane| motors[lane].motor[p])),
@@ -70,6 +71,7 @@ impl<const L: usize> Extended<[f64; L]> {
 
     /// Returns the motor of one lane.
     #[inline(always)]
+    #[doc(hidden)]
     pub fn lane(&self, lane: usize) -> Extended {
         self.map(|values| values[lane])
     }

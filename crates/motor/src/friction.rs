@@ -43,6 +43,7 @@ pub struct Reactions<const L: usize, T = f64> {
 }
 
 impl<const L: usize, T: Number> Reactions<L, T> {
+    /// Returns the reactions of motors for a step with the given maps; those of parameters outside the features are zero.
     #[inline(always)]
     pub fn new(motors: &Extended<[T; L]>, maps: &StepMaps<L, T>, features: ModelFeatures) -> Self {
         let [mut limits, mut adds] = [[[T::constant(0.0); L]; 2]; 2];

@@ -58,3 +58,8 @@ pub use simulate::{SimulationInput, simulate, walk};
 pub use space::{Axis, PER_RECORDING_MAX, RECORDING_MAX, Scope, Space};
 pub use transition_integral::{Dynamics, TransitionIntegrals};
 pub use walk::ExtendedWalk;
+
+/// Runs the example of the README as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}

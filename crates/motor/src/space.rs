@@ -173,6 +173,7 @@ impl Space {
     }
 
     /// Makes a space from parts of a checked one, without a check; no parameter need be free.
+    #[doc(hidden)]
     pub fn unchecked(free: Vec<Axis>, fixed: Vec<(Parameter, Scope, f64)>) -> Self {
         Self { free, fixed }
     }
@@ -254,6 +255,7 @@ impl Space {
 
     /// Returns the parameters of one recording for several candidates side by side, shape `[parameters][candidates]`.
     #[inline]
+    #[doc(hidden)]
     pub fn side_by_side<const N: usize>(&self, candidates: [&[f64]; N], recording: u32) -> [[f64; N]; 5] {
         let mut values = [[f64::NAN; N]; 5];
         for &(parameter, scope, value) in &self.fixed {
@@ -271,6 +273,7 @@ impl Space {
 
     /// Returns where a candidate has the value of each of the five parameters for one recording: its place, or the value where it is
     /// fixed.
+    #[doc(hidden)]
     pub fn places(&self, recording: u32) -> [std::result::Result<usize, f64>; 5] {
         let mut places = [Err(f64::NAN); 5];
         for &(parameter, scope, value) in &self.fixed {

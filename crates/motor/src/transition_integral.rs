@@ -23,8 +23,9 @@ pub struct Dynamics<const N: usize> {
     pub voltage: [[[f64; N]; 2]; 2],
     /// Vector c, and the product B c.
     pub torque: [[[f64; N]; 2]; 2],
-    /// Trace \[1/s\] and determinant \[1/s²\] of A.
+    /// Trace of A \[1/s\].
     pub trace: [f64; N],
+    /// Determinant of A \[1/s²\].
     pub determinant: [f64; N],
 }
 

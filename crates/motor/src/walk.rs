@@ -57,6 +57,7 @@ impl<'a, T: Number> ExtendedWalk<'a, T> {
     /// Makes a simulation like [`Self::new`] on a clock whose steps are split as in `split`. The maps of many steps are
     /// composed of few; they differ from those of [`Self::new`] by rounding.
     #[inline(always)]
+    #[doc(hidden)]
     pub fn composed(
         motor: &Extended<T>,
         drive: &SimulationInput<'a>,
@@ -79,11 +80,13 @@ impl<'a, T: Number> ExtendedWalk<'a, T> {
     }
 
     /// Returns the state after the last sample that was taken from the iterator.
+    #[doc(hidden)]
     pub fn paused(self) -> PausedWalk<T> {
         PausedWalk { sensors: self.sensors, x: self.x }
     }
 
     /// Continues a simulation with the samples of another input; the voltage must not be delayed.
+    #[doc(hidden)]
     pub fn resumed(
         motor: &Extended<T>,
         drive: &SimulationInput<'a>,

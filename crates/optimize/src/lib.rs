@@ -77,3 +77,8 @@ pub const SEARCHES: [&Search; 11] = [
     &multistart::SEARCH,
     &random::SEARCH,
 ];
+
+/// Runs the example of the README as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}

@@ -43,6 +43,7 @@ impl Record {
     }
 
     /// Returns the outputs that were measured at some of the samples only.
+    #[doc(hidden)]
     pub fn measured_at(&self) -> &[MeasuredAt] {
         &self.measured_at
     }
@@ -55,12 +56,14 @@ impl Record {
     }
 
     /// Returns the indices of the samples at which an output was measured; `None` if those are all.
+    #[doc(hidden)]
     pub fn own_samples(&self, quantity: Quantity) -> Option<Vec<usize>> {
         self.measured_at.iter().find(|of| of.quantity == quantity).map(MeasuredAt::indices)
     }
 
     /// Returns the recording at the samples of the output that was measured at the fewest, with their indices; the input is its mean over
     /// each step. `None` if all outputs were measured at all samples.
+    #[doc(hidden)]
     pub fn at_slowest_output(&self) -> Option<(Self, Vec<usize>)> {
         let slowest = self.measured_at().iter().map(MeasuredAt::indices).min_by_key(Vec::len)?;
         let of = |values: &[f64]| slowest.iter().map(|n| values[*n]).collect::<Vec<f64>>();

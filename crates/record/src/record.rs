@@ -155,6 +155,7 @@ impl Record {
     }
 
     /// Returns a copy without the current.
+    #[doc(hidden)]
     pub fn without_current(&self) -> Self {
         Self { samples: Samples { current: None, ..self.samples.clone() }, ..self.clone() }
     }
@@ -167,6 +168,7 @@ impl Record {
     }
 
     /// Returns a copy with the input delayed by a number of samples; the first value is repeated at the start.
+    #[doc(hidden)]
     pub fn with_delayed_input(&self, samples: usize) -> Self {
         let input = self.input();
         let late = (0..input.len()).map(|n| input[n.saturating_sub(samples)]).collect();
@@ -174,6 +176,7 @@ impl Record {
     }
 
     /// Returns a copy with a zero-order hold of the input, expressed as slopes of 0.
+    #[doc(hidden)]
     pub fn with_zero_order_hold(&self) -> Self {
         Self { slope: vec![0.0; self.len()], ..self.clone() }
     }

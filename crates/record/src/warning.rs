@@ -102,6 +102,7 @@ impl Warning {
     }
 
     /// Creates a warning from a finding, with the samples as times and lines of the file.
+    #[doc(hidden)]
     pub fn found(record: &Record, finding: Finding) -> Self {
         let place = Some(Location::of(record, &finding));
         let Finding { code, severity, message, remedy, .. } = finding;
@@ -126,6 +127,7 @@ impl Warning {
 }
 
 /// Returns the name of a recording in messages: the path, and the part of the file in parentheses.
+#[doc(hidden)]
 pub fn name_of(record: &Record) -> String {
     let Some(path) = &record.source().path else { return "the recording".to_owned() };
     record.source().part.iter().fold(path.display().to_string(), |name, part| format!("{name} ({part})"))

@@ -1,30 +1,16 @@
 //! Figures of reports.
 
-use super::chart::{AxisScale, Band, Chart, Form, Panel, Series, boxes, correlation, figure};
+use super::chart::{AxisScale, Band, Chart, Figure, Form, Panel, Series, boxes, correlation, figure};
 use super::curves::at_own;
-use super::page::Figure;
+use super::signals::input_form;
+pub use super::signals::model;
 use crate::compare::quartiles;
 use motorfit_core::numeric::{count, rms, sorted};
-use motorfit_evaluate::criterion::{Criterion, Scale};
-use motorfit_evaluate::{Initial, Model, Problem};
 use motorfit_identify::analysis::ResidualCorrelation;
 use motorfit_identify::{Identification, IdentifySpec};
-use motorfit_motor::{Axis, Discretization, Parameters, Scope, Space, simulate};
+use motorfit_motor::{Axis, Scope};
 use motorfit_record::{Quantity, Record};
 use motorfit_study::compare::{Block, ComparedParameter, Comparison, MethodEstimates, MethodResult, Reached, reached};
-
-/// Simulates a motor under the input of a recording and returns current \[A\] and speed \[rad/s\]; both are empty if the
-/// recording cannot be simulated.
-#[must_use]
-pub fn model(record: &Record, parameters: &Parameters, initial: [f64; 2], how: Discretization) -> [Vec<f64>; 2] {
-    // The inputs are taken from a problem, as in the fit, because preparation may have changed them.
-    let criterion = Criterion { scale: Scale::None, ..Criterion::default() };
-    let model = Model { discretization: how, initial: Initial::Measured };
-    let Ok(problem) = Problem::new(std::slice::from_ref(record), model, Space::table2(), criterion) else {
-        return Default::default();
-    };
-    simulate(parameters, &problem.signals()[0].drive(), initial, problem.model().discretization)
-}
 
 /// Labels of current and speed, and of their residuals.
 const CHANNELS: [[&str; 2]; 2] =
@@ -45,11 +31,6 @@ fn residuals(record: &Record, channel: usize, modelled: &[f64], left_out: &[[f64
     let measured = record.measured()[channel].unwrap_or_default();
     let of = |(n, (a, b)): (usize, (&f64, &f64))| if is_excluded(n) { f64::NAN } else { a - b };
     measured.iter().zip(modelled).enumerate().map(of).collect()
-}
-
-/// Returns the form in which the input is drawn: straight lines if it changes linearly between samples.
-pub(super) fn input_form(record: &Record) -> Form {
-    if record.slope().is_empty() { Form::Steps } else { Form::Line }
 }
 
 /// Returns the input, the measured and modelled signals and their residuals over time, one below the other, and beside each

@@ -9,6 +9,8 @@ mod bench;
 mod chart;
 #[cfg(feature = "pages")]
 pub mod compare;
+#[cfg(feature = "pages")]
+mod compare_page;
 mod curves;
 mod document;
 mod export;
@@ -37,6 +39,8 @@ mod page;
 mod pages;
 #[cfg(feature = "pages")]
 mod residual_panels;
+#[cfg(feature = "pages")]
+mod signals;
 mod spelling;
 #[cfg(feature = "pages")]
 pub mod suite;
@@ -47,7 +51,9 @@ mod table;
 
 pub use bench::bench_document;
 #[cfg(feature = "pages")]
-pub use chart::{AxisScale, Band, Chart, Form, Map, Mark, Panel, Series, heat_map};
+pub use chart::{AxisScale, Band, Chart, Figure, Form, Map, Mark, Panel, Series, heat_map};
+#[cfg(feature = "pages")]
+pub use compare_page::{compare_page, compare_parts};
 pub use curves::{columns_csv, curves_csv};
 pub use document::{EvaluateDocument, devices_document, error_document, identify_document, json};
 pub use export::{ExportFormat, Exported, ExportedParameter, exported_model, exported_motor};
@@ -69,16 +75,20 @@ pub use mechanism::{
 pub use mechanism_page::mechanism_page;
 #[cfg(feature = "pages")]
 pub use model::{ModelInspection, model_check_page, model_figure, model_inspect_page, model_page};
-pub use model::{ModelSignalFacts, model_inspect_document};
-pub use model::{model_check_document, model_costs_document, model_document};
+pub use model::{ModelSignalFacts, model_check_document, model_costs_document, model_document, model_inspect_document};
 #[cfg(feature = "pages")]
 pub use notebook::{html_fragment, plain_text};
 #[cfg(feature = "pages")]
-pub use page::{Card, Figure, Item, Page, Part, Section, Trust};
+pub use page::{Card, Item, Page, Part, Section, Trust};
 #[cfg(feature = "pages")]
-pub use pages::{Reproduced, compare_page, compare_parts};
+pub use pages::Reproduced;
 #[cfg(feature = "pages")]
 pub use residual_panels::{ResidualRow, residual_panels};
 pub use spelling::command_line;
 #[cfg(feature = "pages")]
 pub use table::{Table, folded};
+
+/// Runs the example of the README as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}

@@ -22,3 +22,8 @@ pub use measurement::{Control, Crossover, Measurement, Throughput};
 pub use slice::{CostMap, MapParameter, cost_map, model_cost_map};
 pub use subject::BenchSubject;
 pub use throughput::{ThroughputSpec, throughput};
+
+/// Runs the example of the README as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}

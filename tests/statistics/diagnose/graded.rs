@@ -1,8 +1,9 @@
 //! Proves: faults that change a parameter by 3, 10 and 30 standard errors are found at the rates below: outliers by a rule, a
 //! late start of the drive by `auto`, which then finds the motor.
 
-use super::rates::{FOUND, MOTORS, first_seed};
+use super::rates::{FOUND, first_seed, motors};
 use crate::support::faults::{Bench, EXCITATIONS, spread};
+use crate::support::rates::{cases, reaches};
 use motorfit::identify::{Identification, IdentifySpec, TrustLevel, identify};
 use motorfit::motor::{Parameter, Space, With};
 use motorfit::record::{Record, diagnose};
@@ -100,7 +101,7 @@ fn outliers_that_move_a_parameter_are_found() {
             let [mut hits, mut all] = [0, 0];
             let mut by_kind = Vec::new();
             for kind in EXCITATIONS {
-                let seeds = (0..MOTORS).map(|seed| first_seed() + seed);
+                let seeds = (0..motors()).map(|seed| first_seed() + seed);
                 let records = seeds.filter_map(|seed| at_strength(seed, kind, fault, [0.01, 10.0], strength));
                 let is_found = |record: Record| diagnose(&record).iter().any(|finding| finding.code == "outliers");
                 let found: Vec<bool> = records.map(is_found).collect();
@@ -109,7 +110,7 @@ fn outliers_that_move_a_parameter_are_found() {
                 (hits, all) = (hits + right, all + found.len());
             }
             println!("outliers of the {name}, {strength} standard errors: {hits} of {all} ({})", by_kind.join(", "));
-            if (hits as f64) < least * all as f64 {
+            if !reaches(hits, all, least) {
                 missed.push(format!("{name}, {strength}: {hits} of {all}"));
             }
         }
@@ -139,10 +140,10 @@ const LATE: [(&str, Graded); 2] =
 
 #[test]
 fn auto_finds_a_late_start_of_the_drive_and_the_motor() {
-    const FEWER: u64 = 6;
+    let motors = cases(3, 6);
     for (name, fault) in LATE {
         let [mut named, mut right, mut wrong, mut all] = [0, 0, 0, 0];
-        for (kind, seed) in EXCITATIONS.into_iter().flat_map(|kind| (0..FEWER).map(move |seed| (kind, seed))) {
+        for (kind, seed) in EXCITATIONS.into_iter().flat_map(|kind| (0..motors).map(move |seed| (kind, seed))) {
             let seed = first_seed() + seed;
             let Some(record) = at_strength(seed, kind, fault, [0.002, 0.5], STRENGTHS[0]) else { continue };
             let found = fitted(seed, kind, &record, With::Auto).unwrap();
@@ -158,6 +159,6 @@ fn auto_finds_a_late_start_of_the_drive_and_the_motor() {
         }
         println!("late by {name}: named {named}, inertia right {right}, wrong under good {wrong} of {all}");
         // A few fits select another extension as well, whose choice the standard errors do not include.
-        assert!(named as f64 >= FOUND * all as f64 && right as f64 >= 0.9 * all as f64 && wrong == 0);
+        assert!(reaches(named, all, FOUND) && reaches(right, all, 0.9) && wrong == 0);
     }
 }

@@ -10,6 +10,7 @@ mod finds;
 mod graded;
 mod rates;
 
+use crate::support::rates::{cases, is_rare, reaches};
 use crate::support::varied;
 use crate::support::{changed, driven, m2_record};
 use motorfit::record::{Finding, Quantity, Record, Samples, Severity, diagnose, parse_columns, read_recording};
@@ -275,9 +276,9 @@ fn an_unrecorded_pulse_is_motion_without_input() {
 
 #[test]
 fn reversed_signs_are_found_under_any_excitation() {
-    let mut seen: BTreeMap<&str, [u32; 2]> = BTreeMap::new();
+    let mut seen: BTreeMap<&str, [usize; 2]> = BTreeMap::new();
     let mut wrong = 0;
-    for seed in 0..400 {
+    for seed in 0..cases(130, 400) {
         let varied = varied::varied(5000 + seed);
         if varied.record.measured().iter().any(Option::is_none) {
             continue;
@@ -290,21 +291,21 @@ fn reversed_signs_are_found_under_any_excitation() {
             });
             let expected = [Quantity::Voltage, Quantity::Current, Quantity::Speed][which];
             let found = find(&reversed, "sign_reversed").map(|finding| finding.quantity);
-            wrong += u32::from(found.is_some_and(|found| found != expected));
+            wrong += usize::from(found.is_some_and(|found| found != expected));
             let [right, all] = seen.entry(varied.kind).or_default();
-            (*right, *all) = (*right + u32::from(found.is_some()), *all + 1);
+            (*right, *all) = (*right + usize::from(found.is_some()), *all + 1);
         }
     }
     println!("reversed signs found: {seen:?}, wrongly named: {wrong}");
     let [right, all] = seen.values().fold([0, 0], |[a, b], [c, d]| [a + c, b + d]);
-    assert!(f64::from(right) > 0.8 * f64::from(all) && 40 * wrong <= all, "{right} of {all}, {wrong} wrongly");
+    assert!(reaches(right, all, 0.8) && is_rare(wrong, all, 0.025), "{right} of {all}, {wrong} wrongly");
 }
 
 #[test]
 fn false_alarms_are_rare() {
-    const COUNT: u64 = 1500;
-    let mut counts: BTreeMap<&str, u64> = BTreeMap::new();
-    for seed in 0..COUNT {
+    let all = cases(500, 1500);
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for seed in 0..all {
         let varied = varied::varied(seed);
         for finding in diagnose(&varied.record) {
             // Findings that are true for this excitation.
@@ -313,12 +314,12 @@ fn false_alarms_are_rare() {
                 "undersampled_input" => varied.kind == "prbs" && varied.hold == 1,
                 _ => false,
             };
-            *counts.entry(finding.code).or_default() += u64::from(!true_of_it);
+            *counts.entry(finding.code).or_default() += usize::from(!true_of_it);
         }
     }
-    println!("false alarms in {COUNT}: {counts:?}");
+    println!("false alarms in {all}: {counts:?}");
     for (code, count) in counts {
-        assert!(200 * count <= COUNT, "{code}: {count} of {COUNT}");
+        assert!(is_rare(count, all as usize, 0.005), "{code}: {count} of {all}");
     }
 }
 
@@ -326,7 +327,7 @@ fn false_alarms_are_rare() {
 fn averages_are_detected() {
     for (kind, least) in [("prbs", 0.97), ("steps", 0.85)] {
         for window in [8, 32, 100, 128] {
-            let (mut right, total) = (0, 40);
+            let (mut right, total) = (0, cases(15, 40));
             for seed in 0..total {
                 let mut numbers = varied::numbers(9000 + seed);
                 let count = numbers.random_range(5000..10_000);
@@ -338,10 +339,10 @@ fn averages_are_detected() {
                     s.current = None;
                 });
                 let found = find(&record, "averaged_sensor").map_or(0.0, |f| figure(&f, "window"));
-                right += u64::from((found / window as f64 - 1.0).abs() < 0.02);
+                right += usize::from((found / window as f64 - 1.0).abs() < 0.02);
             }
             println!("{kind}, average over {window}: {right} of {total}");
-            assert!(right as f64 >= least * total as f64, "{kind} {window}: {right} of {total}");
+            assert!(reaches(right, total as usize, least), "{kind} {window}: {right} of {total}");
         }
     }
 }

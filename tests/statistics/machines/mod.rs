@@ -1,6 +1,6 @@
 //! Proves: random machines of five built-in models, simulated with independent equations and located changes of friction, contact and
 //! limits, are identified at 40 dB without options: optima are reached, 95 % intervals cover the truth, and no result with the level
-//! good is wrong. `MOTORFIT_MACHINES=100` runs the full study.
+//! good is wrong. `MOTORFIT_FULL=1` takes thirty machines of each.
 //! Does not prove: real machines, errors of the recording.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 

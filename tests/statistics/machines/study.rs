@@ -2,13 +2,14 @@
 
 use crate::machines::draw::{Machine, Numbers};
 use crate::machines::judge::{Compared, Judged, judged};
+use crate::support::rates::cases;
 use motorfit::identify::TrustLevel;
 use motorfit::model::BuiltIn;
 use motorfit::numeric::{mean, median, peak, rms, sorted};
 
 /// Limits of the shares of a study. Three standard deviations of a binomial distribution are added to each.
 pub struct Limits {
-    /// Numbers of the machines without `MOTORFIT_MACHINES`.
+    /// Numbers of the machines without `MOTORFIT_FULL`.
     pub machines: std::ops::Range<u64>,
     /// Smallest share of machines whose optimum is reached.
     pub reached: f64,
@@ -40,18 +41,11 @@ fn covered<'a>(of: impl Iterator<Item = &'a Judged>) -> (f64, f64) {
     counted(of.flat_map(|judged| &judged.parameters).filter_map(|of| of.is_covered))
 }
 
-/// Returns the numbers of the machines: `MOTORFIT_MACHINES` is their count, or a range such as `15..18`.
-fn machines(limits: &Limits) -> std::ops::Range<u64> {
-    let Ok(text) = std::env::var("MOTORFIT_MACHINES") else { return limits.machines.clone() };
-    let (first, end) = text.split_once("..").unwrap_or(("0", &text));
-    first.parse().unwrap()..end.parse().unwrap()
-}
-
 /// Simulates and identifies machines of a model, prints a line for each and a summary, and checks the limits.
 pub fn judge(of: BuiltIn, draw: fn(&mut Numbers) -> Machine, limits: &Limits) {
     let name = of.name();
     let mut all = Vec::new();
-    for machine in machines(limits) {
+    for machine in cases(limits.machines.clone(), 0..30) {
         let judged = judged(of, draw, machine);
         println!("{name} {judged}");
         all.push(judged);

@@ -1,6 +1,7 @@
 //! Autoregressive models of a signal by the method of J. P. Burg (1967).
 
-use super::{count, dot};
+use super::conversion::count;
+use super::statistics::dot;
 use multiversion::multiversion;
 
 /// A stable autoregression `e[n] = Σ a[k] e[n−1−k] + ε[n]`: its poles are inside the unit circle.

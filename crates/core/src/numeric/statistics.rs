@@ -1,6 +1,6 @@
 //! Statistics of signals and samples. Sums are accumulated in the order of the values unless stated otherwise.
 
-use super::{count, whole};
+use super::conversion::{count, whole};
 use std::ops::Range;
 
 /// Returns the arithmetic mean; NaN without values.
@@ -157,6 +157,7 @@ pub fn differences(values: &[f64]) -> Vec<f64> {
 
 /// Replaces the values of a signal between some of its samples, `own`, by linear interpolation at the times or places `at`; before the
 /// first and after the last of them the nearest holds.
+#[doc(hidden)]
 pub fn interpolate_between(at: &[f64], values: &mut [f64], own: &[usize]) {
     for pair in own.windows(2) {
         let [from, to] = [pair[0], pair[1]];
@@ -217,8 +218,9 @@ pub fn chi_square_limit(freedom: usize) -> f64 {
 }
 
 #[cfg(test)]
-#[expect(clippy::float_cmp, reason = "exact equality is meant")]
 mod tests {
+    #![expect(clippy::float_cmp, reason = "exact equality is meant")]
+
     use super::*;
 
     #[test]

@@ -138,6 +138,7 @@ fn rounds_spread(model: &Model) -> usize {
 }
 
 /// Returns the number of rounds of a search at most, those around its lowest ends included.
+#[doc(hidden)]
 pub fn rounds_max(model: &Model) -> usize {
     rounds_spread(model) + ROUNDS_AROUND
 }

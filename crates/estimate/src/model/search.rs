@@ -5,6 +5,7 @@ use super::fit::Fit;
 use motorfit_core::numeric::{noise_sigma, rms};
 
 /// Starts over the bounds that must reach the lowest optimum.
+#[doc(hidden)]
 pub const ARRIVALS: usize = 3;
 /// Standard deviation of the residuals, in those of the noise, up to which an optimum explains an output.
 pub(super) const NOISY: f64 = 2.0;

@@ -1,80 +1,21 @@
 //! Simulated experiments: an excitation drives a motor at rest, and white noise is added to current and speed.
 
+mod excitation;
 mod shape;
 mod streamed;
 
+pub use excitation::Excitation;
 pub use shape::Shape;
 pub use streamed::{StepExperiment, StepFigures};
 
 use crate::criterion::Noise;
-use motorfit_core::numeric::{count, whole};
-use motorfit_core::setting::text;
+use excitation::diverges;
 use motorfit_core::{Error, Result};
 use motorfit_motor::{Discretization, Extended, ExtendedWalk, InputHistory, SimulationInput, SimulationSettings, walk};
-use motorfit_record::{Record, SAMPLES_MAX, Samples};
+use motorfit_record::{Record, Samples};
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, StandardNormal};
-
-/// The input of a simulated motor.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Excitation {
-    /// Times of the samples \[s\].
-    pub time_s: Vec<f64>,
-    /// Voltage \[V\].
-    pub voltage: Vec<f64>,
-    /// Load torque \[N·m\].
-    pub torque: Option<Vec<f64>>,
-}
-
-impl Excitation {
-    /// Returns a voltage step: 0 V before `at_s`, `volts` from then on, for `duration_s` in steps of `period_s`, both ends
-    /// included.
-    ///
-    /// # Errors
-    /// Returns a usage error if duration or period are not positive and finite, voltage or time of the step are not finite, or
-    /// there would be more than [`SAMPLES_MAX`] samples.
-    pub fn step(volts: f64, at_s: f64, duration_s: f64, period_s: f64) -> Result<Self> {
-        let samples = Self::samples(duration_s, period_s)?;
-        Self::check_step(volts, at_s)?;
-        let time_s: Vec<f64> = (0..samples).map(|n| count(n) * period_s).collect();
-        let voltage = time_s.iter().map(|t| Self::voltage(volts, t - at_s, period_s)).collect();
-        Ok(Self { time_s, voltage, torque: None })
-    }
-
-    fn check_step(volts: f64, at_s: f64) -> Result<()> {
-        if !(volts.is_finite() && at_s.is_finite()) {
-            let message = "the voltage and the time of a step must be finite";
-            return Err(Error::usage(message, "Write step:VOLTS@SECONDS, as in step:10.5@1."));
-        }
-        Ok(())
-    }
-
-    /// Returns the voltage \[V\] at a time `after_s` after a step. A tolerance of 1e-6 periods absorbs rounding: the step at 1
-    /// s is at sample 1000 of a period of 1 ms, although 1000 × 0.001 may be rounded.
-    fn voltage(volts: f64, after_s: f64, period_s: f64) -> f64 {
-        if after_s > -1e-6 * period_s { volts } else { 0.0 }
-    }
-
-    /// Returns the number of samples, both ends included.
-    fn samples(duration_s: f64, period_s: f64) -> Result<usize> {
-        let good = |v: f64| v.is_finite() && v > 0.0;
-        if !(good(duration_s) && good(period_s)) {
-            return Err(Error::usage(
-                format!("a duration of {duration_s} s in steps of {period_s} s cannot be simulated"),
-                "Give a positive duration and a positive period, in seconds.",
-            ));
-        }
-        let steps = (duration_s / period_s * (1.0 + 1e-12)).floor();
-        if !(1.0..count(SAMPLES_MAX)).contains(&steps) {
-            return Err(Error::usage(
-                format!("{steps} steps, expected 1 to {}", SAMPLES_MAX - 1),
-                text!("Change " [Duration] " or " [Period] "."),
-            ));
-        }
-        Ok(whole(steps) + 1)
-    }
-}
 
 /// Simulates a motor that starts at rest and returns its recording without noise.
 ///
@@ -102,11 +43,6 @@ pub fn simulated(motor: impl Into<Extended>, excitation: &Excitation, method: Di
     }
     let [current, speed] = signals.map(Some);
     Record::new(Samples { current, speed, ..draft.samples().clone() }).map_err(|error| diverges(&error))
-}
-
-fn diverges(error: &Error) -> Error {
-    let hint = "Shorten the period and check the units of the parameters.";
-    Error::data(format!("the simulated motor diverges: {error}"), hint)
 }
 
 /// Returns a recording with white Gaussian noise of standard deviation `sigma` added (current \[A\], speed \[rad/s\]).

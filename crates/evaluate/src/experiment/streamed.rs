@@ -4,7 +4,7 @@
 //! samples. Sums are taken in the order of the samples, so that the text is equal to that of
 //! [`write_csv`](motorfit_record::write_csv).
 
-use super::Excitation;
+use super::excitation::Excitation;
 use crate::criterion::Noise;
 use motorfit_core::Result;
 use motorfit_core::numeric::{count, rounded};
@@ -170,7 +170,7 @@ impl StepExperiment {
         let (mut squares, mut peak, mut sums) = ([0.0; 2], [(0.0_f64, 0); 2], [0.0; 2]);
         let flow = self.blocks(|at, _, seen| {
             for (n, state) in (at..).zip(seen) {
-                self.checked(n, *state).map_err(|error| super::diverges(&error))?;
+                self.checked(n, *state).map_err(|error| super::excitation::diverges(&error))?;
                 for (channel, &value) in state.iter().enumerate() {
                     squares[channel] += value * value;
                     if n == 0 || value.abs() > peak[channel].0.abs() {

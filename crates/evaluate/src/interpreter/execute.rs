@@ -48,8 +48,33 @@ fn choose(a: &Vector, b: &Vector, [then, otherwise]: [&Vector; 2], holds: impl F
     result
 }
 
+/// Executes a function of the register `a`.
+#[inline(always)]
+fn call<const C: usize, const FMA: bool>(function: Unary, r: &mut [Register<C>], [a, to]: [usize; 2]) {
+    macro_rules! each {
+        ($part:ident => $value:expr) => {
+            for $part in 0..C {
+                r[to][$part] = $value;
+            }
+        };
+    }
+    match function {
+        Unary::Negative => each!(p => map(&r[a][p], |x| -x)),
+        Unary::Reciprocal => each!(p => map(&r[a][p], |x| 1.0 / x)),
+        Unary::Sin => each!(p => map(&r[a][p], sine::<FMA, false>)),
+        Unary::Cos => each!(p => map(&r[a][p], sine::<FMA, true>)),
+        Unary::Tan => each!(p => map(&r[a][p], |x| sine::<FMA, false>(x) / sine::<FMA, true>(x))),
+        Unary::Exp => each!(p => map(&r[a][p], exp::<FMA>)),
+        Unary::Log => each!(p => map(&r[a][p], log::<FMA>)),
+        Unary::Sqrt => each!(p => map(&r[a][p], f64::sqrt)),
+        Unary::Abs => each!(p => map(&r[a][p], f64::abs)),
+        Unary::Sign => each!(p => map(&r[a][p], |x| if x > 0.0 { 1.0 } else if x < 0.0 { -1.0 } else { x * 0.0 })),
+        Unary::Tanh => each!(p => map(&r[a][p], tanh::<FMA>)),
+        Unary::Atan => each!(p => map(&r[a][p], atan::<FMA>)),
+    }
+}
+
 /// Executes an instruction that writes a register.
-#[expect(clippy::too_many_lines, reason = "a table of the operations")]
 #[inline(always)]
 pub(super) fn execute<const C: usize, const FMA: bool>(
     instruction: &Instruction,
@@ -60,19 +85,18 @@ pub(super) fn execute<const C: usize, const FMA: bool>(
     let [a, b, c, d, e, f, g] = instruction.registers.map(usize::from);
     let to = usize::from(instruction.target);
     let scalar = |n: usize| scalars[usize::from(instruction.scalars[n])];
+    // The scalars of an instruction are read once for all parts.
     macro_rules! each {
-        ($part:ident => $value:expr) => {
+        ($([$($scalar:ident),+])? $part:ident => $value:expr) => {{
+            $(let [$($scalar),+] = std::array::from_fn(scalar);)?
             for $part in 0..C {
                 r[to][$part] = $value;
             }
-        };
+        }};
     }
     match instruction.operation {
         Is::Copy => each!(p => r[a][p]),
-        Is::Broadcast => {
-            let value = [scalar(0); WIDTH];
-            each!(_p => value);
-        }
+        Is::Broadcast => each!([k] _p => [k; WIDTH]),
         Is::Add => each!(p => zip(&r[a][p], &r[b][p], |x, y| x + y)),
         Is::Subtract => each!(p => zip(&r[a][p], &r[b][p], |x, y| x - y)),
         Is::Multiply => each!(p => zip(&r[a][p], &r[b][p], |x, y| x * y)),
@@ -85,78 +109,39 @@ pub(super) fn execute<const C: usize, const FMA: bool>(
         Is::SelectLessEqual => each!(p => choose(&r[a][p], &r[b][p], [&r[c][p], &r[d][p]], |x, y| x <= y)),
         Is::Power => each!(p => zip(&r[a][p], &r[b][p], power::<FMA>)),
         Is::Atan2 => each!(p => zip(&r[a][p], &r[b][p], atan2::<FMA>)),
-        Is::Products2 => each!(p => {
-            let first = zip(&r[c][p], &r[d][p], |x, y| x * y);
-            multiply_add::<FMA>(&r[a][p], &r[b][p], &first)
-        }),
+        Is::Products2 => each!(p => multiply_add::<FMA>(&r[a][p], &r[b][p], &zip(&r[c][p], &r[d][p], |x, y| x * y))),
         Is::Products3 => each!(p => {
             let first = zip(&r[e][p], &r[f][p], |x, y| x * y);
             let second = multiply_add::<FMA>(&r[c][p], &r[d][p], &first);
             multiply_add::<FMA>(&r[a][p], &r[b][p], &second)
         }),
         Is::AddProduct => each!(p => multiply_add::<FMA>(&r[b][p], &r[c][p], &r[a][p])),
-        Is::AddProducts2 => each!(p => {
-            let first = multiply_add::<FMA>(&r[d][p], &r[e][p], &r[a][p]);
-            multiply_add::<FMA>(&r[b][p], &r[c][p], &first)
-        }),
+        Is::AddProducts2 => {
+            each!(p => multiply_add::<FMA>(&r[b][p], &r[c][p], &multiply_add::<FMA>(&r[d][p], &r[e][p], &r[a][p])));
+        }
         Is::AddProducts3 => each!(p => {
             let first = multiply_add::<FMA>(&r[f][p], &r[g][p], &r[a][p]);
             let second = multiply_add::<FMA>(&r[d][p], &r[e][p], &first);
             multiply_add::<FMA>(&r[b][p], &r[c][p], &second)
         }),
         Is::SubtractProduct => each!(p => multiply_add::<FMA>(&map(&r[b][p], |x| -x), &r[c][p], &r[a][p])),
-        Is::Linear1 => {
-            let k = scalar(0);
-            each!(p => scale_add::<FMA>(k, &r[b][p], &r[a][p]));
-        }
-        Is::Linear2 => {
-            let [k, l] = [0, 1].map(scalar);
-            each!(p => scale_add::<FMA>(l, &r[c][p], &scale_add::<FMA>(k, &r[b][p], &r[a][p])));
-        }
-        Is::Linear3 => {
-            let [k, l, m] = [0, 1, 2].map(scalar);
-            each!(p => {
-                let first = scale_add::<FMA>(k, &r[b][p], &r[a][p]);
-                scale_add::<FMA>(m, &r[d][p], &scale_add::<FMA>(l, &r[c][p], &first))
-            });
-        }
-        Is::Linear4 => {
-            let [k, l, m, n] = [0, 1, 2, 3].map(scalar);
-            each!(p => {
-                let first = scale_add::<FMA>(l, &r[c][p], &scale_add::<FMA>(k, &r[b][p], &r[a][p]));
-                scale_add::<FMA>(n, &r[e][p], &scale_add::<FMA>(m, &r[d][p], &first))
-            });
-        }
-        Is::Affine1 => {
-            let [k, l] = [0, 1].map(scalar);
-            each!(p => scale_add::<FMA>(l, &r[a][p], &[k; WIDTH]));
-        }
-        Is::Affine2 => {
-            let [k, l, m] = [0, 1, 2].map(scalar);
-            each!(p => scale_add::<FMA>(m, &r[b][p], &scale_add::<FMA>(l, &r[a][p], &[k; WIDTH])));
-        }
-        Is::Scale1 => {
-            let k = scalar(0);
-            each!(p => map(&r[a][p], |x| k * x));
-        }
-        Is::Scale2 => {
-            let [k, l] = [0, 1].map(scalar);
-            each!(p => scale_add::<FMA>(l, &r[b][p], &map(&r[a][p], |x| k * x)));
-        }
-        Is::Function(function) => match function {
-            Unary::Negative => each!(p => map(&r[a][p], |x| -x)),
-            Unary::Reciprocal => each!(p => map(&r[a][p], |x| 1.0 / x)),
-            Unary::Sin => each!(p => map(&r[a][p], sine::<FMA, false>)),
-            Unary::Cos => each!(p => map(&r[a][p], sine::<FMA, true>)),
-            Unary::Tan => each!(p => map(&r[a][p], |x| sine::<FMA, false>(x) / sine::<FMA, true>(x))),
-            Unary::Exp => each!(p => map(&r[a][p], exp::<FMA>)),
-            Unary::Log => each!(p => map(&r[a][p], log::<FMA>)),
-            Unary::Sqrt => each!(p => map(&r[a][p], f64::sqrt)),
-            Unary::Abs => each!(p => map(&r[a][p], f64::abs)),
-            Unary::Sign => each!(p => map(&r[a][p], |x| if x > 0.0 { 1.0 } else if x < 0.0 { -1.0 } else { x * 0.0 })),
-            Unary::Tanh => each!(p => map(&r[a][p], tanh::<FMA>)),
-            Unary::Atan => each!(p => map(&r[a][p], atan::<FMA>)),
-        },
+        Is::Linear1 => each!([k] p => scale_add::<FMA>(k, &r[b][p], &r[a][p])),
+        Is::Linear2 => each!([k, l] p => scale_add::<FMA>(l, &r[c][p], &scale_add::<FMA>(k, &r[b][p], &r[a][p]))),
+        Is::Linear3 => each!([k, l, m] p => {
+            let first = scale_add::<FMA>(k, &r[b][p], &r[a][p]);
+            scale_add::<FMA>(m, &r[d][p], &scale_add::<FMA>(l, &r[c][p], &first))
+        }),
+        Is::Linear4 => each!([k, l, m, n] p => {
+            let first = scale_add::<FMA>(l, &r[c][p], &scale_add::<FMA>(k, &r[b][p], &r[a][p]));
+            scale_add::<FMA>(n, &r[e][p], &scale_add::<FMA>(m, &r[d][p], &first))
+        }),
+        Is::Affine1 => each!([k, l] p => scale_add::<FMA>(l, &r[a][p], &[k; WIDTH])),
+        Is::Affine2 => each!([k, l, m] p => {
+            scale_add::<FMA>(m, &r[b][p], &scale_add::<FMA>(l, &r[a][p], &[k; WIDTH]))
+        }),
+        Is::Scale1 => each!([k] p => map(&r[a][p], |x| k * x)),
+        Is::Scale2 => each!([k, l] p => scale_add::<FMA>(l, &r[b][p], &map(&r[a][p], |x| k * x))),
+        Is::Function(function) => call::<C, FMA>(function, r, [a, to]),
         // Outputs and memories are handled by the loop over the samples.
         Is::Output | Is::Delay | Is::DelayRate | Is::Average | Is::AverageRate => {}
     }

@@ -13,6 +13,7 @@ mod run;
 
 pub(crate) use memory::Clock;
 pub(crate) use memory::Memory;
-pub(crate) use normal::Directions;
+pub use normal::Directions;
 pub(crate) use register::{Register, Vector, WIDTH};
-pub use run::{Job, Loss, Rows, RunProgram, Work};
+pub(crate) use run::{Job, RunProgram, Work};
+pub use run::{Loss, Rows};

@@ -8,7 +8,7 @@ use motorfit_motor::multiply_add;
 
 /// Derivatives of each candidate, a direction a lane: those of the first candidate in the first lanes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Directions {
+pub struct Directions {
     /// Number of derivatives of a candidate.
     pub number: usize,
 }

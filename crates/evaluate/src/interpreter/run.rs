@@ -53,7 +53,7 @@ impl Rows {
 
 /// Working memory of a run: registers, parameters by their numbers, sums or kept outputs.
 #[derive(Debug, Default)]
-pub struct Work<const C: usize> {
+pub(crate) struct Work<const C: usize> {
     registers: Vec<Register<C>>,
     memories: Vec<Memory<C>>,
     scalars: Vec<f64>,
@@ -69,7 +69,7 @@ pub struct Work<const C: usize> {
 }
 
 /// A program and the rows that it runs on.
-pub struct Job<'a> {
+pub(crate) struct Job<'a> {
     pub program: &'a Program,
     pub rows: &'a Rows,
     pub loss: Loss,
@@ -181,7 +181,7 @@ fn remember<const C: usize>(
 }
 
 /// Working memory of one of the widths that programs run with.
-pub trait RunProgram {
+pub(crate) trait RunProgram {
     /// Runs a program with the instructions of a level.
     fn run_at(&mut self, job: &Job<'_>, level: Level);
 

@@ -19,10 +19,13 @@ mod walk;
 
 pub use evaluator::{ModelEvaluator, ModelSimd};
 pub use method::{ModelMethod, Stiffness};
+#[doc(hidden)]
 pub use normal::OutputSums;
+#[doc(hidden)]
 pub use problem::LANES;
 pub use problem::{ModelProblem, ModelSettings};
 pub use recording::{ModelRecording, signal_requests};
 pub use space::{ModelAxis, ModelSpace};
 pub use trajectory::Trajectory;
+#[doc(hidden)]
 pub use trajectory::{Point, Unknown};

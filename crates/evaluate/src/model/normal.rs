@@ -6,6 +6,7 @@ use crate::interpreter::{Directions, Job, Loss, Register, RunProgram, WIDTH, Wor
 
 /// Sums of one measured output over the samples that count, without weights.
 #[derive(Debug, Clone, PartialEq)]
+#[doc(hidden)]
 pub struct OutputSums {
     /// Number of the output.
     pub output: usize,
@@ -22,12 +23,14 @@ const LANES: usize = Register::<8>::LANES;
 
 impl ModelProblem {
     /// Returns how many candidates with so many unknowns are computed side by side.
+    #[doc(hidden)]
     pub fn side_by_side(unknowns: usize) -> usize {
         (LANES / Directions { number: unknowns }.width()).max(1)
     }
 
     /// Returns the sums of candidates on a recording, for each of its measured outputs, shape `[candidates][outputs]`. All candidates
     /// have the same number of unknowns.
+    #[doc(hidden)]
     pub fn normal_sums(&self, recording: usize, points: &[Point<'_>]) -> Vec<Vec<OutputSums>> {
         let Some(first) = points.first() else { return Vec::new() };
         let directions = Directions { number: first.unknowns.len() };

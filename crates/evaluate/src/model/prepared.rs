@@ -19,7 +19,7 @@ pub struct Prepared {
     pub tangent_rows: Rows,
     pub loss: Loss,
     /// Rows of the kernel of affine models, if it suits.
-    pub affine_rows: Option<AffineRows>,
+    pub(crate) affine_rows: Option<AffineRows>,
     /// Index of its programs.
     pub programs: usize,
     /// Factor of the sum of each output; 0 for one that was not measured.

@@ -31,6 +31,8 @@ pub struct ModelSettings {
 
 /// Lanes of a block of candidates.
 const PARTS: usize = 8;
+/// The number of candidates of a block, a lane each.
+#[doc(hidden)]
 pub const LANES: usize = Register::<PARTS>::LANES;
 
 /// The next number of a problem.
@@ -105,6 +107,7 @@ impl ModelProblem {
     }
 
     /// Returns the settings.
+    #[doc(hidden)]
     pub fn settings(&self) -> ModelSettings {
         self.settings
     }
@@ -161,6 +164,7 @@ impl ModelProblem {
     }
 
     /// Returns an error unless there is a value for each free parameter and a cost for each candidate.
+    #[doc(hidden)]
     pub fn check_candidates(&self, candidates: &Candidates<'_>, costs: &[f64]) -> Result<()> {
         if candidates.width() != self.space.free.len() || candidates.count() != costs.len() {
             let message = format!(
@@ -176,11 +180,13 @@ impl ModelProblem {
     }
 
     /// Returns the number of the problem in this process.
+    #[doc(hidden)]
     pub fn number(&self) -> u64 {
         self.number
     }
 
     /// Returns the programs of a recording and the recording as prepared.
+    #[doc(hidden)]
     pub fn prepared(&self, recording: usize) -> (&Programs, &Prepared) {
         let prepared = &self.recordings[recording];
         (&self.programs[prepared.programs], prepared)
@@ -193,6 +199,7 @@ impl ModelProblem {
 
     /// Returns all parameters of up to [`LANES`] candidates on a recording, those of matrix exponentials included, shape
     /// `[parameters][candidates]`.
+    #[doc(hidden)]
     pub fn lanes(&self, candidates: &[&[f64]], recording: usize) -> Vec<[f64; LANES]> {
         let mut work = Work::<PARTS>::default();
         self.load(&mut work, self.prepared(recording).0, (candidates, recording));

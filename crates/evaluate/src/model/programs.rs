@@ -13,7 +13,7 @@ pub struct Programs {
     pub program: Program,
     pub matrices: Option<Program>,
     /// The step for the kernel of affine models, if it suits.
-    pub affine: Option<AffineProgram>,
+    pub(crate) affine: Option<AffineProgram>,
     pub tangent: Program,
     pub tangent_matrices: Option<Program>,
 }

@@ -137,6 +137,7 @@ impl ModelRecording {
     }
 
     /// Returns the step after a sample \[s\].
+    #[doc(hidden)]
     pub fn step(&self, n: usize) -> f64 {
         self.step_s.get(n).or(self.step_s.last()).copied().unwrap_or(0.0)
     }
@@ -155,11 +156,13 @@ impl ModelRecording {
     }
 
     /// Returns the largest number of samples of an output that count.
+    #[doc(hidden)]
     pub fn count_most(&self) -> usize {
         (0..self.measured.len()).map(|output| self.count(output)).max().unwrap_or(0)
     }
 
     /// Returns true if the samples of an output that count are single ones between others, as of a sensor that is slower than the clock.
+    #[doc(hidden)]
     pub fn is_scattered(&self, output: usize) -> bool {
         /// Fewest samples of a run that are not scattered.
         const RUN: usize = 20;

@@ -134,6 +134,7 @@ impl ModelSpace {
 
     /// Returns one start with the given values of parameters, within their bounds; none if no values are given. Other parameters have
     /// their usual value, or the middle of their bounds.
+    #[doc(hidden)]
     pub fn starts(&self, model: &Model, given: &[(String, f64)]) -> Result<Vec<Vec<f64>>> {
         let numbers = given.iter().map(|(name, _)| number(model, name)).collect::<Result<Vec<usize>>>()?;
         let value = |axis: &ModelAxis| {

@@ -6,8 +6,7 @@ use super::trajectory::Unknown;
 use super::*;
 use crate::Level;
 use motorfit_core::numeric::{count, rms};
-use motorfit_model::reference;
-use motorfit_model::{BuiltIn, IntegrationMethod, Model};
+use motorfit_model::{BuiltIn, IntegrationMethod, Model, reference};
 use motorfit_motor::Parameters;
 
 /// Returns the inputs of a built-in model, its step \[s\], and the values of its parameters.
@@ -44,6 +43,7 @@ fn case(of: BuiltIn) -> (Vec<Vec<f64>>, f64, Vec<f64>) {
             1e-3,
             [motor(), vec![0.02, 0.005, 0.004, 0.1, 0.3, 0.2, 5.0, 0.9]].concat(),
         ),
+        other => panic!("{other:?} has no case"),
     }
 }
 

@@ -19,6 +19,7 @@ pub struct Trajectory {
 
 /// A direction of a derivative.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[doc(hidden)]
 pub enum Unknown {
     /// A parameter of the model, which changes at the rate.
     Parameter(usize, f64),
@@ -28,9 +29,13 @@ pub enum Unknown {
 
 /// A candidate on a recording: its parameters, the initial values of its open states, and the directions of its derivatives.
 #[derive(Debug, Clone, Copy)]
+#[doc(hidden)]
 pub struct Point<'a> {
+    /// Values of the parameters in their units, shape `[parameters]`.
     pub values: &'a [f64],
+    /// Initial values of the open states in their units, shape `[open states]`.
     pub open: &'a [f64],
+    /// Directions of the derivatives.
     pub unknowns: &'a [Unknown],
 }
 
@@ -56,11 +61,13 @@ impl ModelProblem {
 
     /// Returns the initial values of the open states of each recording, as measured or 0.
     #[must_use]
+    #[doc(hidden)]
     pub fn open_initials(&self) -> Vec<Vec<f64>> {
         self.recordings.iter().map(|recording| recording.open.clone()).collect()
     }
 
     /// Simulates a candidate with its derivatives in the given directions.
+    #[doc(hidden)]
     pub fn trajectory(&self, free: &[f64], recording: usize, open: &[f64], unknowns: &[Unknown]) -> Trajectory {
         self.trajectory_at(Point { values: &self.space.values(free, recording), open, unknowns }, recording)
     }

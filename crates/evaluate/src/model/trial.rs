@@ -67,6 +67,7 @@ impl ModelProblem {
 
     /// Returns the problem on some of its recordings, evenly spread, with about as many samples as given; `None` if it has no more, or a
     /// parameter belongs to one recording.
+    #[doc(hidden)]
     pub fn with_fewer_samples(&self, samples: usize) -> Result<Option<Self>> {
         let all: usize = (0..self.recordings()).map(|n| self.recording(n).len()).sum();
         let stride = all.div_ceil(samples.max(1));

@@ -7,6 +7,7 @@ use motorfit_model::step::MemoryKind;
 
 impl ModelProblem {
     /// Returns the sum of the losses of each output of a candidate over the first `samples` samples of a recording.
+    #[doc(hidden)]
     pub fn walk(&self, free: &[f64], recording: usize, samples: usize) -> Vec<f64> {
         let (programs, prepared) = self.prepared(recording);
         let (step, rows) = (&programs.step, &prepared.rows);

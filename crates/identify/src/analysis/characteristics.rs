@@ -34,6 +34,7 @@ pub struct Characteristic {
 impl Characteristic {
     /// Returns the characteristic without its standard error.
     #[must_use]
+    #[doc(hidden)]
     pub fn without_error(self) -> Self {
         Self { std_error: None, ..self }
     }

@@ -53,6 +53,7 @@ pub(super) fn fitted(problem: &ModelProblem, values: &[f64], recording: usize, i
 
 /// Returns the fit of each output of a candidate over all recordings \[%\], simulated from the initial states as measured; `None` for
 /// an output that was not measured or does not vary. The length of the candidate must be that of the space.
+#[doc(hidden)]
 pub fn fit_percent(problem: &ModelProblem, candidate: &[f64]) -> Vec<Option<f64>> {
     let one = |recording: usize| fitted(problem, candidate, recording, problem.open_initial(recording));
     over_all(problem, &(0..problem.recordings()).map(one).collect::<Vec<_>>()).0

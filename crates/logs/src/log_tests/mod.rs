@@ -12,6 +12,11 @@ use std::io::Cursor;
 const RECORDING: &str = include_str!("../../../../tests/golden/formats/recording.csv");
 type Open = fn(Box<dyn Medium>) -> Result<Box<dyn Log>>;
 
+/// Opens a TDMS file.
+fn open_tdms(medium: Box<dyn Medium>) -> Result<Box<dyn Log>> {
+    super::tdms::open(medium, |name| name == "time")
+}
+
 /// Returns the columns of the recording.
 fn recording() -> [Vec<f64>; 4] {
     let column =

@@ -1,12 +1,12 @@
 //! TDMS files that the tests build: long ones, and such with unusual metadata.
 
 use super::super::log::Log;
-use super::super::tdms::open;
+use super::open_tdms as open;
 use super::{channel, field, medium, refused, units};
 use std::io::{Read, Seek, SeekFrom};
 
 fn opened(bytes: &[u8]) -> Box<dyn Log> {
-    open(medium(bytes), |name| name == "time").unwrap()
+    open(medium(bytes)).unwrap()
 }
 
 fn message(bytes: &[u8]) -> String {
@@ -165,7 +165,7 @@ fn long_files_are_read_in_parts() {
     let objects = ["/'g'/'a'", "/'g'/'b'", "/'g'/'c'"].map(|path| bytes_channel(path, count));
     let beginning = segment(14, &objects, 3 * count);
     let size = beginning.len() as u64 + 3 * count;
-    let mut log = open(Box::new(Zeros { beginning, size, position: 0 }), |_| false).unwrap();
+    let mut log = open(Box::new(Zeros { beginning, size, position: 0 })).unwrap();
     assert_eq!(log.channels()[0].count, count);
     let error = log.read(&[(0, vec![0, 1])]).unwrap_err().to_string();
     assert_eq!(error, "the chosen channels have 100000002 values, expected at most 100000000");

@@ -65,11 +65,11 @@ impl Source<'_> {
             expected = expected.saturating_add(count);
             decoder.start_group();
             let mut pages = Pages::new(self.medium, &mut self.buffers, chunk, self.length);
-            let read = if leaf.is_list() {
-                rows.group(&mut pages, &mut decoder, expected)
-            } else {
-                column(&mut pages, &mut decoder, leaf, (&mut flat, expected))
+            let mut pages_of_column = || {
+                while page(&mut pages, &mut decoder, leaf, &mut flat, (0, expected))? {}
+                Ok(())
             };
+            let read = if leaf.is_list() { rows.group(&mut pages, &mut decoder, expected) } else { pages_of_column() };
             let found = if leaf.is_list() { rows.count } else { flat.len() as u64 };
             let read = read.and_then(|()| match found == expected {
                 true => Ok(()),
@@ -121,7 +121,7 @@ impl Source<'_> {
 }
 
 /// Returns the name of a column for a message.
-fn named(leaf: &Leaf) -> String {
+pub(crate) fn named(leaf: &Leaf) -> String {
     format!("column {}", quoted(&format!("{}{}", leaf.before, leaf.after)))
 }
 
@@ -148,40 +148,42 @@ fn values(
     Ok(true)
 }
 
-/// Appends the values of a column without lists to `out`, up to a number of rows, with NaN for those that are missing.
-fn column(
+/// Appends the values of the next page of a column without lists to `out`, with NaN for those that are missing; returns false
+/// if there is no other page. `before` rows precede those in `out`, and `rows` are expected with those of this row group.
+pub(crate) fn page(
     pages: &mut Pages,
     decoder: &mut Decoder,
     leaf: &Leaf,
-    (out, rows): (&mut Vec<f64>, u64),
-) -> std::result::Result<(), String> {
-    while let Some(head) = pages.next()? {
-        let start = out.len();
-        if !head.is_dictionary && (start + head.count) as u64 > rows {
-            return Err(format!("it has {} rows up to here, expected {rows}", start + head.count));
+    out: &mut Vec<f64>,
+    (before, rows): (u64, u64),
+) -> std::result::Result<bool, String> {
+    let Some(head) = pages.next()? else { return Ok(false) };
+    let start = out.len();
+    let found = before + (start + head.count) as u64;
+    if !head.is_dictionary && found > rows {
+        return Err(format!("it has {found} rows up to here, expected {rows}"));
+    }
+    if !values(pages, &head, decoder, leaf, out)? {
+        return Ok(true);
+    }
+    let definitions = &pages.buffers().definitions;
+    if definitions.is_empty() {
+        return Ok(true);
+    }
+    // The values are moved to their rows from the last one on.
+    let mut from = out.len();
+    out.resize(start + definitions.len(), f64::NAN);
+    for (row, &level) in definitions.iter().enumerate().rev() {
+        let mut value = f64::NAN;
+        if level == leaf.present {
+            from -= 1;
+            value = out.get(from).copied().unwrap_or(f64::NAN);
         }
-        if !values(pages, &head, decoder, leaf, out)? {
-            continue;
-        }
-        let definitions = &pages.buffers().definitions;
-        if definitions.is_empty() {
-            continue;
-        }
-        // The values are moved to their rows from the last one on.
-        let mut from = out.len();
-        out.resize(start + definitions.len(), f64::NAN);
-        for (row, &level) in definitions.iter().enumerate().rev() {
-            let mut value = f64::NAN;
-            if level == leaf.present {
-                from -= 1;
-                value = out.get(from).copied().unwrap_or(f64::NAN);
-            }
-            if let Some(place) = out.get_mut(start + row) {
-                *place = value;
-            }
+        if let Some(place) = out.get_mut(start + row) {
+            *place = value;
         }
     }
-    Ok(())
+    Ok(true)
 }
 
 impl Rows<'_> {

@@ -17,6 +17,8 @@ pub(crate) struct Node {
     pub(crate) children: usize,
     /// Meaning of the values.
     pub(crate) meaning: Meaning,
+    /// Number of the converted type, which older files have for the meaning.
+    pub(crate) converted: Option<i32>,
 }
 
 /// Meaning of the values of a node.
@@ -91,7 +93,7 @@ impl Footer {
 
 fn node(thrift: &mut Thrift) -> Option<Node> {
     let mut node = Node::default();
-    let (mut converted, mut logical, mut scale) = (None, None, 0);
+    let (mut logical, mut scale) = (None, 0);
     thrift.structure(|t, number, kind| {
         match (number, kind) {
             (1, kind::I32) => node.physical = Some(t.small()?),
@@ -99,14 +101,15 @@ fn node(thrift: &mut Thrift) -> Option<Node> {
             (3, kind::I32) => node.repetition = t.small()?,
             (4, kind::BINARY) => node.name = String::from_utf8_lossy(t.binary()?).into_owned(),
             (5, kind::I32) => node.children = usize::try_from(t.small()?).ok()?,
-            (6, kind::I32) => converted = Some(t.small()?),
+            (6, kind::I32) => node.converted = Some(t.small()?),
             (7, kind::I32) => scale = t.small()?,
             (10, kind::STRUCT) => logical = logical_type(t)?,
             _ => return Some(false),
         }
         Some(true)
     })?;
-    node.meaning = logical.unwrap_or_else(|| converted.map_or(Meaning::Plain, |number| converted_type(number, scale)));
+    let converted = node.converted.map_or(Meaning::Plain, |number| converted_type(number, scale));
+    node.meaning = logical.unwrap_or(converted);
     Some(node)
 }
 

@@ -6,6 +6,7 @@ mod decode;
 mod footer;
 mod pages;
 mod schema;
+mod table;
 #[cfg(test)]
 mod tests;
 mod thrift;
@@ -13,12 +14,13 @@ mod thrift;
 use super::cells::shortened;
 use super::log::{Channel, Field, Log, Medium, Series};
 use column::{LIST_MAX, Source};
-use footer::{Footer, Group, Meaning};
+use footer::{Footer, Group, Meaning, Node};
 use motorfit_core::text::{counted, excerpt, quoted};
 use motorfit_core::{Error, Result};
 use pages::{Buffers, CODECS};
 use schema::{Columns, Leaf, Physical};
-use std::io::{Read as _, Seek as _, SeekFrom};
+use std::io::{Read as _, SeekFrom};
+pub use table::{Column, Table};
 
 const MAGIC: &[u8; 4] = b"PAR1";
 const AGAIN: &str = "Copy the file again.";
@@ -51,8 +53,33 @@ struct Parquet {
 /// # Errors
 /// Returns a `Data` error if the file is damaged, cut off, encrypted, or has too many columns.
 pub(crate) fn open(mut medium: Box<dyn Medium>) -> Result<Box<dyn Log>> {
+    let Contents { length, groups, columns, rows, .. } = contents(&mut *medium)?;
+    for (number, group) in groups.iter().enumerate() {
+        for leaf in &columns.leaves {
+            check(leaf, group, number, length)?;
+        }
+    }
+    let mut parquet =
+        Parquet { medium, length, groups, leaves: vec![], places: vec![], channels: vec![], notes: vec![] };
+    parquet.find_fields(columns, rows)?;
+    Ok(Box::new(parquet))
+}
+
+/// What the footer of a file tells.
+struct Contents {
+    /// Length of the file \[bytes\].
+    length: u64,
+    nodes: Vec<Node>,
+    groups: Vec<Group>,
+    columns: Columns,
+    /// Number of rows of all groups.
+    rows: u64,
+}
+
+/// Reads the footer of a file and checks that schema and row groups fit each other.
+fn contents(medium: &mut dyn Medium) -> Result<Contents> {
     let length = medium.seek(SeekFrom::End(0)).map_err(unreadable)?;
-    let Footer { nodes, groups } = footer(&mut *medium, length)?;
+    let Footer { nodes, groups } = footer(medium, length)?;
     let damaged = |what: &str| Error::data(format!("the footer is damaged: {what}"), AGAIN);
     let columns = Columns::of(&nodes).ok_or_else(|| damaged("the schema is not a tree"))?;
     let rows = groups.iter().try_fold(0_u64, |sum, group| sum.checked_add(group.rows));
@@ -62,14 +89,8 @@ pub(crate) fn open(mut medium: Box<dyn Medium>) -> Result<Box<dyn Log>> {
             let counts = (counted(group.chunks.len(), "column"), columns.count);
             return Err(damaged(&format!("row group {number} has {}, expected {}", counts.0, counts.1)));
         }
-        for leaf in &columns.leaves {
-            check(leaf, group, number, length)?;
-        }
     }
-    let mut parquet =
-        Parquet { medium, length, groups, leaves: vec![], places: vec![], channels: vec![], notes: vec![] };
-    parquet.find_fields(columns, rows)?;
-    Ok(Box::new(parquet))
+    Ok(Contents { length, nodes, groups, columns, rows })
 }
 
 fn unreadable(error: std::io::Error) -> Error {

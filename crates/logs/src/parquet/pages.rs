@@ -88,6 +88,11 @@ impl<'a> Pages<'a> {
         Self { medium, buffers, at: chunk.start, end, codec: chunk.codec, size_max }
     }
 
+    /// Returns the part of the chunk behind the last page.
+    pub(crate) fn rest(&self) -> Chunk {
+        Chunk { codec: self.codec, start: self.at, length: self.end.saturating_sub(self.at) }
+    }
+
     /// Returns the buffers, with the levels of the last page.
     pub(crate) fn buffers(&self) -> &Buffers {
         self.buffers

@@ -226,3 +226,99 @@ fn fields_that_do_not_exist_are_refused() {
     let error = |requests: &[(usize, Vec<usize>)]| log(RECORDING).read(requests).unwrap_err().to_string();
     assert_eq!([error(&[(0, vec![4])]), error(&[(1, vec![])])], ["has no field 4", "has no field 1"]);
 }
+
+const CANDIDATES: &[u8] = include_bytes!("../../../../tests/golden/candidates-snappy.parquet");
+
+fn table(bytes: &[u8]) -> super::Table {
+    super::Table::open(Box::new(Cursor::new(bytes.to_vec()))).unwrap()
+}
+
+#[test]
+fn tables_are_read_in_batches_as_at_once() {
+    for (bytes, names) in [
+        (TYPES, &["state.velocity", "voltage", "i8", "i64", "f32"][..]),
+        (ENCODINGS, &["delta32", "split64", "plain"]),
+        (CANDIDATES, &["R", "L", "K", "B", "J"]),
+        (include_bytes!("../../../../tests/golden/candidates-null.parquet"), &["K", "R"]),
+        (LEROBOT, &["frame_index"]),
+    ] {
+        let mut table = table(bytes);
+        let of = |name: &&str| table.columns().iter().position(|column| column.path == *name).unwrap();
+        let indices: Vec<usize> = names.iter().map(of).collect();
+        for most in [1, 7, 100, usize::MAX] {
+            table.choose(&indices).unwrap();
+            let mut columns = vec![Vec::new(); names.len()];
+            loop {
+                let count = table.next(most).unwrap();
+                assert!(count <= most);
+                for (n, column) in columns.iter_mut().enumerate() {
+                    assert_eq!(table.values(n).len(), count);
+                    column.extend_from_slice(table.values(n));
+                }
+                if count == 0 {
+                    break;
+                }
+            }
+            for (name, values) in names.iter().zip(&columns) {
+                assert_eq!(values.len() as u64, table.rows());
+                assert_eq!(bits(values), column(&mut *log(bytes), &name.replace('.', "/")), "{name}, {most}");
+            }
+        }
+    }
+}
+
+#[test]
+fn tables_tell_the_types_of_all_columns() {
+    let table = table(TYPES);
+    let kind = |name: &str| {
+        let column = table.columns().iter().find(|column| column.path == name).unwrap();
+        (column.kind.clone(), column.is_of_numbers())
+    };
+    for (name, expected, is_of_numbers) in [
+        ("voltage", "DOUBLE NONE", true),
+        ("state.motor.current", "DOUBLE NONE", true),
+        ("i8", "INT32 INT_8", true),
+        ("u16", "INT32 UINT_16", false),
+        ("i64", "INT64 NONE", true),
+        ("on", "BOOLEAN NONE", false),
+        ("stamp_us", "INT64 TIMESTAMP_MICROS", false),
+        ("stamp_ns", "INT64 NONE", false),
+        ("clock_ms", "INT32 TIME_MILLIS", false),
+        ("day", "INT32 DATE", false),
+        ("text", "BYTE_ARRAY UTF8", false),
+        ("points.list.element.x", "DOUBLE NONE", false),
+    ] {
+        assert_eq!(kind(name), (expected.to_owned(), is_of_numbers), "{name}");
+    }
+}
+
+#[test]
+fn damaged_tables_are_refused_or_read_but_never_stop() {
+    let read = |bytes: &[u8]| -> motorfit_core::Result<usize> {
+        let mut table = super::Table::open(Box::new(Cursor::new(bytes.to_vec())))?;
+        let numbers = table.columns().iter().enumerate().filter(|(_, column)| column.is_of_numbers());
+        let numbers: Vec<usize> = numbers.map(|(n, _)| n).collect();
+        table.choose(&numbers)?;
+        let mut rows = 0;
+        loop {
+            match table.next(9)? {
+                0 => return Ok(rows),
+                count => rows += count,
+            }
+        }
+    };
+    for whole in [CANDIDATES, TYPES, ENCODINGS] {
+        let rows = read(whole).unwrap();
+        for at in (0..whole.len()).step_by(if whole.len() > 10_000 { 37 } else { 5 }) {
+            assert!(read(&whole[..at]).is_err());
+            let mut bytes = whole.to_vec();
+            bytes[at] ^= 0x80;
+            // A changed number of rows in the footer must fit the pages.
+            assert!(read(&bytes).is_ok_and(|n| n <= rows) || read(&bytes).is_err());
+        }
+    }
+    let mut bytes = CANDIDATES.to_vec();
+    bytes[60..100].fill(0xff);
+    let error = read(&bytes).unwrap_err().to_string();
+    assert!(error.contains("row group 0: the page at byte 4"), "{error}");
+}

@@ -11,13 +11,19 @@ use crate::role::Role;
 pub struct Model {
     pub(crate) text: String,
     pub(crate) name: String,
+    #[doc(hidden)]
     pub graph: Graph,
     pub(crate) constants: Vec<ModelConstant>,
+    #[doc(hidden)]
     pub parameters: Vec<ModelParameter>,
+    #[doc(hidden)]
     pub inputs: Vec<ModelInput>,
+    #[doc(hidden)]
     pub delayed: Vec<DelayedSignal>,
+    #[doc(hidden)]
     pub states: Vec<ModelState>,
     pub(crate) reactions: Vec<Reaction>,
+    #[doc(hidden)]
     pub outputs: Vec<ModelOutput>,
     pub(crate) equations: Vec<Equation>,
     /// Values of the roles in the files of simulators, in SI units.

@@ -80,6 +80,7 @@ pub struct ModelState {
     /// Unit of the initial value.
     pub unit: WrittenUnit,
     /// Derivative with respect to time, in SI units.
+    #[doc(hidden)]
     pub derivative: Id,
     /// Value at the first sample.
     pub initial: InitialState,

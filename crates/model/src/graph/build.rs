@@ -12,15 +12,18 @@ use super::store::Graph;
 const PRODUCT_MAX: f64 = 16.0;
 
 impl Graph {
+    /// Returns the constant with a value; −0 and 0 are one node.
     pub fn constant(&mut self, value: f64) -> Id {
         // −0 and 0 are one constant.
         self.add_node(Node::Constant((value + 0.0).to_bits()))
     }
 
+    /// Returns the node of a leaf.
     pub fn leaf(&mut self, leaf: Leaf) -> Id {
         self.add_node(Node::Leaf(leaf))
     }
 
+    /// Returns true if a node is the constant with a value.
     pub fn is_constant(&self, id: Id, value: f64) -> bool {
         self.value(id).is_some_and(|own| own.to_bits() == value.to_bits())
     }
@@ -32,6 +35,7 @@ impl Graph {
         }
     }
 
+    /// Returns the sum `a + b`.
     pub fn add(&mut self, a: Id, b: Id) -> Id {
         if let (Some(x), Some(y)) = (self.value(a), self.value(b)) {
             return self.constant(x + y);
@@ -49,6 +53,7 @@ impl Graph {
         }
     }
 
+    /// Returns the difference `a − b`.
     pub fn subtract(&mut self, a: Id, b: Id) -> Id {
         if let (Some(x), Some(y)) = (self.value(a), self.value(b)) {
             return self.constant(x - y);
@@ -68,6 +73,7 @@ impl Graph {
         }
     }
 
+    /// Returns `−a`.
     pub fn negative(&mut self, a: Id) -> Id {
         if let Some(x) = self.value(a) {
             return self.constant(-x);
@@ -91,6 +97,7 @@ impl Graph {
         }
     }
 
+    /// Returns the product `a b`; factors of parameters alone are collected in front.
     pub fn multiply(&mut self, a: Id, b: Id) -> Id {
         match (self.negated(a), self.negated(b)) {
             (Some(a), Some(b)) => return self.multiply(a, b),
@@ -134,6 +141,7 @@ impl Graph {
         self.add_node(Node::Binary(Binary::Multiply, a.min(b), a.max(b)))
     }
 
+    /// Returns the quotient `a / b`.
     pub fn divide(&mut self, a: Id, b: Id) -> Id {
         if let (Some(x), Some(y)) = (self.value(a), self.value(b)) {
             return self.constant(x / y);
@@ -152,6 +160,7 @@ impl Graph {
         self.add_node(Node::Binary(Binary::Divide, a, b))
     }
 
+    /// Returns an operator of one operand applied to `a`.
     pub fn unary(&mut self, operator: Unary, a: Id) -> Id {
         if operator == Unary::Negative {
             return self.negative(a);
@@ -165,7 +174,8 @@ impl Graph {
         }
     }
 
-    pub fn binary(&mut self, operator: Binary, a: Id, b: Id) -> Id {
+    /// Returns an operator of two operands applied to `a` and `b`.
+    pub(crate) fn binary(&mut self, operator: Binary, a: Id, b: Id) -> Id {
         match operator {
             Binary::Add => self.add(a, b),
             Binary::Subtract => self.subtract(a, b),
@@ -208,7 +218,7 @@ impl Graph {
     }
 
     /// Returns `then` if the comparison of `a` and `b` holds, else `otherwise`.
-    pub fn select(&mut self, comparison: Comparison, [a, b]: [Id; 2], [then, otherwise]: [Id; 2]) -> Id {
+    pub(crate) fn select(&mut self, comparison: Comparison, [a, b]: [Id; 2], [then, otherwise]: [Id; 2]) -> Id {
         if let (Some(x), Some(y)) = (self.value(a), self.value(b)) {
             return if comparison.holds(x, y) { then } else { otherwise };
         }

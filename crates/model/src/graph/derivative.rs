@@ -15,6 +15,7 @@ pub struct Direction<F: Fn(Leaf) -> Option<Id>> {
 }
 
 impl<F: Fn(Leaf) -> Option<Id>> Direction<F> {
+    /// Creates a direction from the rate of each leaf; `None` for a constant leaf.
     pub fn new(rate: F) -> Self {
         Self { rate, known: HashMap::new() }
     }

@@ -20,19 +20,32 @@ pub enum Leaf {
     Memory(u16),
 }
 
+/// An operator of one operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Unary {
+    /// The operand with the other sign.
     Negative,
+    /// One over the operand.
     Reciprocal,
+    /// The sine of an angle \[rad\].
     Sin,
+    /// The cosine of an angle \[rad\].
     Cos,
+    /// The tangent of an angle \[rad\].
     Tan,
+    /// The exponential.
     Exp,
+    /// The natural logarithm.
     Log,
+    /// The square root.
     Sqrt,
+    /// The magnitude.
     Abs,
+    /// The sign: −1, 0 or 1; NaN stays NaN.
     Sign,
+    /// The hyperbolic tangent.
     Tanh,
+    /// The inverse tangent \[rad\].
     Atan,
 }
 
@@ -79,11 +92,11 @@ impl Dependency {
         self.0 & other.0 != 0
     }
 
-    pub(super) fn with(self, other: Self) -> Self {
+    pub(crate) fn with(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    pub(super) fn of(leaf: Leaf) -> Self {
+    pub(crate) fn of(leaf: Leaf) -> Self {
         match leaf {
             Leaf::Parameter(_) => Self::PARAMETERS,
             Leaf::Input(_) | Leaf::NextInput(_) => Self::INPUTS,

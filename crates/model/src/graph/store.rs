@@ -18,12 +18,12 @@ impl Graph {
     }
 
     /// Returns a node.
-    pub fn node(&self, id: Id) -> Node {
+    pub(crate) fn node(&self, id: Id) -> Node {
         self.nodes[id as usize]
     }
 
     /// Returns the kinds of leaves that a node depends on.
-    pub fn dependency(&self, id: Id) -> Dependency {
+    pub(crate) fn dependency(&self, id: Id) -> Dependency {
         self.dependencies[id as usize]
     }
 
@@ -107,7 +107,7 @@ impl Graph {
     }
 
     /// Returns the id of a node, which is added if it is new.
-    pub(super) fn add_node(&mut self, node: Node) -> Id {
+    pub(crate) fn add_node(&mut self, node: Node) -> Id {
         if let Some(id) = self.known.get(&node) {
             return *id;
         }

@@ -14,7 +14,7 @@ pub(crate) struct Term {
 impl Graph {
     /// Returns the terms of a node that is a sum, equal rests together. Sums for which `opens` is false remain one term, so that a sum
     /// that is used several times stays shared.
-    pub fn terms(&mut self, root: Id, opens: &impl Fn(Id) -> bool) -> Vec<Term> {
+    pub(crate) fn terms(&mut self, root: Id, opens: &impl Fn(Id) -> bool) -> Vec<Term> {
         let one = self.constant(1.0);
         let mut terms: Vec<Term> = Vec::new();
         // Users of a node have higher numbers: from the highest down, the factor of each node is complete when it is taken.
@@ -62,7 +62,7 @@ impl Graph {
     }
 
     /// Returns the sum of terms.
-    pub fn sum(&mut self, terms: &[Term]) -> Id {
+    pub(crate) fn sum(&mut self, terms: &[Term]) -> Id {
         let mut sum = self.constant(0.0);
         for term in terms {
             let value = match term.rest {

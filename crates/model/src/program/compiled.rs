@@ -38,6 +38,8 @@ impl Program {
 /// Scalars that are computed from the inputs of a sample.
 #[derive(Debug, Clone, Default)]
 pub struct Uniforms {
+    /// The computation, whose leaves are inputs.
     pub graph: Graph,
+    /// The node of each scalar.
     pub roots: Vec<Id>,
 }

@@ -9,21 +9,35 @@ pub(crate) const REGISTERS_MAX: usize = 0x7fff;
 /// An operation. `Linear` adds scalars times registers to a register, `Products` adds products of registers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Operation {
+    /// a
     Copy,
     /// A scalar for all lanes.
     Broadcast,
+    /// a + b
     Add,
+    /// a − b
     Subtract,
+    /// a b
     Multiply,
+    /// a / b
     Divide,
+    /// 1 / a
     Reciprocal,
+    /// −a
     Negative,
+    /// The smaller of a and b.
     Min,
+    /// The larger of a and b.
     Max,
+    /// c if a < b, else d.
     SelectLess,
+    /// c if a ≤ b, else d.
     SelectLessEqual,
+    /// a to the power b.
     Power,
+    /// The angle of the point (b, a) \[rad\].
     Atan2,
+    /// A function of a.
     Function(Unary),
     /// a b + c d
     Products2,
@@ -122,9 +136,13 @@ impl Operation {
 /// An instruction: what it computes, where to, and from which registers and scalars.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Instruction {
+    /// The operation.
     pub operation: Operation,
+    /// The register of the result, or the number of the output.
     pub target: u16,
+    /// The registers that are read, as many as the operation has; the others are 0.
     pub registers: [u16; 7],
+    /// The numbers of the scalars that are read; the others are 0.
     pub scalars: [u16; 4],
 }
 
@@ -140,12 +158,12 @@ impl Instruction {
         &self.registers[..self.operation.registers()]
     }
 
-    pub(super) fn read_mut(&mut self) -> &mut [u16] {
+    pub(crate) fn read_mut(&mut self) -> &mut [u16] {
         &mut self.registers[..self.operation.registers()]
     }
 
     /// Returns true if `target` is a register.
-    pub(super) fn writes(&self) -> bool {
+    pub(crate) fn writes(&self) -> bool {
         self.operation != Operation::Output
     }
 }

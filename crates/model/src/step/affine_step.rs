@@ -23,6 +23,7 @@ pub struct AffineStep {
     pub change: usize,
     /// Place of g₀, if there is one.
     pub constant: Option<usize>,
+    /// The inputs that act on the states.
     pub taps: Vec<Tap>,
     /// Reactions in the order in which they act; their own states increase in the order of the kernel.
     pub reactions: Vec<AffineReaction>,
@@ -33,6 +34,7 @@ pub struct AffineStep {
 /// An input that acts on the states.
 #[derive(Debug, Clone, Copy)]
 pub struct Tap {
+    /// Number of the input.
     pub input: usize,
     /// True for its value at the end of the substep, false for that at the start.
     pub is_end: bool,

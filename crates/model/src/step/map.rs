@@ -7,6 +7,7 @@ use crate::graph::{Graph, Id};
 /// A step as a graph, with what the evaluation needs beside it.
 #[derive(Debug, Clone)]
 pub struct Step {
+    /// The graph of all nodes below.
     pub graph: Graph,
     /// States at the end of the step.
     pub next: Vec<Id>,

@@ -5,15 +5,17 @@ use crate::graph::{Graph, Id, Leaf};
 /// An operation with a memory of earlier samples.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Memory {
+    /// The operation.
     pub kind: MemoryKind,
     /// The operands; for a derivative they alternate with their derivatives.
     pub operands: Vec<Id>,
+    /// The part of the step for which it is computed.
     pub substep: Substep,
 }
 
 impl Memory {
     /// Returns an operation over the whole step.
-    pub(super) fn whole(kind: MemoryKind, operands: Vec<Id>) -> Self {
+    pub(crate) fn whole(kind: MemoryKind, operands: Vec<Id>) -> Self {
         Self { kind, operands, substep: Substep::WHOLE }
     }
 }
@@ -21,7 +23,9 @@ impl Memory {
 /// A part of a step: its place among equal parts, and their number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Substep {
+    /// Place of the part, from 0.
     pub place: u16,
+    /// Number of equal parts of the step.
     pub of: u16,
 }
 
@@ -36,6 +40,7 @@ impl Substep {
     }
 }
 
+/// A kind of operation with a memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MemoryKind {
     /// The mean over a substep of a signal with a delay and a latency.

@@ -24,8 +24,7 @@ pub use memories::{Memory, MemoryKind, Substep};
 pub use phi::WithRate;
 pub use settings::{IntegrationMethod, StepSettings};
 
-use super::definition::InitialState;
-use super::definition::Model;
+use super::definition::{InitialState, Model};
 use super::graph::{Direction, Id, Leaf};
 use memories::{memory, parameter};
 

@@ -4,11 +4,14 @@
 //! `φ₃(2z) = ⅛ (d φ₃ + 2 φ₃ + φ₂ + ½ φ₁)` (N. J. Higham, Functions of Matrices, 2008, ch. 10). In `φ₀ − 1` slow poles keep their digits.
 
 /// A number for each lane.
-pub(crate) trait Lane: Copy {
+pub trait Lane: Copy {
     /// Zero in every lane.
     const ZERO: Self;
+    /// Returns the sum.
     fn plus(self, other: Self) -> Self;
+    /// Returns the product.
     fn times(self, other: Self) -> Self;
+    /// Returns the product with a number.
     fn scaled(self, factor: f64) -> Self;
     /// Returns the sum with a number in every lane.
     fn shifted(self, by: f64) -> Self;
@@ -59,7 +62,9 @@ impl<const L: usize> Lane for [f64; L] {
 /// A value and its derivative in a direction.
 #[derive(Debug, Clone, Copy)]
 pub struct WithRate<T> {
+    /// The value.
     pub value: T,
+    /// Its derivative in the direction.
     pub rate: T,
 }
 

@@ -15,6 +15,7 @@ named! {
 /// Settings of the steps of a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepSettings {
+    /// Integration method.
     pub method: IntegrationMethod,
     /// Number of substeps of the Runge–Kutta method.
     pub substeps: usize,

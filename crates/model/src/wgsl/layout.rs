@@ -12,16 +12,20 @@ pub const HEAD: usize = 2;
 /// states `[states + outputs + 1, candidates]`: states between rounds, sums of errors, and a mark of candidates that diverge.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
+    /// Number of uniforms of a row.
     pub uniforms: usize,
     /// Numbers of the outputs that were measured.
     pub measured: Vec<usize>,
+    /// True if a row has the weights of the errors.
     pub is_weighted: bool,
+    /// Number of states.
     pub states: usize,
     /// Numbers of the parameters in the order of the buffer.
     pub parameters: Vec<usize>,
 }
 
 impl Layout {
+    /// Creates the layout of a program. Outputs for which `measured` is false or missing have no place in a row.
     pub fn new(program: &Program, measured: &[bool], is_weighted: bool) -> Self {
         Self {
             uniforms: program.uniforms.roots.len(),

@@ -9,6 +9,7 @@ use crate::program::{Operation, Program};
 /// Settings of a shader.
 #[derive(Debug, Clone, Copy)]
 pub struct ShaderSettings {
+    /// Precision of the numbers.
     pub precision: ShaderPrecision,
     /// True if magnitudes of errors are summed, false if squares.
     pub is_absolute: bool,

@@ -2,8 +2,7 @@
 
 use super::headings::Heading;
 use super::input::Input;
-use crate::heading::Quantity;
-use crate::heading::is_time;
+use crate::heading::{Quantity, is_time};
 use motorfit_core::Result;
 use motorfit_core::numeric::count_u64;
 use motorfit_logs::{Channel, Field, Format, HEAD, Log, Reader, split, unreadable};

@@ -17,6 +17,7 @@ impl Record {
     ///
     /// # Errors
     /// Returns `Usage` if the copy would have more than [`SAMPLES_MAX`] times as many samples.
+    #[doc(hidden)]
     pub fn resampled_evenly(&self, period_s: f64, is_held: bool) -> Result<Self> {
         if self.duration_s() / period_s > SAMPLES_MAX * motorfit_core::numeric::count(self.len()) {
             let message = format!("a recording with long gaps cannot be resampled to a clock of {period_s} s");
@@ -40,6 +41,7 @@ impl Record {
     }
 
     /// Returns the longest segment without a gap; `None` for a recording without gaps.
+    #[doc(hidden)]
     pub fn longest_segment(&self) -> Option<Self> {
         let gaps = time::gaps(&self.samples.time_s);
         if gaps.is_empty() {

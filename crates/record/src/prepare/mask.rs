@@ -138,6 +138,7 @@ fn whole(place: Range<usize>) -> Excluded {
 impl Record {
     /// Returns a copy that excludes the segments in which the voltage changes faster than it is sampled; `None` if there is
     /// no such segment that is not excluded already.
+    #[doc(hidden)]
     pub fn without_undersampled(&self) -> Option<Self> {
         let is_masked = |place: &Excluded| self.excluded.iter().any(|e| e.start <= place.start && place.end <= e.end);
         let places = undersampled_segments(self).into_iter().map(whole);

@@ -278,6 +278,7 @@ impl Record {
     }
 
     /// Returns the recording with changed values, which are checked, and a note.
+    #[doc(hidden)]
     pub fn changed(self, change: impl FnOnce(&mut Samples), note: String) -> Result<Self> {
         let Self { mut samples, mut source, .. } = self;
         change(&mut samples);

@@ -7,8 +7,7 @@
 use super::filter::{FilterKind, LowPass, Response};
 use crate::record::Record;
 use crate::samples::{NamedSignal, Samples};
-use motorfit_core::Result;
-use motorfit_core::numeric;
+use motorfit_core::{Result, numeric};
 
 /// Cut-off of the anti-alias filter relative to half the new rate.
 const EDGE: f64 = 0.8;

@@ -1,6 +1,7 @@
 //! Box plots: quartiles and whiskers by Tukey (1977), one box below the other with its name.
 
-use super::{AxisScale, Form, Panel, Series};
+use super::panels::{Form, Panel, Series};
+use super::scale::AxisScale;
 use motorfit_core::numeric::{count, quantile, sorted};
 
 /// Named groups of values, a box each.
@@ -35,8 +36,9 @@ pub(crate) fn boxes(label: &str, axis: &str, groups: &Groups, scale: AxisScale) 
 }
 
 #[cfg(test)]
-#[allow(clippy::float_cmp, reason = "exact values are meant")]
 mod tests {
+    #![allow(clippy::float_cmp, reason = "exact values are meant")]
+
     use super::*;
 
     #[test]

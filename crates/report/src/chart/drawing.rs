@@ -1,7 +1,8 @@
 //! Charts as parts of a page: the text keeps its size at every width, and the curves are stretched.
 
+use super::panels::{Chart, Form, Mark, Panel};
 use super::path::{Frame, number, write};
-use super::{AxisScale, Chart, Form, Mark, Panel};
+use super::scale::AxisScale;
 use maud::{Markup, PreEscaped, html};
 use motorfit_core::numeric::count;
 use motorfit_core::text::printable;

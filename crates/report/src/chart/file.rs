@@ -1,8 +1,8 @@
 //! Charts as SVG of a fixed size. Drawings have classes instead of colours; a file adds the style.
 
 use super::drawing::{ROW, axes, curves, key, mark_labels};
+use super::panels::{Chart, Panel};
 use super::path::{Frame, write};
-use super::{Chart, Panel};
 use maud::html;
 use motorfit_core::numeric::count;
 use motorfit_core::text::printable;

@@ -1,8 +1,11 @@
 //! Heat maps of a quantity over two axes, and correlation matrices.
 
+use super::figure::Figure;
 use super::file::{document, one};
+use super::panels::{Form, Panel, Series};
 use super::path::{Frame, number, write};
-use super::{AxisScale, Figure, Form, Panel, Series, scale};
+use super::scale;
+use super::scale::AxisScale;
 use maud::html;
 use motorfit_core::numeric::{count, whole};
 use motorfit_core::text::{decimals, printable};

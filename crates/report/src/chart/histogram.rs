@@ -1,6 +1,6 @@
 //! Histograms: numbers of values in bins, with limits.
 
-use super::{Form, Panel, Series};
+use super::panels::{Form, Panel, Series};
 use motorfit_core::numeric::{self, quantile, sorted, whole};
 
 /// Smallest and largest number of bins.

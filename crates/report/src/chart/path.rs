@@ -1,6 +1,7 @@
 //! Paths of curves in the coordinates of a drawing.
 
-use super::{AxisScale, Band, Form, Series};
+use super::panels::{Band, Form, Series};
+use super::scale::AxisScale;
 use motorfit_core::numeric::{count, whole};
 use std::fmt::Write as _;
 

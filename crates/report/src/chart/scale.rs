@@ -123,8 +123,9 @@ pub(super) fn round_step(least: f64) -> f64 {
 }
 
 #[cfg(test)]
-#[allow(clippy::float_cmp, reason = "exact ends are meant")]
 mod tests {
+    #![allow(clippy::float_cmp, reason = "exact ends are meant")]
+
     use super::*;
 
     #[test]

@@ -1,7 +1,8 @@
 //! The JSON document of a comparison.
 
+use super::cells::setting_name;
 use super::paper::paper_tables;
-use super::tables::{setting_name, tables};
+use super::tables::tables;
 use crate::document::{joined, warnings};
 use crate::model::integration;
 use crate::spelling::command_line;

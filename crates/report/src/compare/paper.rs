@@ -1,10 +1,9 @@
 //! The paper's Tables 4 to 8 and its discussion beside the results of a comparison.
 
+use super::cells::{cell, fixed, percent, setting_name};
 use super::parameters::steiglitz_note;
 use super::responses::{current_of, motor, settled, simulated};
-use super::tables::{cell, fixed, percent, setting_name};
-use crate::Table;
-use crate::table::dash;
+use crate::table::{Table, dash};
 use motorfit_core::text::{decimals, significant};
 use motorfit_motor::{Parameter, Parameters};
 use motorfit_study::compare::paper::{NOTES, PRINTED, Printed, REAL, printed};

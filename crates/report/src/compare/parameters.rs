@@ -1,8 +1,8 @@
 //! Tables of the parameters of a comparison: best runs, errors, standard deviations over runs.
 
-use super::tables::{cell, percent};
-use crate::Table;
+use super::cells::{cell, percent};
 use crate::spelling::command_line;
+use crate::table::Table;
 use motorfit_core::numeric::mean;
 use motorfit_core::text::significant;
 use motorfit_study::compare::{Block, ComparedParameter, Comparison};

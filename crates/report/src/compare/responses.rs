@@ -1,11 +1,10 @@
 //! Responses of the best runs of a comparison: the step response of a DC motor's current, the fit of the outputs of a model, and
 //! the signals of the first recording.
 
+use super::cells::{fixed, percent};
 use super::parameters::best;
-use super::tables::{fixed, percent};
-use crate::Table;
-use crate::figures::model;
-use crate::table::dash;
+use crate::signals::model;
+use crate::table::{Table, dash};
 use motorfit_core::text::decimals;
 use motorfit_evaluate::criterion::Criterion;
 use motorfit_evaluate::model::ModelProblem;

@@ -1,10 +1,10 @@
 //! Page of an inspection: the findings, the signals with the findings marked, and the columns as imported.
 
-use super::SignalFacts;
-use crate::chart::{Chart, Form, Mark, Panel, Series};
-use crate::figures::input_form;
-use crate::page::{Figure, Item, Page, Part, Section, capital};
+use super::facts::SignalFacts;
+use crate::chart::{Chart, Figure, Form, Mark, Panel, Series};
+use crate::page::{Item, Page, Part, Section, capital};
 use crate::pages::{Reproduced, reproduce, section};
+use crate::signals::input_form;
 use crate::spelling::command_line;
 use crate::table::{Table, dash};
 use motorfit_core::text::{engineering, printable, significant};
@@ -161,7 +161,7 @@ fn signal_chart(id: String, record: &Record, warnings: &[Warning]) -> Chart {
     Chart {
         id,
         axis: "time [s]".to_owned(),
-        panels: super::signals(record).map(panel).collect(),
+        panels: super::facts::signals(record).map(panel).collect(),
         is_grid: false,
         alternative: format!("of {} over time, findings marked", name(record)),
         caption: String::new(),

@@ -1,8 +1,8 @@
 //! Pages of results with a user's model.
 
 use super::mathml::equation;
-use crate::chart::{Band, Chart, Form, Panel, Series, correlation};
-use crate::page::{Card, Figure, Page, Part, Trust, capital};
+use crate::chart::{Band, Chart, Figure, Form, Panel, Series, correlation};
+use crate::page::{Card, Page, Part, Trust, capital};
 use crate::pages::{Reproduced, reproduce, section, warnings};
 use crate::spelling::command_line;
 use crate::table::{Table, dash};
@@ -190,7 +190,7 @@ pub(crate) fn model_correlations(model: &Model, found: &ModelIdentification) -> 
     let values: Vec<Vec<f64>> =
         uncertainty.correlation.iter().map(|row| row.iter().map(|value| value.unwrap_or(f64::NAN)).collect()).collect();
     let is_shown = names.len() > 1 && names.len() <= 24 && names.len() == values.len();
-    is_shown.then(|| crate::page::Figure {
+    is_shown.then(|| crate::chart::Figure {
         id: "correlation".to_owned(),
         svg: correlation(&names, &values),
         alternative: "correlations of the estimates".to_owned(),

@@ -1,7 +1,6 @@
 //! Drawings of a page, scaled to its width, and as files.
 
-use super::Figure;
-use crate::chart::{DARK, LIGHT, scoped};
+use crate::chart::{DARK, Figure, LIGHT, scoped};
 use maud::html;
 use motorfit_core::text::printable;
 

@@ -1,8 +1,8 @@
 //! Rendering of a page.
 
-use super::{Card, Item, Page, Part, Section, Trust};
-use crate::Table;
+use super::parts::{Card, Item, Page, Part, Section, Trust};
 use crate::chart;
+use crate::table::Table;
 use base64::Engine as _;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use motorfit_core::text::printable;

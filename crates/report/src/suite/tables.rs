@@ -1,7 +1,6 @@
 //! Tables and CSV files of a suite.
 
-use crate::Table;
-use crate::table::dash;
+use crate::table::{Table, dash};
 use motorfit_core::numeric::count_u64;
 use motorfit_core::text::{Shortest, significant};
 use motorfit_study::suite::{GAP, SuiteMeasure, SuiteResult, SuiteRun};

@@ -1,8 +1,7 @@
 //! Charts of a sweep: the parameters of the motors, and costs by factor.
 
 use super::line::{Spread, spreads};
-use super::tables::id;
-use super::words::{Unit, block_name, counted, label, many};
+use super::words::{Unit, block_name, counted, id, label, many};
 use crate::chart::{AxisScale, Chart, Form, Histogram, Panel, Series, boxes};
 use crate::page::capital;
 use motorfit_core::numeric::count;

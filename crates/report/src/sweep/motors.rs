@@ -1,7 +1,7 @@
 //! All motors of a sweep as one CSV table: a line for each, with its parameters and their uncertainty.
 
 use super::line::excesses;
-use crate::Table;
+use crate::table::Table;
 use motorfit_core::text::Shortest;
 use motorfit_study::sweep::{Limits, NamedRun, RunEstimate, SweepSummary};
 

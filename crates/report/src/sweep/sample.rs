@@ -69,17 +69,16 @@ fn cell(factors: Factors, noise: &str, runs: &[NamedRun]) -> Cell {
 }
 
 fn summary(name: &str, blocks: Vec<SweepBlock>, runs: u64) -> SweepSummary {
-    SweepSummary {
-        name: name.to_owned(),
-        runs,
-        stride: 1,
-        blocks,
-        motors: 1,
-        parameters: SweepParameter::motor(),
-        outputs: ["current", "speed"].map(str::to_owned).to_vec(),
-        device: ["cpu".to_owned(), "f64".to_owned()],
-        ..SweepSummary::default()
-    }
+    let mut summary = SweepSummary::default();
+    name.clone_into(&mut summary.name);
+    summary.runs = runs;
+    summary.stride = 1;
+    summary.blocks = blocks;
+    summary.motors = 1;
+    summary.parameters = SweepParameter::motor();
+    summary.outputs = ["current", "speed"].map(str::to_owned).to_vec();
+    summary.device = ["cpu".to_owned(), "f64".to_owned()];
+    summary
 }
 
 fn worst(mut runs: Vec<NamedRun>) -> Vec<NamedRun> {

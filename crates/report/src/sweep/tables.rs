@@ -2,10 +2,9 @@
 
 use super::line::line_tables;
 use super::trust::trust;
-use super::words::{Unit, block_name, cell_of, counted, factors, grouped, heads, level, levels, lowest};
-use crate::Table;
+use super::words::{Unit, block_name, cell_of, counted, factors, grouped, heads, id, level, levels, lowest};
 use crate::compare::cell as number;
-use crate::table::dash;
+use crate::table::{Table, dash};
 use motorfit_core::numeric::count_u64;
 use motorfit_core::text::{decimals, engineering, significant};
 use motorfit_study::sweep::{Cell, Limits, Quantiles, SweepParameter, SweepSummary};
@@ -30,11 +29,6 @@ pub(super) fn block_tables(summary: &SweepSummary, n: usize) -> Vec<Table> {
     tables.extend(parameters(summary, n).filter(|_| !is_shown));
     tables.extend(worst(summary, n));
     tables
-}
-
-/// Returns an identifier for files and links, with the number of the block if there are several.
-pub(super) fn id(summary: &SweepSummary, name: &str, n: usize) -> String {
-    if summary.blocks.len() > 1 { format!("block{}-{name}", n + 1) } else { name.to_owned() }
 }
 
 /// Returns the table of costs by factor.

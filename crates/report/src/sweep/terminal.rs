@@ -1,7 +1,7 @@
 //! Tables shortened for a terminal.
 
 use super::words::many;
-use crate::Table;
+use crate::table::Table;
 
 /// Width of a terminal \[characters\].
 const WIDTH: usize = 80;

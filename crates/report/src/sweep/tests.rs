@@ -3,7 +3,7 @@
 use super::sample::{how, line, product};
 use super::words::grouped;
 use super::{motors_csv, shortened, sweep_answer, sweep_document, sweep_page, sweep_tables};
-use crate::Table;
+use crate::table::Table;
 use motorfit_study::sweep::{LevelCounts, Limits, TrustCounts};
 
 fn table<'a>(tables: &'a [Table], id: &str) -> &'a Table {

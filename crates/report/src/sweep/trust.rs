@@ -1,8 +1,7 @@
 //! Numbers of results of a sweep by level of trust.
 
-use super::tables::id;
-use super::words::{block_name, grouped, heads, levels};
-use crate::Table;
+use super::words::{block_name, grouped, heads, id, levels};
+use crate::table::Table;
 use motorfit_study::sweep::{LevelCounts, SweepSummary, TrustCounts};
 
 /// Largest number of reasons in a row.

@@ -143,3 +143,8 @@ pub(super) fn lowest(summary: &SweepSummary, block: &SweepBlock) -> Option<[Stri
     let noise = summary.varied.contains(&"noise").then(|| format!(" under noise {}", printable(&first.noise)));
     Some([noise.unwrap_or_default(), format!("{} ({})", label(summary, best), significant(median, 3))])
 }
+
+/// Returns an identifier for files and links, with the number of the block if there are several.
+pub(super) fn id(summary: &SweepSummary, name: &str, n: usize) -> String {
+    if summary.blocks.len() > 1 { format!("block{}-{name}", n + 1) } else { name.to_owned() }
+}

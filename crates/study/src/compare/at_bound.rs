@@ -1,6 +1,7 @@
 //! Warnings about the box of a comparison: methods whose best runs end at a bound, and bounds that come from no recording.
 
-use super::{Block, ComparedMachine, Comparison, MethodResult};
+use super::result::{Block, Comparison, MethodResult};
+use super::subject::ComparedMachine;
 use motorfit_core::setting::{Text, text};
 use motorfit_core::text::{Shortest, counted, listed, significant};
 use motorfit_identify::side;
@@ -28,13 +29,13 @@ struct Axis<'a> {
 }
 
 /// Returns the bound at which a run ended on an axis; `None` inside the bounds and for a run that diverged.
-fn ended(run: &super::Outcome, axis: &Axis<'_>) -> Option<&'static str> {
+fn ended(run: &super::result::Outcome, axis: &Axis<'_>) -> Option<&'static str> {
     side(axis.bounds, *run.parameters.as_ref()?.get(axis.index)?)
 }
 
 /// Returns the warning that the best runs of methods ended at one end of an axis; `None` if none did.
 fn at_bound(comparison: &Comparison, axis: &Axis<'_>, end: &str) -> Option<Warning> {
-    let is_there = |run: &super::Outcome| ended(run, axis) == Some(end);
+    let is_there = |run: &super::result::Outcome| ended(run, axis) == Some(end);
     let results = || comparison.blocks.iter().flat_map(|block: &Block| &block.results);
     let mut names: Vec<&str> = Vec::new();
     for result in results().filter(|result| result.best().is_some_and(is_there)) {

@@ -1,9 +1,7 @@
 //! Problems of the searches of a comparison on the device that evaluates them, for any machine.
 
-use super::model_engine::ModelEngine;
-use super::motor_engine::MotorEngine;
-use super::{CompareSpec, ComparedMachine, ComparedParameter, ComparisonSubject, Reference};
-use motorfit_core::Result;
+use super::parameter::ComparedParameter;
+use super::reference::Reference;
 use motorfit_core::setting::Text;
 use motorfit_identify::device::DeviceUsed;
 use motorfit_optimize::Evaluate;
@@ -51,12 +49,4 @@ pub(super) trait Engine {
 
     /// Returns the initial state `[i, ω]` of a DC motor in each recording \[A, rad/s\]; empty for a model.
     fn initial(&self) -> Vec<[f64; 2]>;
-}
-
-/// Prepares the problems of a comparison and opens their device.
-pub(super) fn open<'a>(subject: &'a ComparisonSubject, spec: &'a CompareSpec) -> Result<Box<dyn Engine + 'a>> {
-    Ok(match &subject.machine {
-        ComparedMachine::Motor { .. } => Box::new(MotorEngine::open(&subject.records, spec)?),
-        ComparedMachine::Model(of) => Box::new(ModelEngine::open(of, spec)?),
-    })
 }

@@ -1,7 +1,10 @@
 //! Parameter estimates of the methods of a comparison, Steiglitz–McBride included.
 
-use super::{Block, ComparedParameter, Comparison, MethodResult};
+use super::parameter::ComparedParameter;
+use super::result::{Block, Comparison, MethodResult};
+use super::steiglitz::Steiglitz;
 use motorfit_core::numeric::{mean, sample_deviation};
+use motorfit_motor::Parameters;
 
 /// Parameter estimates of one method.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,7 +65,17 @@ impl Comparison {
     /// Returns the estimates of each method of a block, Steiglitz–McBride last.
     #[must_use]
     pub fn estimates(&self, block: &Block) -> Vec<MethodEstimates> {
-        let steiglitz = self.steiglitz.as_ref().map(super::Steiglitz::estimates);
+        let steiglitz = self.steiglitz.as_ref().map(super::steiglitz::Steiglitz::estimates);
         block.results.iter().map(MethodResult::estimates).chain(steiglitz).collect()
+    }
+}
+
+impl Steiglitz {
+    /// Returns the estimate, with those from records with new noise in place of runs.
+    #[must_use]
+    pub fn estimates(&self) -> MethodEstimates {
+        let values = |motor: &Parameters| motor.to_array().to_vec();
+        let (best, all) = (self.estimate.as_ref().ok().map(values), self.spread.iter().map(values).collect());
+        MethodEstimates { method: "sm", best, all, seconds: Some(self.seconds) }
     }
 }

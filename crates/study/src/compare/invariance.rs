@@ -1,82 +1,12 @@
 //! Tests of the invariance of searches: a method that is not biased towards a part of the box finds the same costs in mirrored and
 //! in shifted coordinates (J. Kudela, arXiv:2301.01984, 2023). In logarithms every method but a local search moves differently.
 
-use super::ranking::logarithm;
-use super::{Block, Comparison, FEW, MethodResult};
+use super::invariance_test::{Invariance, InvarianceTest};
+use super::precision::{FEW, Precision, logarithm};
+use super::result::{Block, Comparison, MethodResult};
 use crate::statistics::{holm, paired_interval, superiority, wilcoxon};
-use motorfit_core::named::named;
 use motorfit_core::numeric::{quantile, sorted};
 use motorfit_optimize::Coordinates;
-
-named! {
-    /// Verdict on a method in other coordinates.
-    pub enum Invariance {
-        /// The costs do not differ significantly.
-        Unchanged = "unchanged",
-        /// The costs differ although the coordinates are only mirrored or shifted.
-        Biased = "biased",
-        /// The costs differ in coordinates of another scale, which change the problem for the method.
-        Changed = "changed",
-        /// There are too few runs for a test at the 5 % level.
-        Few = "too_few_runs",
-    }
-}
-
-/// Comparison of a method in other coordinates with itself in those of the parameters.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct InvarianceTest {
-    /// Index of the block in the coordinates of the parameters and of that in the others.
-    pub blocks: [usize; 2],
-    /// Index of the method in both blocks.
-    pub method: usize,
-    /// Median excess of the final costs over the lowest known cost in both coordinates.
-    pub excess: [f64; 2],
-    /// Ratio of the second median to the first.
-    pub ratio: f64,
-    /// 95 % bootstrap confidence interval of the ratio; NaN below [`FEW`] runs.
-    pub ratio_interval: [f64; 2],
-    /// Probability that a run in the other coordinates ends higher than one in those of the parameters, ties as half.
-    pub higher: f64,
-    /// 95 % bootstrap confidence interval of this probability; NaN below [`FEW`] runs.
-    pub higher_interval: [f64; 2],
-    /// p-value of Wilcoxon's signed-rank test on the logarithms of the excesses, paired by run number.
-    pub p_value: f64,
-    /// p-value after Holm's correction for all methods and coordinates under the setting.
-    pub p_holm: f64,
-    /// The verdict at the 5 % level.
-    pub verdict: Invariance,
-}
-
-/// Excess below which costs count as equal, relative to the median cost after the first generation: the last target of COCO.
-const PRECISION: f64 = 1e-8;
-
-/// The lowest cost known, and the excess over it below which costs count as equal.
-pub(super) struct Precision {
-    lowest: f64,
-    smallest: f64,
-}
-
-impl Precision {
-    /// Returns the precision of the costs of blocks in one criterion.
-    pub(super) fn of<'a>(blocks: impl Iterator<Item = &'a Block> + Clone) -> Self {
-        let runs = || blocks.clone().flat_map(|block| block.results.iter().flat_map(|result| &result.runs));
-        let known = blocks.clone().filter_map(|block| block.reference_cost).fold(f64::INFINITY, f64::min);
-        let lowest = runs().map(|run| run.cost).fold(known, f64::min);
-        let firsts = runs().filter_map(|run| run.history.first().copied()).filter(|cost| cost.is_finite());
-        let firsts = sorted(&firsts.collect::<Vec<_>>());
-        Self { lowest, smallest: (PRECISION * quantile(&firsts, 0.5)).max(1e-300) }
-    }
-
-    /// Returns a cost, or the lowest one if the difference does not count.
-    pub(super) fn counted(&self, cost: f64) -> f64 {
-        if cost - self.lowest < self.smallest { self.lowest } else { cost }
-    }
-
-    /// Returns the excess of a cost over the lowest one, at least the smallest that counts.
-    pub(super) fn excess(&self, cost: f64) -> f64 {
-        (cost - self.lowest).max(self.smallest)
-    }
-}
 
 impl InvarianceTest {
     /// Returns the method in the coordinates of the parameters, and both blocks; `None` if the comparison does not have them.
@@ -96,7 +26,8 @@ impl Comparison {
                 continue;
             }
             let same = |other: &Block| {
-                let setting = super::ComparisonSetting { coordinates: Coordinates::None, ..other.setting.clone() };
+                let setting =
+                    super::spec::ComparisonSetting { coordinates: Coordinates::None, ..other.setting.clone() };
                 setting == block.setting && other.setting.coordinates != Coordinates::None
             };
             let others: Vec<usize> = (0..self.blocks.len()).filter(|n| same(&self.blocks[*n])).collect();

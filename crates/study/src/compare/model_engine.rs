@@ -1,7 +1,10 @@
 //! Search problems of a user's model.
 
 use super::engine::{Engine, Look};
-use super::{CompareSpec, ComparedModel, ComparedParameter, Reference};
+use super::parameter::ComparedParameter;
+use super::reference::Reference;
+use super::spec::CompareSpec;
+use super::subject::ComparedModel;
 use motorfit_core::candidates::Candidates;
 use motorfit_core::setting::{Text, text};
 use motorfit_core::{Error, Result};

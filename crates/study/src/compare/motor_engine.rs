@@ -1,7 +1,9 @@
 //! Search problems of the DC motor.
 
 use super::engine::{Engine, Look};
-use super::{CompareSpec, ComparedParameter, ComparisonSetting, Reference};
+use super::parameter::ComparedParameter;
+use super::reference::Reference;
+use super::spec::{CompareSpec, ComparisonSetting};
 use motorfit_core::Result;
 use motorfit_core::setting::Text;
 use motorfit_evaluate::{Problem, Scalar};

@@ -1,12 +1,9 @@
 //! Summary of the runs of a method, and the ranking of the methods of a block with pairwise significance tests.
 
-use super::invariance::Precision;
-use super::{Block, MethodResult};
+use super::precision::{FEW, Precision, logarithm};
+use super::result::{Block, MethodResult};
 use crate::statistics::{holm, median_interval, superiority, wilcoxon};
 use motorfit_core::numeric::{mean, quantile, sorted};
-
-/// Number of runs below which neither a 95 % interval nor a test at the 5 % level exists.
-pub const FEW: usize = 6;
 
 /// Summary of the final costs of a method's runs.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -57,7 +54,7 @@ impl MethodResult {
 
     /// Returns the run with the lowest final cost; `None` if every candidate of all runs diverged.
     #[must_use]
-    pub fn best(&self) -> Option<&super::Outcome> {
+    pub fn best(&self) -> Option<&super::result::Outcome> {
         self.runs.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).filter(|run| run.parameters.is_some())
     }
 
@@ -102,9 +99,4 @@ impl Block {
         pairs.iter_mut().zip(p_holm).for_each(|(pair, p_holm)| pair.p_holm = p_holm);
         Ranking { order, pairs }
     }
-}
-
-/// Returns the natural logarithm of a cost, finite also for 0 and ∞.
-pub(super) fn logarithm(cost: f64) -> f64 {
-    cost.clamp(1e-300, 1e300).ln()
 }

@@ -1,6 +1,6 @@
 //! The refined estimate of the recordings, to which the results of searches are compared.
 
-use super::ComparedParameter;
+use super::parameter::ComparedParameter;
 use motorfit_identify::model::ModelIdentification;
 use motorfit_identify::{Identification, Trust};
 

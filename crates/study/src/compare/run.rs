@@ -1,7 +1,9 @@
 //! The runs of a comparison: all methods under each setting, the candidates of a generation as one batch.
 
 use super::engine::Engine;
-use super::{Block, CompareSpec, ComparedParameter, Outcome};
+use super::parameter::ComparedParameter;
+use super::result::{Block, Outcome};
+use super::spec::CompareSpec;
 use motorfit_core::clock::Instant;
 use motorfit_core::setting::text;
 use motorfit_core::{Error, Result};

@@ -1,6 +1,7 @@
 //! Settings of a comparison as texts, shared by the front ends.
 
-use super::{ComparisonSetting, ComparisonSubject};
+use super::spec::ComparisonSetting;
+use super::subject::ComparisonSubject;
 use crate::settings::parse;
 use motorfit_core::setting::{Setting as Named, text};
 use motorfit_core::text::{alternatives, excerpt, listed};

@@ -1,7 +1,8 @@
 //! Steiglitz–McBride in a comparison. It has no seeds, so its spread is computed over records with new noise.
 
 use super::motor_engine::cost_of;
-use super::{CompareSpec, ComparisonSetting, ComparisonSubject, MethodEstimates};
+use super::spec::{CompareSpec, ComparisonSetting};
+use super::subject::ComparisonSubject;
 use motorfit_core::Result;
 use motorfit_core::clock::Instant;
 use motorfit_estimate::steiglitz_mcbride;
@@ -56,14 +57,6 @@ impl Steiglitz {
         let spread: Vec<Option<Parameters>> =
             (0..spec.noise_records as u64).into_par_iter().map(again).collect::<Result<_>>()?;
         Ok(Self { spread: spread.into_iter().flatten().collect(), records: spec.noise_records, sigma, ..alone })
-    }
-
-    /// Returns the estimate, with those from records with new noise in place of runs.
-    #[must_use]
-    pub fn estimates(&self) -> MethodEstimates {
-        let values = |motor: &Parameters| motor.to_array().to_vec();
-        let (best, all) = (self.estimate.as_ref().ok().map(values), self.spread.iter().map(values).collect());
-        MethodEstimates { method: "sm", best, all, seconds: Some(self.seconds) }
     }
 
     /// Returns the cost of the estimate in the criterion of a setting; `None` without one.

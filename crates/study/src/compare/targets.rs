@@ -3,7 +3,7 @@
 //! As in the COCO platform (Hansen, Auger, Ros, Mersmann, Tušar and Brockhoff 2021), a curve is the fraction of all
 //! pairs of a run and a target that have been reached. Targets are equally spaced in the logarithm of the cost.
 
-use super::{Block, MethodResult};
+use super::result::{Block, MethodResult};
 use motorfit_core::numeric::{count, quantile, sorted};
 
 /// Number of targets between the first generations and the lowest cost.
@@ -33,7 +33,7 @@ pub fn reached(block: &Block, target: Option<f64>) -> (Vec<f64>, Vec<Reached>) {
             count(block.setting.generations),
         );
         let by = |generation: usize| {
-            let cost = |run: &super::Outcome| run.history.get(generation).or(run.history.last()).copied();
+            let cost = |run: &super::result::Outcome| run.history.get(generation).or(run.history.last()).copied();
             let met = |cost: f64| targets.iter().filter(|target| cost <= **target).count();
             count(result.runs.iter().filter_map(cost).map(met).sum()) / pairs
         };

@@ -1,7 +1,7 @@
 //! Conversion of settings to an [`IdentifySpec`] and to the options for reading and preparing files.
 
+use super::given::{Fault, Given};
 use super::parse;
-use super::{Fault, Given};
 use motorfit_core::named::Named as _;
 use motorfit_core::setting::{Setting, text};
 use motorfit_core::{Error, Result};
@@ -9,8 +9,7 @@ use motorfit_evaluate::Model;
 use motorfit_evaluate::criterion::Criterion;
 use motorfit_identify::device::check_threads;
 use motorfit_identify::{IdentifySpec, Method};
-use motorfit_motor::With;
-use motorfit_motor::{Discretization, Space};
+use motorfit_motor::{Discretization, Space, With};
 use motorfit_record::{
     Offset, Preparation, ReadOptions, Reading, Record, is_driven_by_current, parse_columns, parse_crop, parse_masks,
     parse_offset,

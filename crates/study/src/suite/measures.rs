@@ -1,6 +1,7 @@
 //! Success rates and expected running times.
 
-use super::{SuiteBlock, SuiteProblem, SuiteResult, SuiteRun};
+use super::definition::SuiteProblem;
+use super::run::{SuiteBlock, SuiteResult, SuiteRun};
 use motorfit_core::numeric::{count, count_u64, quantile, sorted};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;

@@ -7,6 +7,7 @@
 
 mod definition;
 mod entrant;
+mod gap;
 mod measures;
 mod profiles;
 mod ranks;
@@ -14,11 +15,7 @@ mod run;
 
 pub use definition::{Suite, SuiteProblem};
 pub use entrant::Entrant;
+pub use gap::{GAP, GAP_MIN};
 pub use measures::SuiteMeasure;
 pub use ranks::SuiteRanks;
 pub use run::{SuiteBlock, SuiteResult, SuiteRun, SuiteSpec, run_suite};
-
-/// Relative gap of the headline figures: on the problems of `motors` with noise about one standard error of the parameters.
-pub const GAP: f64 = 1e-5;
-/// Smallest relative gap: below it there is rounding.
-pub const GAP_MIN: f64 = 1e-8;

@@ -1,6 +1,7 @@
 //! Distributions of running times over problems, and profiles.
 
-use super::{GAP_MIN, SuiteResult};
+use super::gap::GAP_MIN;
+use super::run::SuiteResult;
 use motorfit_core::numeric::{count, count_u64};
 
 /// Points of a distribution: a number of evaluations or a ratio, and the fraction up to it.

@@ -1,6 +1,8 @@
 //! Ranks of searches over the problems of a suite, with tests.
 
-use super::{GAP_MIN, SuiteBlock, SuiteProblem, SuiteResult, SuiteRun};
+use super::definition::SuiteProblem;
+use super::gap::GAP_MIN;
+use super::run::{SuiteBlock, SuiteResult, SuiteRun};
 use crate::statistics::{holm, wilcoxon};
 use motorfit_core::numeric::{count, mean, quantile, sorted};
 

@@ -1,7 +1,7 @@
 //! Runs of searches on the problems of a suite.
 
+use super::definition::{Suite, SuiteProblem};
 use super::entrant::{Entrant, POPULATION};
-use super::{Suite, SuiteProblem};
 use crate::compare::RUNS_MAX;
 use motorfit_core::clock::Instant;
 use motorfit_core::numeric::index;
@@ -255,7 +255,7 @@ impl SuiteResult {
             runs.map(SuiteRun::cost).fold(f64::INFINITY, f64::min)
         };
         let is_lower = |(n, problem): (usize, &SuiteProblem)| {
-            (problem.gap(lowest(n)) < -super::GAP_MIN).then(|| problem.name.clone())
+            (problem.gap(lowest(n)) < -super::gap::GAP_MIN).then(|| problem.name.clone())
         };
         let lower: Vec<String> = self.problems.iter().enumerate().filter_map(is_lower).collect();
         if !lower.is_empty() {

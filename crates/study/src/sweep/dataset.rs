@@ -1,9 +1,9 @@
 //! Datasets of runs: the recordings of a motor, read, prepared, split into fitted and held-out parts, with noise added
 //! to the fitted ones if the study requests it.
 
-use super::Sweep;
 use super::machine::{ModelLevel, OF_MOTOR};
 use super::manifest::{File, Motor};
+use super::planned::Sweep;
 use motorfit_core::{Error, Result};
 use motorfit_evaluate::criterion::Noise;
 use motorfit_evaluate::experiment::{noise_of, white_noise, with_noise};

@@ -1,9 +1,9 @@
 //! Runs without a population search on one dataset. A fit is computed once for all levels of the factors that it does
 //! not depend on.
 
-use super::Sweep;
 use super::dataset::{Dataset, Read, Recordings, Sets, of_model};
 use super::line::Outcome;
+use super::planned::Sweep;
 use super::runs::Job;
 use motorfit_core::Result;
 use motorfit_estimate::fit_problem;

@@ -1,8 +1,7 @@
 //! First line of a results file: its sweep and shard, with a digest of the line.
 
-use super::line::Line;
+use super::lines::{Origin, no_results, scan_lines};
 use super::manifest::FORMAT;
-use super::results::{no_results, scan_lines};
 use super::shard::Shard;
 use motorfit_core::file::unreadable;
 use motorfit_core::text::hexadecimal;
@@ -16,15 +15,6 @@ use std::path::Path;
 
 /// Largest length of the first line \[bytes\].
 const LONGEST: u64 = 1 << 16;
-
-/// The sweep that results files belong to.
-pub(super) struct Origin<'a> {
-    pub folder: &'a Path,
-    /// Digest of the manifest.
-    pub manifest: &'a str,
-    /// Function that returns true if a line is of a run of this sweep.
-    pub is_of: Box<dyn Fn(&Line) -> bool + 'a>,
-}
 
 /// Head of a results file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,7 +1,7 @@
 //! Reading and checking of the keys of a study.
 
+use super::entries::{AddedNoise, Entry, Seeds};
 use super::limits::Limits;
-use super::study::{AddedNoise, Entry, Seeds};
 use super::toml::{Document, Item};
 use crate::settings::{self, Fault, Given, Kind, READING, Value, parse, row};
 use motorfit_core::named::named;

@@ -45,6 +45,7 @@ impl Limits {
 
     /// Returns true if a value of a parameter is within its limits, or the parameter has none.
     #[must_use]
+    #[doc(hidden)]
     pub fn permit(&self, symbol: &str, value: f64) -> bool {
         self.of(symbol).is_none_or(|[low, high]| (low..=high).contains(&value))
     }

@@ -177,6 +177,7 @@ impl Row {
 
 /// A line of a results file without its time.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[doc(hidden)]
 pub struct Line {
     pub id: u64,
     pub motor: String,

@@ -1,9 +1,10 @@
 //! Manifest of a sweep: the text of the study, the recordings with their digests, and the device. It is immutable.
 
+use super::entries::Entry;
 use super::machine::ModelFile;
 use super::pattern::matched;
 use super::runs::Runs;
-use super::study::{Entry, Study};
+use super::study::Study;
 use motorfit_core::text::{excerpt, hexadecimal};
 use motorfit_core::{Error, Result};
 use motorfit_record::Reading;

@@ -1,8 +1,9 @@
 //! Merging of all shards into `results.jsonl` without times and `timings.jsonl` with them, and the progress of a sweep.
 
-use super::Sweep;
 use super::line::{Outcome, split};
-use super::results::{LineLocation, ResultsFile, files};
+use super::lines::LineLocation;
+use super::planned::Sweep;
+use super::results::{ResultsFile, files};
 use super::runs::Bits;
 use super::shard::Shard;
 use super::summary::SweepSummary;
@@ -64,7 +65,7 @@ pub struct SweepStatus {
 type Location = (u32, u32, u64);
 
 /// Returns the location of the line of each run and the number of damaged lines.
-fn index(sweep: &Sweep, found: &[ResultsFile<'_>]) -> Result<(Vec<Location>, u64)> {
+pub(super) fn index(sweep: &Sweep, found: &[ResultsFile<'_>]) -> Result<(Vec<Location>, u64)> {
     let runs = usize::try_from(sweep.manifest.runs).unwrap_or(usize::MAX);
     let (mut locations, mut good, mut damaged) = (vec![(0, 0, 0); runs], Bits::new(sweep.manifest.runs), 0);
     for (file, found) in (1..).zip(found) {

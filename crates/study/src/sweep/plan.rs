@@ -1,9 +1,9 @@
 //! Planning: from a study to a folder with its manifest.
 
-use super::Sweep;
-use super::head::Origin;
+use super::lines::Origin;
 use super::machine::ModelTexts;
 use super::manifest::{Manifest, PinnedDevice};
+use super::planned::Sweep;
 use super::results::files;
 use super::runs::Runs;
 use super::search::CANDIDATES;

@@ -1,11 +1,13 @@
 //! Shards on machines without access to the folder: the files that a shard needs there, and the import of its results.
 
+use super::Shard;
 use super::head::Head;
+use super::lines::{LineLocation, row};
 use super::manifest::{FORMAT, parts};
-use super::results::{LineLocation, ResultsFile, files, row};
+use super::planned::Sweep;
+use super::results::{ResultsFile, files};
 use super::runs::Bits;
 use super::store::Log;
-use super::{Shard, Sweep};
 use motorfit_core::text::printable;
 use motorfit_core::{Error, Result};
 use std::collections::BTreeSet;

@@ -1,8 +1,8 @@
 //! Execution of the unfinished runs of a shard, in pieces of bounded memory.
 
-use super::Sweep;
 use super::head::Head;
 use super::line::{Outcome, line};
+use super::planned::Sweep;
 use super::results::files;
 use super::runs::{Bits, Job, TrustLevels};
 use super::shard::Shard;

@@ -1,16 +1,15 @@
 //! Population searches: many runs in lockstep, the candidates of a generation as one batch, in pieces of bounded size.
 
-use super::Sweep;
 use super::dataset::{Dataset, Kept, Read, Recordings, Sets};
 use super::line::Outcome;
 use super::machine::OF_MOTOR;
+use super::planned::Sweep;
 use super::run::{End, Finished, Running, Step};
 use super::runs::Job;
-use super::streaming::{RUNS, Unit, Units};
 use super::study::{Factors, Study};
+use super::units::{RUNS, Unit, Units};
 use motorfit_core::clock::Instant;
-use motorfit_core::numeric;
-use motorfit_core::{Error, ErrorKind, Result};
+use motorfit_core::{Error, ErrorKind, Result, numeric};
 use motorfit_evaluate::{Problem, Scalar};
 use motorfit_identify::device::{BatchSearchEvaluator, DeviceSpec, DeviceUsed, OnLoss, PrecisionSpec};
 use motorfit_identify::{IdentifySpec, PreparedSearch, SearchRun, has_all_channels};

@@ -3,8 +3,9 @@
 //! Each line is a finished run. After a crash of the machine the last line may be incomplete; it is then truncated
 //! before anything is appended, and its run is repeated.
 
-use super::head::{Head, Origin};
-use super::results::{check_regular, complete_lines_end, no_results};
+use super::head::Head;
+use super::lines::{Origin, no_results};
+use super::results::{check_regular, complete_lines_end};
 use super::shard::Shard;
 use motorfit_core::file::{is_at, sync, sync_folder, unwritable};
 use motorfit_core::{Error, Result};

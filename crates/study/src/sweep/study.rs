@@ -1,5 +1,6 @@
 //! A study as described by its file: factors, whose product gives the runs, and settings of all runs.
 
+use super::entries::{AddedNoise, Entry, Seeds};
 use super::keys::{Keys, OF_ALL_RUNS, OF_MODELS};
 use super::levels::Machines;
 use super::limits::Limits;
@@ -8,58 +9,12 @@ use super::parameter::SweepParameter;
 use super::toml::{Document, Item};
 use crate::settings::READING;
 use motorfit_core::Result;
-use motorfit_evaluate::criterion::{Criterion, Noise, Norm, Scale};
+use motorfit_evaluate::criterion::{Criterion, Norm, Scale};
 use motorfit_identify::device::{DeviceSpec, OnLoss, PrecisionSpec};
 use motorfit_identify::model::ModelSpec;
 use motorfit_identify::{IdentifySpec, Method, Polish};
 use motorfit_record::Reading;
 use std::path::Path;
-
-/// Level of the noise that is added to recordings.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct AddedNoise {
-    pub name: String,
-    pub noise: Option<Noise>,
-}
-
-/// Entry of the list of recordings.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Entry {
-    /// A path or a pattern (`*`, `?`, `[…]`, `**`), each file of which is a motor.
-    Files(String),
-    /// One motor with several files, which are fitted jointly.
-    Motor {
-        name: String,
-        files: Vec<String>,
-        /// Held-out files; those of the study if empty.
-        validate: Vec<String>,
-    },
-}
-
-/// Seeds of a study.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Seeds {
-    /// All integers from the first to the last, both included.
-    Range(u64, u64),
-    List(Vec<u64>),
-}
-
-impl Seeds {
-    pub(super) fn count(&self) -> u64 {
-        match self {
-            Self::Range(first, last) => (last - first).saturating_add(1),
-            Self::List(list) => list.len() as u64,
-        }
-    }
-
-    /// Returns the seed at an index.
-    pub(super) fn at(&self, index: u64) -> u64 {
-        match self {
-            Self::Range(first, _) => first + index,
-            Self::List(list) => usize::try_from(index).ok().and_then(|index| list.get(index)).copied().unwrap_or(0),
-        }
-    }
-}
 
 /// A study. Each list is a factor whose entries are its levels.
 #[derive(Debug, Clone)]

@@ -1,10 +1,10 @@
 //! Summary of a sweep: quantiles by factor, the worst runs, and the motors with their parameters.
 
-use super::Sweep;
 use super::estimates::RunEstimate;
 use super::line::Outcome;
 use super::machine::Level;
 use super::parameter::SweepParameter;
+use super::planned::Sweep;
 use super::run::Failures;
 use super::runs::Job;
 use super::study::{Factors, Study};
@@ -141,8 +141,7 @@ pub struct SweepSummary {
     /// Kind (`cpu` or `gpu`) and precision of the planned device.
     pub device: [String; 2],
     /// Indices of the block and the cell of each combination of levels.
-    #[doc(hidden)]
-    pub places: BTreeMap<u64, (usize, usize)>,
+    pub(crate) places: BTreeMap<u64, (usize, usize)>,
 }
 
 impl SweepSummary {
