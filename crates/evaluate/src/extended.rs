@@ -162,44 +162,63 @@ impl<'a, const L: usize, const EVEN: bool, const IRREGULAR: bool> Simulation<'a,
             }
             PieceInput::ZeroOrderHold => {
                 let inputs = signals.voltage[start..end].iter().copied();
-                self.pass::<FMA, _>(range, Even { step, inputs, bends });
+                self.follow::<FMA, _>(range, Even { step, inputs, bends });
             }
             PieceInput::FirstOrderHold => {
                 let inputs = (start..end).map(|n| signals.voltages_at(n));
-                self.pass::<FMA, _>(range, Even { step, inputs, bends });
+                self.follow::<FMA, _>(range, Even { step, inputs, bends });
             }
             PieceInput::WithLoad => {
                 let inputs = (start..end).map(|n| signals.inputs(n));
-                self.pass::<FMA, _>(range, Even { step, inputs, bends });
+                self.follow::<FMA, _>(range, Even { step, inputs, bends });
             }
         }
         self.steps = steps;
     }
 
+    /// Returns whether brushes and friction react.
+    fn reactions(&self) -> [bool; 2] {
+        [Parameter::BrushDrop, Parameter::Coulomb].map(|of| self.problem.features().has(of))
+    }
+
+    /// Simulates a piece, whose states are kept if sensors or errors need them.
     #[inline(always)]
     fn pass<const FMA: bool, P: Path<L>>(&mut self, range: [usize; 2], path: P) {
-        match [Parameter::BrushDrop, Parameter::Coulomb].map(|of| self.problem.features().has(of)) {
-            [true, _] => self.pass_with::<FMA, true, true, P>(range, path),
-            [false, true] => self.pass_with::<FMA, false, true, P>(range, path),
-            [false, false] => self.pass_with::<FMA, false, false, P>(range, path),
+        if self.seen.is_none() {
+            return self.follow::<FMA, P>(range, path);
+        }
+        match self.reactions() {
+            [true, _] => self.observe::<FMA, true, true>(range, path),
+            [false, true] => self.observe::<FMA, false, true>(range, path),
+            [false, false] => self.observe::<FMA, false, false>(range, path),
         }
     }
 
+    /// Simulates a piece and adds the squares of its errors.
     #[inline(always)]
-    fn pass_with<const FMA: bool, const BRUSHES: bool, const FRICTION: bool, P: Path<L>>(
+    fn follow<const FMA: bool, P: Path<L>>(&mut self, [start, end]: [usize; 2], path: P) {
+        if !EVEN && P::IS_EVEN {
+            return;
+        }
+        let (reactions, measured) = (self.reactions(), Samples::of(self.signals, start, end).measured);
+        let lanes = &mut self.lanes;
+        match reactions {
+            [true, _] => path.follow::<FMA, true, true>(lanes, measured),
+            [false, true] => path.follow::<FMA, false, true>(lanes, measured),
+            [false, false] => path.follow::<FMA, false, false>(lanes, measured),
+        }
+    }
+
+    /// Simulates a piece, then computes what the sensors show and adds its errors.
+    #[inline(always)]
+    fn observe<const FMA: bool, const BRUSHES: bool, const FRICTION: bool>(
         &mut self,
         [start, end]: [usize; 2],
-        path: P,
+        path: impl Path<L>,
     ) {
         let Self { problem, signals, lanes, sensors, seen, .. } = self;
+        let Some(seen) = seen else { return };
         let samples = Samples::of(signals, start, end);
-        let kind = (problem.criterion().is_absolute(), !signals.weight.is_empty());
-        let Some(seen) = seen else {
-            if EVEN || !P::IS_EVEN {
-                path.follow::<FMA, BRUSHES, FRICTION>(lanes, samples.measured);
-            }
-            return;
-        };
         let seen = &mut seen.0[..end - start];
         path.observe::<FMA, BRUSHES, FRICTION>(&mut lanes.x, seen);
         for (channel, sensor) in sensors.iter_mut().enumerate() {
@@ -207,7 +226,7 @@ impl<'a, const L: usize, const EVEN: bool, const IRREGULAR: bool> Simulation<'a,
                 sensor.show(channel, seen);
             }
         }
-        match kind {
+        match (problem.criterion().is_absolute(), !signals.weight.is_empty()) {
             (false, false) => lanes.add_all::<FMA, false, false>(samples, seen),
             (false, true) => lanes.add_all::<FMA, false, true>(samples, seen),
             (true, false) => lanes.add_all::<FMA, true, false>(samples, seen),

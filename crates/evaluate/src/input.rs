@@ -8,6 +8,9 @@ use super::signals::Signals;
 use super::step::{Pair, Step, loaded};
 use motorfit_motor::{Aligned, CHUNK, DriveNonlinearity, Extended, Parameter};
 
+/// Samples of a piece whose states are kept without sensors that average: with the inputs of as many they stay in the fastest cache.
+const KEPT: usize = 16;
+
 /// Consecutive samples.
 pub(super) struct Piece<'g, const L: usize> {
     /// Index of the step length, unless samples have inputs of their own.
@@ -27,7 +30,7 @@ pub(super) enum PieceInput<'g, const L: usize> {
     Each(&'g [Pair<L>]),
     /// The contribution to both states at each sample of an irregular clock.
     EachStep(&'g [Pair<L>]),
-    /// The recorded voltage under a zero-order hold.
+    /// The recorded voltage under a zero-order hold; this and those below only where states are not kept.
     ZeroOrderHold,
     /// The recorded voltage under a first-order hold.
     FirstOrderHold,
@@ -112,6 +115,8 @@ struct OnTime<'a, const L: usize> {
     most: usize,
     /// True if the drive is nonlinear, so that its output differs between candidates.
     is_nonlinear: bool,
+    /// True if states are kept, for which inputs that change are computed ahead.
+    is_observed: bool,
     /// True if a torque, a load or a voltage offset acts.
     is_loaded: bool,
     /// True if a step uses the voltage at its end too.
@@ -127,8 +132,13 @@ impl<'a, const L: usize> OnTime<'a, L> {
             now: None,
             drives: DriveNonlinearity::of(motors),
             load: motors.get(Parameter::Load),
-            most: if is_observed { CHUNK } else { SUM_BLOCK },
+            most: match (features.is_averaged(), is_observed) {
+                (true, _) => CHUNK,
+                (false, true) => KEPT,
+                (false, false) => SUM_BLOCK,
+            },
             is_nonlinear: DriveNonlinearity::<f64>::is_nonlinear(features),
+            is_observed,
             is_loaded: features.is_biased() || !signals.torque.is_empty(),
             uses_end: problem.model().discretization.uses_next_input(),
         }
@@ -144,11 +154,7 @@ impl<'a, const L: usize> OnTime<'a, L> {
     ) -> Option<(u16, usize, PieceInput<'g, L>)> {
         if !self.signals.step_index.is_empty() {
             let end = self.signals.len().min(start + CHUNK);
-            for (n, gain) in (start..end).zip(gains.iter_mut()) {
-                let (step, inputs) = (&steps[usize::from(self.signals.step_of(n))], self.signals.inputs(n));
-                *gain =
-                    if self.is_nonlinear { self.gain::<FMA>(step, inputs) } else { step.loaded_gain::<FMA>(inputs) };
-            }
+            self.fill::<FMA>(steps, [start, end], gains);
             return (end > start).then_some((0, end, each(self.signals, &gains[..end - start])));
         }
         if self.now.is_none_or(|segment| segment.run.end == start) {
@@ -162,17 +168,29 @@ impl<'a, const L: usize> OnTime<'a, L> {
         let end = run.end.min(start + self.most);
         Some(if *constant {
             (run.step, end, PieceInput::Constant(&gains[0]))
-        } else if self.is_nonlinear {
-            let end = end.min(start + CHUNK);
-            for (n, gain) in (start..end).zip(gains.iter_mut()) {
-                *gain = self.gain::<FMA>(&steps[usize::from(run.step)], self.signals.inputs(n));
-            }
+        } else if self.is_nonlinear || self.is_observed {
+            let end = end.min(start + self.most.min(CHUNK));
+            self.fill::<FMA>(steps, [start, end], gains);
             (run.step, end, PieceInput::Each(&gains[..end - start]))
         } else if self.is_loaded {
             (run.step, end, PieceInput::WithLoad)
         } else {
             (run.step, end, if self.uses_end { PieceInput::FirstOrderHold } else { PieceInput::ZeroOrderHold })
         })
+    }
+
+    /// Writes the contributions of the inputs of consecutive samples to both states.
+    #[inline(always)]
+    fn fill<const FMA: bool>(&self, steps: &[Step<L>], [start, end]: [usize; 2], gains: &mut [Pair<L>; CHUNK]) {
+        for (n, gain) in (start..end).zip(gains.iter_mut()) {
+            let (step, inputs) = (&steps[usize::from(self.signals.step_of(n))], self.signals.inputs(n));
+            *gain = match (self.is_nonlinear, self.is_loaded) {
+                (true, _) => self.gain::<FMA>(step, inputs),
+                (false, true) => step.input_gain::<FMA>(inputs),
+                (false, false) if self.uses_end => step.input_gain::<FMA>([inputs[0], inputs[1]]),
+                (false, false) => step.input_gain::<FMA>(inputs[0]),
+            };
+        }
     }
 
     /// Returns the contribution to both states of the voltage at the start and the end of a step and of a torque. The voltage

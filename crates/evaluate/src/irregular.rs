@@ -24,19 +24,14 @@ impl<const L: usize> Kernel<L> for Irregular {
         let (problem, signals) = (block.problem, &block.problem.signals()[recording]);
         let ids: [usize; L] = std::array::from_fn(|lane| lane);
         let parameters = block.parameters(&ids[..block.candidates.count()], recording);
-        match (problem.criterion().is_absolute(), signals.weight.is_empty()) {
-            (false, true) => simulate::<L, FMA, false, false>(problem, signals, &parameters, cut),
-            (false, false) => simulate::<L, FMA, false, true>(problem, signals, &parameters, cut),
-            (true, true) => simulate::<L, FMA, true, false>(problem, signals, &parameters, cut),
-            (true, false) => simulate::<L, FMA, true, true>(problem, signals, &parameters, cut),
-        }
+        simulate::<L, FMA>(problem, signals, &parameters, cut)
     }
 }
 
 /// Returns the weighted sums of errors over the active samples of one recording, shape `[channels][candidates]`; those so far
 /// once all candidates are beyond the limits of `cut`.
 #[inline(always)]
-fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTED: bool>(
+fn simulate<const L: usize, const FMA: bool>(
     problem: &Problem,
     signals: &Signals,
     parameters: &[[f64; L]; 5],
@@ -51,6 +46,7 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
             totals[0][lane] += 0.0 * parameter[lane];
         }
     }
+    let loss = (problem.criterion().is_absolute(), !signals.weight.is_empty());
     let (mut from, end) = (signals.first_active, signals.len());
     let mut part = from;
     while from < end {
@@ -59,7 +55,13 @@ fn simulate<const L: usize, const FMA: bool, const ABSOLUTE: bool, const WEIGHTE
             Some(cut) => cut.until(from, last),
             None => last,
         };
-        clock.run::<FMA, ABSOLUTE, WEIGHTED>(&mut lanes, [from, to]);
+        // The steps are computed before and serve each loss, so that they are compiled once.
+        match loss {
+            (false, false) => clock.run::<FMA, false, false>(&mut lanes, [from, to]),
+            (false, true) => clock.run::<FMA, false, true>(&mut lanes, [from, to]),
+            (true, false) => clock.run::<FMA, true, false>(&mut lanes, [from, to]),
+            (true, true) => clock.run::<FMA, true, true>(&mut lanes, [from, to]),
+        }
         if let Some(cut) = &mut cut
             && cut.is_due(to - from)
             && cut.is_passed(&so_far(&totals, &lanes.sums))

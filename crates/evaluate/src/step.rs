@@ -96,10 +96,9 @@ impl<const L: usize> Step<L> {
         }
     }
 
-    /// Returns the contribution to both states of a voltage at both ends of the step and of a torque, the same for all candidates,
-    /// with offset and load of each.
+    /// Returns the contribution of an input to both states.
     #[inline(always)]
-    pub(super) fn loaded_gain<const FMA: bool>(&self, inputs: [f64; 3]) -> Pair<L> {
+    pub(super) fn input_gain<const FMA: bool>(&self, inputs: impl Input<L>) -> Pair<L> {
         let mut gain = [[0.0; L]; 2];
         for (axis, gain) in gain.iter_mut().enumerate() {
             for (lane, gain) in gain.iter_mut().enumerate() {

@@ -59,5 +59,6 @@ pub use unreadable::unreadable;
 pub use wpilib_units::split;
 pub use wpilog::{ARRAY_MAX, ENTRIES_MAX, NO_TEST, TESTS};
 pub use wpilog_records::PAYLOAD_MAX;
+/// Limits of workbooks and MAT-files: none, as this build does not read them.
 #[cfg(not(feature = "formats"))]
 pub const LIMITS: [motorfit_core::limit::Limit; 0] = [];
