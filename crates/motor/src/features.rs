@@ -38,24 +38,28 @@ impl ModelFeatures {
     }
 
     /// Returns true if the model is the linear motor.
+    #[inline]
     #[must_use]
     pub fn is_linear(self) -> bool {
         self.0 == 0
     }
 
     /// Returns true if the input is delayed.
+    #[inline]
     #[must_use]
     pub fn is_delayed(self) -> bool {
         self.has_any(&[Parameter::DeadTime, Parameter::Latency])
     }
 
     /// Returns true if the model is driven even while its input is zero.
+    #[inline]
     #[must_use]
     pub fn is_biased(self) -> bool {
         self.has_any(&[Parameter::Load, Parameter::Offset])
     }
 
     /// Returns true if a sensor averages.
+    #[inline]
     #[must_use]
     pub fn is_averaged(self) -> bool {
         self.has_any(&[Parameter::CurrentAverage, Parameter::SpeedAverage])

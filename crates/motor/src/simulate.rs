@@ -24,12 +24,14 @@ pub struct SimulationInput<'a> {
 impl SimulationInput<'_> {
     /// Returns the index into `step_s` of the step that follows a sample.
     #[must_use]
+    #[inline]
     pub fn index(&self, n: usize) -> usize {
         self.step_index.get(n).map_or(0, |&index| usize::from(index))
     }
 
     /// Returns the length of the step that follows a sample \[s\]; NaN if it is not listed.
     #[must_use]
+    #[inline]
     pub fn step(&self, n: usize) -> f64 {
         self.step_s.get(self.index(n)).copied().unwrap_or(f64::NAN)
     }
