@@ -116,11 +116,11 @@ struct Evaluation<'a> {
     top: Option<usize>,
 }
 
-/// What is known of the candidates that are evaluated.
+/// Number, lowest cost and best of the candidates that are evaluated.
 struct Evaluated {
     count: u64,
     lowest: f64,
-    /// Those that may be printed as the best.
+    /// Candidates that may be printed as the best.
     best: Vec<Kept>,
     /// Time of the evaluation itself.
     busy: Duration,

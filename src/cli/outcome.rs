@@ -1,4 +1,4 @@
-//! What a command ended with.
+//! The outcome of a command.
 
 /// Outcomes of a command that did not fail.
 pub(crate) enum Outcome {

@@ -1,4 +1,4 @@
-//! What recordings are read from: paths, open files and tables of columns.
+//! Sources of recordings: paths, open files and tables of columns.
 
 use crate::errors::Raise as _;
 use crate::frame::Frame;

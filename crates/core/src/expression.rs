@@ -146,9 +146,9 @@ pub trait Language {
 
     /// Largest number of levels of brackets, signs and powers; the expression itself is the first.
     const LEVELS_MAX: usize;
-    /// Whether the right operand of any operator is a further level, not only that of a power.
+    /// True if the right operand of any operator is a further level, not only that of a power.
     const COUNTS_OPERANDS: bool;
-    /// Whether functions have lists of arguments, which may be empty; otherwise each has one argument.
+    /// True if functions have lists of arguments, which may be empty; otherwise each has one argument.
     const HAS_LISTS: bool;
 
     /// Takes the first token of an operand; also returns its byte.

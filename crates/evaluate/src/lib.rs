@@ -34,6 +34,7 @@ mod pole_tables;
 mod problem;
 mod recordings;
 mod scalar;
+mod scales;
 mod segment;
 mod signals;
 mod simd;

@@ -25,6 +25,7 @@ pub struct Format {
     /// Function that returns true if the first bytes of a file are those of this format.
     is: fn(&[u8]) -> bool,
     /// Function that reads a file.
+    #[doc(hidden)]
     pub read: Reader,
 }
 
@@ -164,6 +165,7 @@ impl Format {
     ///
     /// # Errors
     /// Returns `Data` if the format is one that is not read; the hint names a converter.
+    #[doc(hidden)]
     pub fn of(head: &[u8]) -> Result<Option<&'static Self>> {
         foreign::refused(head)?;
         Ok(FORMATS.iter().find(|format| (format.is)(head)))

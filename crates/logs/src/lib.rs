@@ -62,3 +62,8 @@ pub use wpilog_records::PAYLOAD_MAX;
 /// Limits of workbooks and MAT-files: none, as this build does not read them.
 #[cfg(not(feature = "formats"))]
 pub const LIMITS: [motorfit_core::limit::Limit; 0] = [];
+
+/// Runs the example of the README as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}

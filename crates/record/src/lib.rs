@@ -40,3 +40,8 @@ pub use requests::{ColumnRequest, parse_columns, parse_signal_columns};
 pub use samples::{NamedSignal, SAMPLES_MAX, Samples, VALUE_MAX};
 pub use source::{Column, Source};
 pub use time::{Gaps, Steps, TIME_JITTER_UNIFORM, step_lengths};
+
+/// Runs the example of the README as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}

@@ -1,4 +1,4 @@
-//! What candidates are read from, and the columns of a file.
+//! The interface of readers of candidates, and the columns of a file.
 
 use motorfit::numeric::index;
 use motorfit::optimize::Sample;

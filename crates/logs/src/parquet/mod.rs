@@ -65,7 +65,7 @@ pub(crate) fn open(mut medium: Box<dyn Medium>) -> Result<Box<dyn Log>> {
     Ok(Box::new(parquet))
 }
 
-/// What the footer of a file tells.
+/// Contents of the footer of a file.
 struct Contents {
     /// Length of the file \[bytes\].
     length: u64,

@@ -13,7 +13,7 @@ pub struct Graph {
 
 impl Graph {
     /// Returns the number of nodes.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.nodes.len()
     }
 

@@ -10,7 +10,7 @@ use crate::graph::{Id, Leaf, Node};
 const STATES_MAX: usize = 2;
 
 /// A step `x⁺ = x + D x + g₀ + Σ g u`, then reactions, repeated for each substep. Coefficients are parameters that
-/// [`Extras::compute`](super::Extras::compute) gives: their numbers are the places here. Rows and columns are in the order of the model.
+/// `Extras::compute` gives: their numbers are the places here. Rows and columns are in the order of the model.
 #[derive(Debug, Clone)]
 pub struct AffineStep {
     /// Number of substeps.

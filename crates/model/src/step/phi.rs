@@ -64,7 +64,7 @@ impl<const L: usize> Lane for [f64; L] {
 pub struct WithRate<T> {
     /// The value.
     pub value: T,
-    /// Its derivative in the direction.
+    /// The derivative of the value in the direction.
     pub rate: T,
 }
 
