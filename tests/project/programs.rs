@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use syn::{Expr, ExprLit, Item, Lit};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
-/// Most programs besides unit tests, each of which links the whole library.
+/// Largest number of test programs, each of which links the whole library.
 const PROGRAMS: usize = 12;
-/// Least number of tests in the workspace, unit tests included.
+/// Smallest number of tests in the workspace, unit tests included.
 const TESTS: usize = 922;
 
 fn sources(folder: &Path, all: &mut BTreeSet<PathBuf>) {

@@ -60,7 +60,7 @@ fn auto_finds_the_extensions_of_joint_fits() {
     let verdicts: Vec<[bool; 3]> = fits.iter().map(one).collect();
     let right = [0, 1, 2].map(|n| verdicts.iter().filter(|v| v[n]).count());
     println!("{} fits: right model, fit and any order {right:?}", fits.len());
-    // The required rate is 95 %, so that one of 32 may fail, and one of 16, which fails with a probability of 56 %.
+    // The required rate is 95 %, so that one of 32 may fail. Of 16 one may fail too: at that rate at least one does with a probability of 56 %.
     assert!(right.iter().all(|right| right + 1 >= fits.len()), "{right:?}");
 }
 

@@ -1,4 +1,4 @@
-//! The methods of `Model`, some of which return what has a model itself.
+//! The Python methods of `Model`. They have a file of their own because their results refer to `Model`.
 
 use crate::arrays::{array, signal};
 use crate::compare::compare_model;

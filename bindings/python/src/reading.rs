@@ -92,7 +92,7 @@ pub fn several_with(given: &Bound<'_, PyAny>, reading: &Reading) -> PyResult<Vec
     if records.is_empty() { Err(unexpected()) } else { Ok(records) }
 }
 
-/// Converts an argument to recordings; `None` if it is neither a `Record` nor what recordings are read from.
+/// Converts an argument to recordings; `None` if it is neither a `Record` nor a source of recordings.
 pub fn records_of(given: &Bound<'_, PyAny>, reading: &Reading) -> PyResult<Option<Vec<Recording>>> {
     if let Ok(record) = given.cast::<Record>() {
         return Ok(Some(vec![record.get().0.clone()]));

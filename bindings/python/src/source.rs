@@ -36,7 +36,7 @@ pub fn file(py: Python<'_>, path: &Bound<'_, PyAny>, options: Option<&Bound<'_, 
     }
 }
 
-/// Object that recordings are read from.
+/// A source of recordings.
 pub enum Source<'a, 'py> {
     Path(PathBuf),
     File(&'a Bound<'py, PyAny>),

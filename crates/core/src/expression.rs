@@ -2,7 +2,7 @@
 //! Operator Precedence, 1973).
 //!
 //! Precedence, from the loosest: `||`, `&&`, comparison, `+ -`, `* /`, unary `- !`, `^` (right-associative). A [`Language`]
-//! reads the tokens, so that it decides what a name is and which operators there are, and words the errors.
+//! reads the tokens, which decides what a name is and which operators there are, and has the messages of its errors.
 
 use crate::named::named;
 
@@ -121,7 +121,7 @@ pub enum Start<N, F> {
     Not,
 }
 
-/// An error of structure, which the language words.
+/// A syntax error, for which the language has the message.
 pub enum Problem<F> {
     /// More than [`Language::LEVELS_MAX`] levels.
     Levels,
@@ -169,7 +169,7 @@ pub trait Language {
     /// Returns the number of arguments of a function.
     fn arguments(function: &Self::Function) -> usize;
 
-    /// Words an error at the next token.
+    /// Returns the error for a problem at the next token.
     fn fault(&self, problem: Problem<Self::Function>) -> Self::Fault;
 }
 

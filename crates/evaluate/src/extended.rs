@@ -1,8 +1,9 @@
 //! The kernel for motors with extensions: simulates `L` candidates side by side through one recording.
 //!
 //! Without delays and moving averages it steps through segments of constant inputs, as the kernel of the linear motor does, or
-//! reads the inputs of each step from the recording. Otherwise it computes a chunk of samples at a time: the inputs of each
-//! candidate, then the states, then the sensor outputs, then the errors.
+//! reads the inputs of each step from the recording, and adds the squares of the errors as the states change. Otherwise, and for
+//! weighted and absolute errors, it computes a chunk of samples at a time: the inputs of each candidate, then the states, then the
+//! sensor outputs, then the errors.
 
 use super::at_level::at_level;
 use super::cutoff::Cut;
@@ -48,8 +49,8 @@ pub(super) fn portable(block: &Block<'_>, costs: &mut [f64]) {
     run::<WithExtensions<true, true>, LANES_PORTABLE, false>(block, costs);
 }
 
-/// The kernel of motors with extensions. Code for even clocks without moving averages is in it if `EVEN` is true, and for irregular
-/// clocks if `IRREGULAR` is; a kernel without the first simulates even clocks too, by the code for averages.
+/// The kernel of motors with extensions. It has loops that add errors as the states change for even clocks if `EVEN` is true, and
+/// code for irregular clocks if `IRREGULAR` is true. Without the first, even clocks are simulated a chunk at a time.
 struct WithExtensions<const EVEN: bool, const IRREGULAR: bool>;
 
 impl<const L: usize, const EVEN: bool, const IRREGULAR: bool> Kernel<L> for WithExtensions<EVEN, IRREGULAR> {
@@ -154,8 +155,9 @@ impl<'a, const L: usize, const EVEN: bool, const IRREGULAR: bool> Simulation<'a,
                 self.pass::<FMA, _>(range, Even { step, inputs: std::iter::repeat(gain), bends });
             }
             PieceInput::Each(gains) => self.pass::<FMA, _>(range, Even { step, inputs: gains.iter(), bends }),
-            // Such a piece comes from an irregular clock.
-            PieceInput::EachStep(_) if !IRREGULAR => (),
+            PieceInput::EachStep(_) if !IRREGULAR => {
+                debug_assert!(false, "a kernel for even clocks on an irregular one")
+            }
             PieceInput::EachStep(gains) => {
                 let index = &signals.step_index[start..end];
                 self.pass::<FMA, _>(range, Irregular { steps: &steps, index, gains, bends });
@@ -176,7 +178,7 @@ impl<'a, const L: usize, const EVEN: bool, const IRREGULAR: bool> Simulation<'a,
         self.steps = steps;
     }
 
-    /// Returns whether brushes and friction react.
+    /// Returns true for brush drop and for Coulomb friction if the motor has it.
     fn reactions(&self) -> [bool; 2] {
         [Parameter::BrushDrop, Parameter::Coulomb].map(|of| self.problem.features().has(of))
     }
@@ -198,6 +200,7 @@ impl<'a, const L: usize, const EVEN: bool, const IRREGULAR: bool> Simulation<'a,
     #[inline(always)]
     fn follow<const FMA: bool, P: Path<L>>(&mut self, [start, end]: [usize; 2], path: P) {
         if !EVEN && P::IS_EVEN {
+            debug_assert!(false, "this kernel keeps the states of even clocks");
             return;
         }
         let (reactions, measured) = (self.reactions(), Samples::of(self.signals, start, end).measured);

@@ -1,4 +1,4 @@
-//! The sizes of the signals of a recording: their power, and the divisors of their errors.
+//! The power of measured signals, and the divisors of their errors.
 
 use crate::criterion::{Criterion, Scale};
 use motorfit_core::numeric::peak;

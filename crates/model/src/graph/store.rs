@@ -1,4 +1,4 @@
-//! The store of the nodes of a graph, in the order of their making.
+//! A graph of nodes, stored in the order in which they were created.
 
 use super::node::{Dependency, Id, Leaf, Node};
 use std::collections::HashMap;

@@ -1,4 +1,4 @@
-//! Costs as they are compared: with the precision at which differences count, and in logarithms.
+//! The precision at which costs are compared, and their logarithms.
 
 use super::result::Block;
 use motorfit_core::numeric::{quantile, sorted};
