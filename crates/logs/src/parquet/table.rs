@@ -1,11 +1,12 @@
 //! Tables of Parquet files in batches of rows: of each column one page is in memory.
 
+use super::super::log::Medium;
 use super::column::{named, page};
+use super::contents::{AGAIN, Contents, check, contents};
 use super::decode::Decoder;
 use super::footer::{Chunk, Group, Meaning, Node};
 use super::pages::{Buffers, Pages};
 use super::schema::{Leaf, Physical};
-use super::{AGAIN, Contents, Medium, check, contents};
 use motorfit_core::numeric::index;
 use motorfit_core::{Error, Result};
 use std::ops::Range;
