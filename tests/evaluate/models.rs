@@ -4,6 +4,7 @@
 //! Does not prove: real machines.
 #![allow(clippy::unwrap_used, clippy::float_cmp, reason = "a test may stop; exact equality is meant")]
 
+use crate::support::rates::cases;
 use motorfit::candidates::Candidates;
 use motorfit::criterion::{Criterion, Noise, Norm, Scale};
 #[cfg(feature = "gpu")]
@@ -263,11 +264,12 @@ fn thermal(seed: u64) -> Machine {
 
 #[test]
 fn parameters_of_simulated_machines_are_found_within_their_errors() {
-    // 40 dB, 10 machines of each model. Of n intervals a share of 0.95 ± 3.5 √(0.95·0.05/n) covers the truth.
+    // 40 dB. Of n intervals a share of 0.95 ± 3.5 √(0.95·0.05/n) covers the truth.
+    let machines = cases(3, 10);
     for (of, machine) in [(BuiltIn::Pmsm, pmsm as fn(u64) -> Machine), (BuiltIn::DcThermal, thermal)] {
         let model = of.model().unwrap();
         let (mut covered, mut all, mut squares) = (0.0, 0.0, 0.0);
-        for seed in 0..10 {
+        for seed in 0..machines {
             let (recording, truth) = machine(seed);
             let found = run(&model, &[recording], &ModelSpec::default());
             let uncertainty = found.uncertainty.as_ref().unwrap();
@@ -284,8 +286,9 @@ fn parameters_of_simulated_machines_are_found_within_their_errors() {
         let (share, spread): (f64, f64) = (covered / all, squares / all);
         let margin = 3.5 * (0.95_f64 * 0.05 / all).sqrt();
         assert!((share - 0.95).abs() < margin, "{}: {share} covered", of.name());
-        // The parameters of a machine are correlated: 80 errors spread like some 25 independent ones.
-        assert!((0.4..1.6).contains(&spread), "{}: mean square {spread}", of.name());
+        // The parameters of a machine are correlated: 80 errors spread like some 25 independent ones, a mean square of 1 ± 0.28.
+        let spreads = cases(0.0..2.8, 0.4..1.6);
+        assert!(spreads.contains(&spread), "{}: mean square {spread}", of.name());
     }
 }
 

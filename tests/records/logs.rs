@@ -6,6 +6,7 @@
 #![allow(clippy::float_cmp, reason = "equality to the last bit is meant")]
 
 use crate::support::program;
+use crate::support::rates::{cases, covers};
 use crate::support::wpilog::{Log, Mechanism, Routine, Rows, TESTS, simulated, volts, write};
 use motorfit::Error;
 use motorfit::identify::mechanism::{
@@ -168,11 +169,12 @@ fn read_log(bytes: &[u8]) -> Result<Vec<Record>, Error> {
 
 #[test]
 fn intervals_hold_95_percent_of_the_truths() {
-    // 60 routines of each mechanism. Of 780 intervals at 95 % between 91.9 % and 97.6 % hold the truth (four standard errors of a
-    // binomial, with parameters of a routine as independent).
+    // Of the 780 intervals of 60 routines of each mechanism between 91.9 % and 97.6 % hold the truth (four standard errors of a binomial,
+    // with parameters of a routine as independent).
+    let routines = cases(12, 60);
     let (mut held, mut all) = (0, 0);
     for (of, kind) in [(ARM, MechanismKind::Arm), (LIFT, MechanismKind::Elevator), (WHEEL, MechanismKind::Simple)] {
-        for seed in 0..60 {
+        for seed in 0..routines {
             let mut log = Log::new();
             let tests = |test: &str| rows(&of, test, 1000 * seed + test.len() as u64);
             write(&mut log, &Routine::default(), &tests, 1_000_000);
@@ -183,13 +185,12 @@ fn intervals_hold_95_percent_of_the_truths() {
             for (name, truth) in truths {
                 let Some([low, high]) = found.estimate(name).and_then(|estimate| estimate.ci95) else { continue };
                 all += 1;
-                held += i32::from(low <= truth && truth <= high);
+                held += usize::from(low <= truth && truth <= high);
             }
         }
     }
     println!("{held} of {all} intervals hold the truth");
-    let share = f64::from(held) / f64::from(all);
-    assert!(all > 700 && (0.919..0.976).contains(&share), "{held} of {all}");
+    assert!(all > 11 * routines as usize && covers(held, all, [0.919, 0.976]), "{held} of {all}");
 }
 
 /// Returns the codes of the warnings, and asserts that they are reasons of the trust.

@@ -54,7 +54,7 @@ fn spread(problem: &Problem) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::criterion::Criterion;
-    use crate::{Model, Simd};
+    use crate::{Model, Scalar};
     use motorfit_motor::{Discretization, Parameters, SimulationInput, Space, simulate};
     use motorfit_record::{Record, Samples};
 
@@ -81,7 +81,8 @@ mod tests {
         let buzz = record(&|n| if n % 4 < 2 { 10.0 } else { -10.0 });
         for (records, expected) in [([step.clone(), buzz.clone()], [0, 1]), ([buzz, step], [1, 0])] {
             let problem = Problem::new(&records, Model::default(), Space::table2(), Criterion::default()).unwrap();
-            assert_eq!(hardest_first(&problem, &mut Simd::alone()), expected);
+            // The oracle will do, so that these tests do not compile the kernels.
+            assert_eq!(hardest_first(&problem, &mut Scalar), expected);
         }
     }
 }

@@ -246,6 +246,7 @@ impl Signals {
 
     /// Returns true if a channel was measured at a sample, and not interpolated between others.
     #[doc(hidden)]
+    #[inline]
     pub fn is_measured(&self, channel: usize, sample: usize) -> bool {
         self.own[channel].get(sample).copied().unwrap_or(true)
     }

@@ -20,12 +20,14 @@ impl ModelFeatures {
     }
 
     /// Returns true if the model has this extension parameter.
+    #[inline]
     #[must_use]
     pub fn has(self, parameter: Parameter) -> bool {
         self.0 & 1 << parameter as u64 != 0
     }
 
     /// Returns true if the model has any of these extension parameters.
+    #[inline]
     #[must_use]
     pub fn has_any(self, parameters: &[Parameter]) -> bool {
         parameters.iter().any(|p| self.has(*p))

@@ -37,6 +37,7 @@ impl SimulationInput<'_> {
     }
 
     /// Returns the voltage at the end of the step that follows a sample \[V\]; NaN if there is no such sample.
+    #[inline]
     #[must_use]
     pub fn end(&self, n: usize) -> f64 {
         let next = || n.checked_add(1).and_then(|next| self.voltage.get(next)).or(self.voltage.get(n));
