@@ -109,6 +109,20 @@ fn versions_are_those_of_the_workspace() {
 }
 
 #[test]
+fn prebuilt_programs_are_fully_optimized() {
+    let manifest: toml::Table = include_str!("../../Cargo.toml").parse().unwrap();
+    let packages = |profile: &str| manifest["profile"][profile]["package"].as_table().unwrap().clone();
+    let (release, dist) = (packages("release"), packages("dist"));
+    let key = |of: &toml::Table, name: &str, key: &str| of.get(name)?.get(key)?.as_integer();
+    for name in release.keys() {
+        for (what, best) in [("opt-level", 3), ("codegen-units", 1)] {
+            let given = key(&release, name, what).is_some();
+            assert!(!given || key(&dist, name, what) == Some(best), "profile.dist needs {name}.{what} = {best}");
+        }
+    }
+}
+
+#[test]
 fn the_document_lists_direct_dependencies() {
     let document = include_str!("../../docs/dependencies.md");
     let lock: toml::Table = include_str!("../../Cargo.lock").parse().unwrap();

@@ -190,7 +190,7 @@ fn intervals_hold_95_percent_of_the_truths() {
         }
     }
     println!("{held} of {all} intervals hold the truth");
-    assert!(all > 11 * routines as usize && covers(held, all, [0.919, 0.976]), "{held} of {all}");
+    assert!(all > 11 * usize::try_from(routines).unwrap() && covers(held, all, [0.919, 0.976]), "{held} of {all}");
 }
 
 /// Returns the codes of the warnings, and asserts that they are reasons of the trust.

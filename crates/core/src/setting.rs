@@ -7,7 +7,7 @@ use crate::text::printable;
 use std::fmt;
 
 /// Syntax of the value of a setting.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Form {
     /// On or off.
     Switch,
@@ -21,31 +21,23 @@ pub enum Form {
     Values,
 }
 
-/// Defines the enum of the settings from one table: variant, name, form and description.
+/// A setting of an identification, of the import of files or of a study. The constants are those that several crates refer to; a crate adds a
+/// row of its own by [`Setting::new`], without a change here, which would compile everything again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Setting {
+    name: &'static str,
+    form: Form,
+}
+
+/// Defines the constants of the settings from one table: constant, name, form and description.
 macro_rules! settings {
     ($($setting:ident $name:literal $form:ident $about:literal)*) => {
-        /// A setting of an identification, of the import of files or of a study.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-        #[non_exhaustive]
-        pub enum Setting {
-            $(#[doc = $about] $setting,)*
-        }
-
+        #[allow(non_upper_case_globals, reason = "they are written like variants, in texts and in patterns")]
         impl Setting {
-            /// All settings.
+            $(#[doc = $about] pub const $setting: Self = Self::new($name, Form::$form);)*
+
+            /// All settings that are constants here.
             pub const ALL: &[Self] = &[$(Self::$setting),*];
-
-            /// Returns the name in lower case, words joined by underscores.
-            #[must_use]
-            pub const fn name(self) -> &'static str {
-                match self { $(Self::$setting => $name,)* }
-            }
-
-            /// Returns the syntax of the value.
-            #[must_use]
-            pub const fn form(self) -> Form {
-                match self { $(Self::$setting => Form::$form,)* }
-            }
         }
     };
 }
@@ -105,6 +97,24 @@ settings! {
 }
 
 impl Setting {
+    /// Returns a setting: its name in lower case, words joined by underscores, and the syntax of its value.
+    #[must_use]
+    pub const fn new(name: &'static str, form: Form) -> Self {
+        Self { name, form }
+    }
+
+    /// Returns the name in lower case, words joined by underscores.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        self.name
+    }
+
+    /// Returns the syntax of the value.
+    #[must_use]
+    pub const fn form(self) -> Form {
+        self.form
+    }
+
     /// Returns a reference to this setting with a value, either an example or the given one.
     pub fn to(self, value: impl Into<String>) -> Reference {
         Reference::Setting(self, Some(value.into()))
@@ -301,6 +311,10 @@ mod tests {
         assert_eq!(text.to_string(), "set K by fix K=… or time_origin; the list of devices");
         let shout: Spelling = |reference| neutral(reference).to_uppercase();
         assert_eq!(text.spelled(shout), "set K by FIX K=… or TIME_ORIGIN; THE LIST OF DEVICES");
+        // A setting of another crate.
+        const LOCK: Setting = Setting::new("lock", Form::Word);
+        let text = text!("wait for " {LOCK} ", or try " {LOCK.to("off")});
+        assert_eq!(text.spelled(shout), "wait for LOCK, or try LOCK OFF");
     }
 
     #[test]

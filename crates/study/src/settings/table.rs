@@ -47,18 +47,35 @@ pub struct Row {
 }
 
 /// Settings for reading and preparing recordings.
-pub const READING: [Setting; 11] = {
-    use Setting::{BadRows, Columns, Crop, Decimate, DropRepeats, Filter, Gaps, Mask, Offset, Rate, Sheet};
-    [Columns, Rate, Sheet, BadRows, Gaps, DropRepeats, Crop, Offset, Mask, Decimate, Filter]
-};
+pub const READING: [Setting; 11] = [
+    Setting::Columns,
+    Setting::Rate,
+    Setting::Sheet,
+    Setting::BadRows,
+    Setting::Gaps,
+    Setting::DropRepeats,
+    Setting::Crop,
+    Setting::Offset,
+    Setting::Mask,
+    Setting::Decimate,
+    Setting::Filter,
+];
 /// Settings of the search and the refinement.
 pub const SEARCH: [Setting; 6] =
     [Setting::Method, Setting::Polish, Setting::Population, Setting::Generations, Setting::Seed, Setting::Set];
 /// Settings of the problem: parameters, criterion and model.
-pub const PROBLEM: [Setting; 10] = {
-    use Setting::{Bounds, Criterion, Discretization, Fix, Initial, Noise, PerRecording, Scale, TimeOrigin, With};
-    [Bounds, Fix, Criterion, Scale, Noise, TimeOrigin, With, PerRecording, Discretization, Initial]
-};
+pub const PROBLEM: [Setting; 10] = [
+    Setting::Bounds,
+    Setting::Fix,
+    Setting::Criterion,
+    Setting::Scale,
+    Setting::Noise,
+    Setting::TimeOrigin,
+    Setting::With,
+    Setting::PerRecording,
+    Setting::Discretization,
+    Setting::Initial,
+];
 /// Settings of the device that evaluates candidates.
 pub const DEVICE: [Setting; 4] = [Setting::Device, Setting::Precision, Setting::Evaluator, Setting::Threads];
 

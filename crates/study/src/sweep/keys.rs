@@ -37,10 +37,14 @@ named! {
 }
 
 /// Settings of an identification that apply to all runs.
-pub(super) const OF_ALL_RUNS: [Setting; 6] = {
-    use Setting::{Device, Discretization, Evaluator, Initial, Precision, TimeOrigin};
-    [Device, Precision, Evaluator, Discretization, Initial, TimeOrigin]
-};
+pub(super) const OF_ALL_RUNS: [Setting; 6] = [
+    Setting::Device,
+    Setting::Precision,
+    Setting::Evaluator,
+    Setting::Discretization,
+    Setting::Initial,
+    Setting::TimeOrigin,
+];
 /// Settings of which each model takes the entries for its own parameters.
 pub(super) const OF_MODELS: [Setting; 3] = [Setting::Bounds, Setting::Fix, Setting::PerRecording];
 

@@ -7,7 +7,7 @@ use motorfit::channels::{Channels, by_name};
 use motorfit::criterion::{Criterion, Noise, Norm, Scale};
 use motorfit::named::Named;
 use motorfit::report::command_line;
-use motorfit::setting::{Reference, Setting, Text};
+use motorfit::setting::{Form, Reference, Setting, Text};
 use motorfit::warning::Warning;
 use motorfit::{Error, ErrorKind, numeric, text};
 use std::path::Path;
@@ -113,6 +113,7 @@ pub fn settings_and_errors(calls: &mut Calls) {
         let word = word.as_str();
         for setting in [Setting::Columns, Setting::Sheet] {
             drive!(calls, word;
+                "setting::Setting::new" => Setting::new("lock", Form::Word),
                 "setting::Setting::to" => setting.to(word),
                 "setting::Setting::name" => setting.name(),
                 "setting::Setting::form" => setting.form(),
