@@ -9,7 +9,7 @@ mod support;
 
 use motorfit::candidates::Candidates;
 use motorfit::criterion::{Criterion, Norm, Scale};
-use motorfit::estimate::model::{ModelWeights, refine_model};
+use motorfit::estimate::model::{refine_model, signal_sigma};
 use motorfit::evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
 use motorfit::evaluate::{Level, Simd};
 use motorfit::experiment::{Excitation, simulated};
@@ -46,6 +46,7 @@ fn recording_of(record: &Record) -> ModelRecording {
         measured: vec![samples.current.clone(), samples.speed.clone()],
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
+        name: None,
         time_s: samples.time_s.clone(),
     }
 }
@@ -166,6 +167,7 @@ fn chains(peak: Option<f64>) {
                 measured: vec![Some(voltage)],
                 counting: Vec::new(),
                 effective_sample_ratio: 1.0,
+                name: None,
                 time_s: (0..SAMPLES).map(|n| 1e-3 * n as f64).collect(),
             };
             let own = problem(&model, recording, None);
@@ -236,6 +238,7 @@ fn row<const N: usize, const U: usize>(
         measured: (0..N).map(|of| Some(recorded.measured.iter().map(|all| all[of]).collect())).collect(),
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
+        name: None,
         time_s: (0..SAMPLES).map(|n| recorded.step_s * n as f64).collect(),
     };
     let own = problem(&model, recording, Some(IntegrationMethod::RungeKutta));
@@ -270,6 +273,7 @@ fn derivatives() {
             measured: vec![Some(input(0)); model.outputs().len()],
             counting: Vec::new(),
             effective_sample_ratio: 1.0,
+            name: None,
             time_s: (0..SAMPLES).map(|n| 1e-4 * n as f64).collect(),
         };
         // Its own trajectory is measured, so that the fit ends after few simulations.
@@ -282,7 +286,7 @@ fn derivatives() {
         for _ in 0..ROUNDS {
             let plain = median((0..5).map(|_| seconds(|| drop(own.simulate(&start, 0, &initial[0])))).collect());
             let begin = Instant::now();
-            let found = refine_model(&own, &start, &initial, (false, ModelWeights::Signals)).unwrap();
+            let found = refine_model(&own, &start, &initial, (false, Some(&signal_sigma(&own)))).unwrap();
             // One more simulation tests the residuals.
             let time = begin.elapsed().as_secs_f64() / (found.evaluations + 1) as f64;
             ratios.push(time / plain);
@@ -306,6 +310,7 @@ fn beginnings() {
             measured: vec![Some(time_s.clone()); model.outputs().len()],
             counting: Vec::new(),
             effective_sample_ratio: 1.0,
+            name: None,
             time_s,
         };
         let settings = ModelSettings { method: Some((IntegrationMethod::RungeKutta, 1)), ..ModelSettings::default() };

@@ -52,7 +52,7 @@
 #![cfg_attr(not(test), warn(clippy::cast_precision_loss, clippy::cast_sign_loss))]
 
 pub use motorfit_core::{Error, ErrorKind, Result};
-pub use motorfit_core::{candidates, channels, error, file, limit, named, numeric, setting, text, units};
+pub use motorfit_core::{candidates, channels, coordinate, error, file, limit, named, numeric, setting, text, units};
 pub use motorfit_evaluate::{criterion, experiment};
 pub use motorfit_record::warning;
 pub use motorfit_study::settings;

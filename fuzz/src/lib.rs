@@ -325,6 +325,7 @@ pub fn model(bytes: &[u8], _: &Path) -> bool {
         measured: vec![Some(time_s.clone()); model.outputs().len()],
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
+        name: None,
         time_s,
     };
     let space = ModelSpace::new(&model, 1);

@@ -97,7 +97,15 @@ impl Model {
         // Outputs that vary, because a problem needs one; they are not used.
         let measured = self.0.outputs().iter().map(|_| Some(time_s.clone())).collect();
         let inputs = inputs.into_iter().flatten().collect();
-        Ok(ModelRecording { inputs, measured, step_s, counting: Vec::new(), effective_sample_ratio: 1.0, time_s })
+        Ok(ModelRecording {
+            inputs,
+            measured,
+            step_s,
+            counting: Vec::new(),
+            effective_sample_ratio: 1.0,
+            name: None,
+            time_s,
+        })
     }
 
     /// Returns the initial values of the states that are measured or free, 0 where none is given.

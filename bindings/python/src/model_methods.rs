@@ -259,7 +259,7 @@ impl Model {
             };
             let found = with_threads(threads, || {
                 let mut found = identify_model(&model, &recordings, &spec, &mut look)?;
-                hold_out_model(&model, &mut found, &held_out, &spec)?;
+                hold_out_model(&model, &mut found, &recordings, &held_out, &spec)?;
                 Ok(found)
             });
             (model, spec, found)

@@ -8,6 +8,7 @@
 pub mod candidates;
 pub mod channels;
 pub mod clock;
+pub mod coordinate;
 pub mod error;
 pub mod expression;
 pub mod file;

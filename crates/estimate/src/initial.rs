@@ -5,7 +5,8 @@
 //! motor can be driven, keeps a state that hardly shows in the recording near its measured value, for instance a current
 //! that decays within a sample.
 
-use super::normal::Fit;
+use super::fit::Fit;
+use super::motor::state;
 use super::refine::check_plain;
 use motorfit_core::Result;
 use motorfit_core::numeric::peak;
@@ -53,7 +54,9 @@ pub fn initial_states(problem: &Problem, values: &[f64], sigma: [f64; 2]) -> Res
         .map(|signals| largest(signals, &motor, problem.method().input).map(|most| (PRIOR * most).powi(-2)))
         .collect();
     for _ in 0..if problem.features().is_linear() { 1 } else { NONLINEAR_STEPS } {
-        let (matrix, gradient) = fit.weighted(&fit.normal(&at), &vec![sigma; problem.signals().len()]);
+        // Where the motor diverges the states stay as they are.
+        let Some(normal) = fit.normal(&at) else { break };
+        let (matrix, gradient) = fit.weighted(&normal, &vec![sigma.to_vec(); problem.signals().len()]);
         // The states of one recording do not depend on those of another.
         for (first, precision) in (axes..fit.unknowns).step_by(2).zip(&precisions) {
             let prior = |a: usize, b: usize| if a == b { precision[a] } else { 0.0 };
@@ -69,5 +72,5 @@ pub fn initial_states(problem: &Problem, values: &[f64], sigma: [f64; 2]) -> Res
             }
         }
     }
-    Ok(fit.initial(&at))
+    Ok(fit.initial(&at).iter().map(|of| state(of)).collect())
 }

@@ -10,15 +10,19 @@
 // Counts are converted by the functions of `numeric`.
 #![cfg_attr(not(test), warn(clippy::cast_precision_loss, clippy::cast_sign_loss))]
 
+mod damped_step;
 mod descent;
+mod ended;
 mod failure;
+mod fit;
+mod fitted;
 mod gram;
 mod initial;
 mod linear_steps;
 mod local_search;
 pub mod model;
+mod motor;
 mod multistart;
-mod normal;
 mod output_error;
 mod projection;
 mod projection_grid;
@@ -32,6 +36,7 @@ mod rough;
 mod sandwich;
 mod score;
 mod sensitivity;
+mod separate;
 mod shaped;
 #[cfg(test)]
 mod simulated;
@@ -41,6 +46,7 @@ mod triangle;
 mod uncertainty;
 mod weights;
 
+pub use ended::Ended;
 pub use failure::SmFailure;
 pub use gram::Products;
 pub use initial::initial_states;
@@ -54,6 +60,7 @@ pub use resampled::steiglitz_mcbride_resampled;
 pub use rough::refine_coarse;
 pub use sandwich::robust_uncertainty;
 pub use score::{Score, scores};
+pub use separate::{Separate, separate_fits};
 pub use starts::signal_deviations;
 pub use starts::{
     best_start, coordinate_search, coordinate_searched, delay_starts, delayed_estimates, transferred, warm_start,

@@ -4,7 +4,8 @@
 //! the search. Criteria of magnitudes and with weights over time are evaluated at the optimum of the squares.
 
 use super::descent::Descent;
-use super::normal::{Fit, Sigma};
+use super::fit::Fit;
+use super::motor::Sigma;
 use motorfit_core::numeric::{count, index};
 use motorfit_evaluate::{Problem, Scalar, Signals};
 use std::sync::Arc;
@@ -28,10 +29,11 @@ pub fn descend(problem: &Problem, start: &[f64], evaluations: u64) -> (Vec<f64>,
     let problem = problem.with_known_initial();
     let fit = Fit::new(&problem);
     let sigma = scales(&problem);
-    let Ok(descent) = Descent::new(&fit, start, sigma.clone()) else { return failed(each) };
+    let divisors = sigma.iter().map(|of| of.to_vec()).collect();
+    let Some(descent) = Descent::new(&fit, &fit.start(start), &divisors) else { return failed(each) };
     let mut descent = descent.at_most(index(simulations - 1));
     descent.run(TOLERANCE * signal_length(&problem, &sigma));
-    let (values, simulations) = descent.end();
+    let (values, simulations) = (fit.values(&descent.at), descent.evaluations);
     let cost = Scalar::cost(&problem, &values);
     let cost = if cost.is_nan() { f64::INFINITY } else { cost };
     (values, cost, 1 + simulations as u64 * each)

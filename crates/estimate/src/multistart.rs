@@ -9,7 +9,7 @@
 //! the lowest optimum of a linear motor is searched, every second block is a single point, because the best points tend to the largest region. With extensions, every other start is first improved by a coordinate search along the extension axes; each of these searches begins with
 //! the next of the delay-like axes.
 
-use super::normal::Sigma;
+use super::motor::Sigma;
 use super::refine::{Effort, refine_problem};
 use super::refined::Refined;
 use super::rough::{RoughProblem, is_same};

@@ -14,7 +14,7 @@ use motorfit_evaluate::{Level, Signals, at_level};
 use motorfit_motor::{Method, Parameters, seeded, step_maps};
 
 /// Index of the error in a row.
-const ERROR: usize = 7;
+pub(super) const ERROR: usize = 7;
 
 /// Sums of the products of rows, a symmetric matrix.
 type Products = Square;

@@ -7,7 +7,7 @@
 //!
 //! The basis functions `s/(…)` and `1/(…)` are current and speed of the motor with R = c₁, L = 1, K = J = c₀, B = 0.
 
-use super::normal::Sigma;
+use super::motor::Sigma;
 use super::projection_sums::{LANES, SUMS, sums};
 use motorfit_evaluate::{Problem, Signals};
 use motorfit_motor::{Discretization, Parameters};

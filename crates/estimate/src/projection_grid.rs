@@ -1,6 +1,6 @@
 //! The grid of the variable projection, and its minima.
 
-use super::normal::Sigma;
+use super::motor::Sigma;
 use super::projection::{motor, power, project};
 use super::projection_sums::LANES;
 use motorfit_core::numeric::count;

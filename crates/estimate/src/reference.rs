@@ -1,7 +1,8 @@
 //! Global reference: the lowest weighted sum of squares that a search over the complete box finds.
 
+use super::fit::Fit;
+use super::motor::{Sigma, state};
 use super::multistart::{ARRIVALS, Ends, multistart};
-use super::normal::{Fit, Sigma};
 use super::projection;
 use super::projection_grid::{Basin, basins};
 use super::refine::{Effort, check_count, refine_problem};
@@ -126,7 +127,11 @@ fn middle(problem: &Problem) -> Vec<f64> {
 pub fn residual_squares(problem: &Problem, values: &[f64]) -> Result<Vec<[f64; 2]>> {
     check_count(problem, values)?;
     let fit = Fit::new(problem);
-    Ok(fit.normal(&fit.start(values)).all_squares())
+    let squares = fit.normal(&fit.start(values)).map(|normal| normal.all_squares());
+    Ok(squares.map_or_else(
+        || vec![[f64::INFINITY; 2]; problem.signals().len()],
+        |squares| squares.iter().map(|of| state(of)).collect(),
+    ))
 }
 
 /// Returns an error if a standard deviation is not positive and finite, or there is not one pair for each

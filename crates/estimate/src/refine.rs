@@ -5,13 +5,17 @@
 //! rounds of reweighting until it converges; the fixed point is the maximum-likelihood estimate, unless a model error would
 //! sacrifice a channel, where balanced weights are kept ([`super::weights`]).
 
-use super::descent::{Descent, Weighting};
-use super::normal::Fit;
-use super::refined::{EVALUATIONS_MAX, Refined, SMALLEST, STEP_MAX};
+use super::descent::Descent;
+use super::ended::{Ended, STEP_MAX_ROUND};
+use super::fit::Fit;
+use super::motor::state;
+use super::refined::{Refined, STEP_MAX};
+use super::weights::first_sigma;
+use motorfit_core::setting::text;
 use motorfit_core::text::counted;
 use motorfit_core::{Error, Result};
 use motorfit_evaluate::criterion::{Criterion, Norm, Scale};
-use motorfit_evaluate::{Model, Problem, Signals};
+use motorfit_evaluate::{Model, Problem};
 use motorfit_motor::Space;
 use motorfit_record::Record;
 
@@ -24,12 +28,6 @@ pub struct RefineOptions {
     pub sigma: Option<Vec<[f64; 2]>>,
 }
 
-/// Length of a step \[standard errors\] that ends every round of weights but the last.
-const STEP_MAX_ROUND: f64 = 1e-2;
-/// Largest number of rounds of weights.
-const ROUNDS_MAX: usize = 30;
-/// Relative change of σ that ends the rounds.
-const SIGMA_CHANGE: f64 = 1e-6;
 /// Largest number of simulations of a rough refinement.
 const EVALUATIONS_ROUGH: usize = 50;
 
@@ -81,17 +79,6 @@ pub(super) fn plain() -> Criterion {
     Criterion { norm: Norm::Euclidean, scale: Scale::None, ..Criterion::default() }
 }
 
-/// Returns the initial σ of each channel: the noise estimated from the recording, at least 1e-4 of the signal's rms; 1 for
-/// a channel that was not measured.
-pub(super) fn first_sigma(signals: &Signals) -> [f64; 2] {
-    [0, 1].map(|channel| {
-        if !signals.has(channel) {
-            return 1.0;
-        }
-        signals.noise(channel).max(1e-4 * signals.rms(channel)).max(SMALLEST)
-    })
-}
-
 /// Effort of a refinement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Effort {
@@ -99,19 +86,6 @@ pub(super) enum Effort {
     Rough,
     /// Ends at 1e-6 standard errors, under weights from the residuals unless σ is given.
     Thorough,
-}
-
-/// Descends in rounds of weights until they converge; returns true if the descent of the last round converged.
-fn rounds(search: &mut Descent<'_>, by: Weighting) -> bool {
-    let mut converged = false;
-    for _ in 0..ROUNDS_MAX {
-        let last = search.reweight(by) < SIGMA_CHANGE;
-        converged = search.run(if last { STEP_MAX } else { STEP_MAX_ROUND });
-        if last {
-            break;
-        }
-    }
-    converged
 }
 
 /// Returns an error if the number of values is not that of the free parameters.
@@ -140,30 +114,62 @@ pub(super) fn refine_problem(
             format!("found {value:?} as the start of {}, expected a {} value", parameter.symbol(), parameter.domain());
         return Err(Error::usage(message, "Give one value per free parameter, positive for R, L, K, B and J."));
     }
-    let thorough = effort == Effort::Thorough;
-    let mut search = Descent::new(
-        &fit,
-        start,
-        sigma.map_or_else(|| problem.signals().iter().map(|s| first_sigma(s)).collect(), <[_]>::to_vec),
-    )?;
-    if !thorough {
-        search = search.at_most(EVALUATIONS_ROUGH);
+    let first = sigma.map_or_else(|| first_sigma(&fit), |sigma| sigma.iter().map(|of| of.to_vec()).collect());
+    let Some(search) = Descent::new(&fit, &fit.start(start), &first) else {
+        return Err(Error::not_identified(
+            "the simulated motor diverges at the start of the refinement",
+            text!("Start elsewhere, or use " [Discretization = "zoh"] ", which is stable for every motor."),
+        ));
+    };
+    let ended = match (effort, sigma) {
+        (Effort::Thorough, None) => {
+            let (search, converged) = search.weighed();
+            search.finish(converged, true)
+        }
+        (Effort::Thorough, Some(_)) => under(search, STEP_MAX, true),
+        (Effort::Rough, _) => under(search.at_most(EVALUATIONS_ROUGH), STEP_MAX_ROUND, false),
+    };
+    Ok(refined(problem, ended))
+}
+
+/// Descends under the present weights.
+fn under(mut search: Descent<'_>, tolerance: f64, is_tested: bool) -> Ended {
+    let converged = search.run(tolerance);
+    search.finish(converged, is_tested)
+}
+
+/// Returns an estimate of the motor.
+fn refined(problem: &Problem, ended: Ended) -> Refined {
+    let states = |of: &[Vec<f64>]| of.iter().map(|of| state(of)).collect();
+    Refined {
+        parameters: problem.parameters(&ended.values, 0),
+        sigma: [0, 1].map(|channel: usize| ended.pooled[channel]),
+        sigmas: states(&ended.sigmas),
+        weights: states(&ended.weights),
+        squares: states(&ended.squares),
+        initial: states(&ended.initial),
+        at_bound: ended.at_bound,
+        uncertainty: ended.uncertainty,
+        values: ended.values,
+        converged: ended.converged,
+        evaluations: ended.evaluations,
     }
-    let is_weighed = thorough && sigma.is_none();
-    if is_weighed {
-        search.begin();
-    }
-    let mut converged = search.run(if thorough && !is_weighed { STEP_MAX } else { STEP_MAX_ROUND });
-    if is_weighed {
-        converged = rounds(&mut search, Weighting::Balanced);
-        if search.is_far() {
-            // The maximum-likelihood rounds have a budget of their own, whatever the balanced rounds used.
-            let mut maximum_likelihood = search.clone().at_most(EVALUATIONS_MAX);
-            let ended = rounds(&mut maximum_likelihood, Weighting::MaximumLikelihood);
-            if !maximum_likelihood.sacrifices(&search) {
-                (search, converged) = (maximum_likelihood, ended);
-            }
+}
+
+impl From<&Refined> for Ended {
+    fn from(refined: &Refined) -> Self {
+        let lists = |of: &[[f64; 2]]| of.iter().map(|of| of.to_vec()).collect();
+        Self {
+            values: refined.values.clone(),
+            initial: lists(&refined.initial),
+            pooled: refined.sigma.to_vec(),
+            sigmas: lists(&refined.sigmas),
+            weights: lists(&refined.weights),
+            squares: lists(&refined.squares),
+            at_bound: refined.at_bound.clone(),
+            uncertainty: refined.uncertainty.clone(),
+            converged: refined.converged,
+            evaluations: refined.evaluations,
         }
     }
-    Ok(search.finish(converged, thorough))
 }

@@ -2,8 +2,9 @@
 //! samples biases the estimate, which serves as the start of a refinement on the recorded times.
 
 use super::failure::SmFailure;
-use super::normal::Fit;
-use super::refine::{first_sigma, fit_problem};
+use super::fit::Fit;
+use super::motor::first_sigma;
+use super::refine::fit_problem;
 use super::steiglitz_mcbride::{Estimate, steiglitz_mcbride};
 use motorfit_core::Result;
 use motorfit_core::numeric::count;
@@ -89,7 +90,8 @@ fn copies(
 fn misfit(problem: &Problem, estimate: &Estimate) -> (f64, bool) {
     let signals = &problem.signals()[0];
     let (fit, sigma) = (Fit::new(problem), first_sigma(signals));
-    let squares = fit.normal(&fit.start(&estimate.parameters.to_array())).all_squares()[0];
+    let Some(normal) = fit.normal(&fit.start(&estimate.parameters.to_array())) else { return (f64::INFINITY, false) };
+    let squares = &normal.all_squares()[0];
     let is_near = (0..2)
         .filter(|&channel| signals.has(channel))
         .all(|channel| squares[channel] < count(signals.count(channel)) * (NEAR * signals.deviation(channel)).powi(2));

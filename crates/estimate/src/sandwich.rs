@@ -8,10 +8,10 @@
 //! and K. D. West (1987) weight sample autocovariances. Residuals of the two channels and of different recordings are taken as
 //! independent.
 
-use super::normal::{Fit, Sigma};
+use super::ended::Ended;
+use super::fit::Fit;
+use super::fitted::Sigma;
 use super::refined::Refined;
-use super::sensitivity::Case;
-use super::shaped::shaped_products;
 use super::uncertainty::{EFFECTIVE_RATIO_MIN, Uncertainty, invert, marginal, student95};
 use motorfit_core::numeric::autoregression;
 use motorfit_evaluate::Problem;
@@ -25,28 +25,40 @@ const SAMPLES_PER_ORDER: usize = 20;
 /// Penalty of an order in AIC.
 const AKAIKE: f64 = 2.0;
 
+/// Relative difference of the σ of weights and of residuals from which the weights are not those of maximum likelihood.
+const OTHER_WEIGHTS: f64 = 1e-2;
+
 /// Returns the uncertainty of a refined estimate, with standard errors, confidence intervals and correlations that hold for
 /// correlated residuals. `problem` is the one that it was refined on. No standard error decreases. The uncertainty is
 /// returned unchanged if the residuals pass the whiteness test, were not tested, or no standard error grows.
 #[must_use]
 pub fn robust_uncertainty(problem: &Problem, refined: &Refined) -> Uncertainty {
-    let own = &refined.uncertainty;
+    robust(&Fit::new(problem), &refined.into())
+}
+
+/// Returns the uncertainty of an estimate that holds for correlated residuals and for weights other than those of maximum likelihood.
+pub(super) fn robust(fit: &Fit<'_>, ended: &Ended) -> Uncertainty {
+    let own = &ended.uncertainty;
+    if !ended.suits(fit.problem) {
+        return own.clone();
+    }
     let is_colored = own.whiteness.iter().flatten().any(|of| !of.is_white);
-    is_colored.then(|| sandwich(problem, refined)).flatten().unwrap_or_else(|| own.clone())
+    let pairs = ended.weights.iter().flatten().zip(ended.sigmas.iter().flatten());
+    let is_other = pairs.into_iter().any(|(weight, sigma)| (weight / sigma - 1.0).abs() > OTHER_WEIGHTS);
+    (is_colored || is_other).then(|| sandwich(fit, ended)).flatten().unwrap_or_else(|| own.clone())
 }
 
 /// Returns the uncertainty by the sandwich estimate; `None` if no standard error grows or the covariance is not finite.
-fn sandwich(problem: &Problem, refined: &Refined) -> Option<Uncertainty> {
-    let Refined { values, uncertainty: own, at_bound, .. } = refined;
-    let (fit, space) = (Fit::new(problem), problem.space().free());
+fn sandwich(fit: &Fit<'_>, ended: &Ended) -> Option<Uncertainty> {
+    let Ended { values, uncertainty: own, at_bound, .. } = ended;
+    let space = &fit.axes;
     let moves = |n: &usize| at_bound[*n].is_none() || space[*n].is_idle(values[*n]);
     let moving: Vec<usize> = (0..space.len()).filter(moves).collect();
     let states: Vec<usize> = (space.len()..fit.unknowns).collect();
-    let sigma = refined.weights.clone();
-    let (matrix, _) = fit.weighted(&fit.normal(&fit.at(values, &refined.initial)), &sigma);
+    let (matrix, _) = fit.weighted(&fit.normal(&fit.at(values, &ended.initial))?, &ended.weights);
     let (information, gain) = marginal(&matrix, &moving, &states);
     let (inverse, ..) = invert(&information);
-    let middle = middle(&fit, refined, &sigma);
+    let middle = middle(fit, ended);
     // Subtracts from the sensitivities of the parameters their projection onto those of the initial states.
     let elimination =
         DMatrix::from_fn(moving.len(), fit.unknowns, |row, column| match column.checked_sub(space.len()) {
@@ -79,23 +91,24 @@ fn sandwich(problem: &Problem, refined: &Refined) -> Option<Uncertainty> {
 }
 
 /// Returns Ω, the inner matrix of the sandwich, for all unknowns.
-fn middle(fit: &Fit<'_>, refined: &Refined, sigma: &Sigma) -> DMatrix<f64> {
+fn middle(fit: &Fit<'_>, ended: &Ended) -> DMatrix<f64> {
+    let Ended { values, sigmas, weights, .. } = ended;
     let of = |recording: usize| {
-        let unknowns = fit.unknowns_of(recording);
-        let axes = fit.problem.space().free().len();
-        let own: Vec<usize> = unknowns.iter().copied().filter(|n| *n < axes).collect();
-        let initial = refined.initial[recording];
-        let case = Case { problem: fit.problem, recording, own: &own, values: &refined.values, initial };
-        let noise = noise(&case, refined.sigmas[recording]);
-        let [current, speed] = shaped_products(&case, &[0, 1].map(|channel: usize| noise[channel].0.clone()));
-        let weight = |channel: usize| noise[channel].1 / sigma[recording][channel].powi(4);
-        (unknowns, current * weight(0) + speed * weight(1))
+        let initial = &ended.initial[recording];
+        let noise = noise(fit, (values, initial), recording, sigmas);
+        let filters: Vec<Vec<f64>> = noise.iter().map(|noise| noise.0.clone()).collect();
+        let products = fit.problem.shaped(values, recording, initial, &filters);
+        let weighed = products.into_iter().zip(noise).zip(&weights[recording]);
+        let unknowns = fit.places[recording].len();
+        weighed.fold(DMatrix::zeros(unknowns, unknowns), |sum, ((products, (_, innovation)), weight)| {
+            sum + products * (innovation / weight.powi(4))
+        })
     };
-    let all: Vec<_> = (0..fit.problem.signals().len()).into_par_iter().map(of).collect();
+    let all: Vec<DMatrix<f64>> = (0..fit.problem.recordings()).into_par_iter().map(of).collect();
     let mut total = DMatrix::zeros(fit.unknowns, fit.unknowns);
-    for (unknowns, products) in all {
-        for (a, &row) in unknowns.iter().enumerate() {
-            for (b, &column) in unknowns.iter().enumerate() {
+    for (places, products) in fit.places.iter().zip(all) {
+        for (a, &row) in places.iter().enumerate() {
+            for (b, &column) in places.iter().enumerate() {
                 total[(row, column)] += products[(a, b)];
             }
         }
@@ -103,25 +116,22 @@ fn middle(fit: &Fit<'_>, refined: &Refined, sigma: &Sigma) -> DMatrix<f64> {
     total
 }
 
-/// Returns the autoregression of the residuals of each channel: its coefficients and the variance of its innovations, which
-/// is zero for a channel that was not measured. `sigma` holds the root mean square of the residuals.
-fn noise(case: &Case<'_>, sigma: [f64; 2]) -> [(Vec<f64>, f64); 2] {
-    let signals = &case.problem.signals()[case.recording];
-    let model = case.problem.simulate(case.values, case.recording, case.initial);
-    [0, 1].map(|channel| {
-        let variance = sigma[channel].powi(2);
-        if !signals.has(channel) {
+/// Returns the autoregression of the residuals of each output: its coefficients and the variance of its innovations, which
+/// is zero for an output that was not measured. `sigmas` holds the root mean squares of the residuals.
+fn noise(fit: &Fit<'_>, (values, initial): (&[f64], &[f64]), recording: usize, sigmas: &Sigma) -> Vec<(Vec<f64>, f64)> {
+    let ratio = fit.problem.effective_sample_ratio(recording);
+    let of = |(output, residuals): (usize, Vec<f64>)| {
+        let variance = sigmas[recording][output].powi(2);
+        if !fit.problem.has((recording, output)) {
             return (Vec::new(), 0.0);
         }
         // Filtered residuals are correlated even if the model is complete: their variance is divided by the effective
         // sample ratio.
-        if signals.effective_sample_ratio < EFFECTIVE_RATIO_MIN {
-            return (Vec::new(), variance / signals.effective_sample_ratio);
+        if ratio < EFFECTIVE_RATIO_MIN {
+            return (Vec::new(), variance / ratio);
         }
-        let residuals = signals.measured(channel).zip(&model[channel]).enumerate();
-        let counting = residuals.filter(|(n, _)| signals.counts(channel, *n));
-        let residuals: Vec<f64> = counting.map(|(_, (y, x))| y - x).collect();
         let found = autoregression(&residuals, ORDER_MAX.min(residuals.len() / SAMPLES_PER_ORDER), AKAIKE);
         (found.coefficients, variance * found.innovation)
-    })
+    };
+    fit.problem.residuals(values, recording, initial).into_iter().enumerate().map(of).collect()
 }

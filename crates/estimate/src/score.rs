@@ -1,7 +1,8 @@
 //! Score test (C. R. Rao, 1948) for a parameter that the model lacks. The derivatives at the optimum suffice; nothing is
 //! fitted again.
 
-use super::normal::Fit;
+use super::ended::Ended;
+use super::fit::Fit;
 use super::refined::Refined;
 use motorfit_evaluate::Problem;
 use nalgebra::{DMatrix, DVector};
@@ -31,10 +32,8 @@ const EXCLUDED: f64 = 2.0;
 /// parameter is not separable.
 pub fn scores(problem: &Problem, values: &[f64], of: &Refined, tested: &[usize]) -> Vec<Score> {
     let fit = Fit::new(problem);
-    let normal = fit.normal(&fit.at(values, &of.initial));
-    if !normal.is_finite() {
-        return Vec::new();
-    }
+    let of: Ended = of.into();
+    let Some(normal) = fit.normal(&fit.at(values, &of.initial)) else { return Vec::new() };
     let (matrix, gradient) = fit.weighted(&normal, &of.sigmas);
     let kept: Vec<usize> = (0..fit.unknowns).filter(|n| !tested.contains(n) && matrix[(*n, *n)] > 0.0).collect();
     // Scaling the diagonal to one conditions the matrix: the information on the parameters differs by powers of ten.

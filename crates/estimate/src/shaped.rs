@@ -125,3 +125,31 @@ fn gramian(coefficients: &[f64]) -> DMatrix<f64> {
     }
     total
 }
+
+/// Returns `Xᵀ Γ X` of any number of columns for innovations of variance one; an empty row is one of zeros.
+pub(super) fn shaped_rows<'a>(
+    rows: impl Iterator<Item = &'a [f64]>,
+    width: usize,
+    coefficients: &[f64],
+) -> DMatrix<f64> {
+    let order = coefficients.len();
+    let mut past = vec![vec![0.0; width]; order.max(1)];
+    let mut latest = 0;
+    let mut total = DMatrix::zeros(width, width);
+    for own in rows {
+        let mut row = vec![0.0; width];
+        row.iter_mut().zip(own).for_each(|(value, own)| *value = *own);
+        for (k, a) in coefficients.iter().enumerate() {
+            row.iter_mut().zip(&past[(latest + k) % order]).for_each(|(value, past)| *value += a * past);
+        }
+        for a in 0..width {
+            for b in 0..width {
+                total[(a, b)] += row[a] * row[b];
+            }
+        }
+        latest = (latest + order.max(1) - 1) % order.max(1);
+        past[latest] = row;
+    }
+    let state = DMatrix::from_fn(order, width, |k, entry| past[(latest + k) % order.max(1)][entry]);
+    total + state.transpose() * gramian(coefficients) * state
+}

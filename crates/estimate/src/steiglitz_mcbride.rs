@@ -7,8 +7,9 @@
 //! motor parameters.
 
 use super::failure::SmFailure;
+use super::motor::first_sigma;
 use super::recover::{Sampled, recover};
-use super::refine::{check_plain, first_sigma, plain};
+use super::refine::{check_plain, plain};
 use super::triangle::{BLOCK, Triangle, Upper, solve};
 use motorfit_core::numeric::count;
 use motorfit_core::{Error, Result};

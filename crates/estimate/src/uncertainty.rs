@@ -5,8 +5,9 @@
 //! those of extensions) is `JᵀJ` with errors in units of σ. For white residuals its inverse is the Cramér–Rao bound on
 //! the covariance of the estimates; for correlated residuals [`super::sandwich`] widens it.
 
-use super::normal::Fit;
+use super::fit::Fit;
 use super::triangle::dot;
+use motorfit_core::coordinate::Coordinate;
 use motorfit_core::numeric::{count, peak};
 use motorfit_motor::Axis;
 use multiversion::multiversion;
@@ -28,8 +29,8 @@ pub struct Uncertainty {
     pub rank: usize,
     /// Unidentifiable directions in the coordinates of the parameters: a joint step along one leaves the output unchanged.
     pub unidentifiable: Vec<Vec<f64>>,
-    /// Whiteness test of the residuals of each channel; `None` if a channel was not tested.
-    pub whiteness: [Option<Whiteness>; 2],
+    /// Whiteness test of the residuals of each output, the worst of its recordings; `None` if an output was not tested.
+    pub whiteness: Vec<Option<Whiteness>>,
     /// Largest ratio of a standard error to that of white residuals; 1 if none was widened.
     pub widened_by: f64,
 }
@@ -48,6 +49,14 @@ pub struct Whiteness {
 }
 
 impl Uncertainty {
+    /// Returns the variance inflation of correlated residuals, `(1 + ρ)/(1 − ρ)` with ρ the correlation at lag 1; the largest of all
+    /// outputs, at least 1.
+    #[must_use]
+    pub fn variance_inflation(&self) -> f64 {
+        let lags = self.whiteness.iter().flatten().map(|white| white.lag1.clamp(0.0, 0.999));
+        lags.map(|lag| (1.0 + lag) / (1.0 - lag)).fold(1.0, f64::max)
+    }
+
     /// Sets the standard error, interval and correlations of the free parameter `place` to `None`.
     #[doc(hidden)]
     pub fn forget(&mut self, place: usize) {
@@ -95,18 +104,23 @@ pub const EFFECTIVE_RATIO_MIN: f64 = 0.9;
 /// 97.5 % quantile of the standard normal distribution, which bounds two-sided 95 % intervals.
 const Z95: f64 = 1.959_963_984_540_054;
 
+/// Share of a direction from which a parameter takes part in it.
+const TAKES_PART: f64 = 0.05;
+
 /// Returns the uncertainty of an estimate without a test of the residuals. `free` holds the unknowns that are not at a
 /// bound.
 pub(super) fn uncertainty(fit: &Fit<'_>, values: &[f64], matrix: &DMatrix<f64>, free: &[usize]) -> Uncertainty {
-    let space = fit.problem.space().free();
+    let space = &fit.axes;
     let axes = space.len();
     let quantile = student95(fit.count().saturating_sub(free.len()));
     let moving: Vec<usize> = free.iter().copied().filter(|n| *n < axes).collect();
     let states: Vec<usize> = free.iter().copied().filter(|n| *n >= axes).collect();
-    let (covariance, condition, unknown) = invert(&marginal(matrix, &moving, &states).0);
+    let information = marginal(matrix, &moving, &states).0;
+    let (covariance, condition, unknown) = invert(&information);
     let place = |axis: usize| moving.iter().position(|n| *n == axis);
-    // A parameter with a component of 5 % or more in a direction that is not identifiable has no standard error.
-    let known = |p: usize| unknown.iter().all(|direction| direction[p].abs() < 0.05);
+    let magnitudes: Vec<f64> =
+        moving.iter().enumerate().map(|(p, n)| magnitude(&space[*n], values[*n], information[(p, p)])).collect();
+    let known = |p: usize| unknown.iter().all(|direction| !takes_part(direction, &magnitudes, p));
     let variance = |axis: usize| place(axis).filter(|&p| known(p)).map(|p| covariance[(p, p)]);
     let error = |axis: usize| variance(axis).map(f64::sqrt).filter(|e| e.is_finite());
     let correlation = |a: usize, b: usize| {
@@ -121,9 +135,22 @@ pub(super) fn uncertainty(fit: &Fit<'_>, values: &[f64], matrix: &DMatrix<f64>, 
         condition,
         rank: moving.len() - unknown.len(),
         unidentifiable: unknown.iter().map(spread).collect(),
-        whiteness: [None; 2],
+        whiteness: vec![None; fit.problem.outputs()],
         widened_by: 1.0,
     }
+}
+
+/// Returns the magnitude of a value in its coordinate, by which steps of parameters with different coordinates are compared: 1 for a
+/// logarithm. A value near zero has the magnitude of its error with the others known.
+fn magnitude(axis: &Coordinate, value: f64, information: f64) -> f64 {
+    if axis.is_logarithmic { 1.0 } else { axis.of(value).abs().max(information.sqrt().recip()) }
+}
+
+/// Returns true if a parameter takes part in a direction: by its coordinate, or by its own magnitude. A small value on a long linear
+/// range has a small coordinate, and may scale with the others all the same.
+fn takes_part(direction: &[f64], magnitudes: &[f64], p: usize) -> bool {
+    let shares: Vec<f64> = direction.iter().zip(magnitudes).map(|(step, size)| step.abs() / size).collect();
+    direction[p].abs() >= TAKES_PART || shares[p] >= TAKES_PART * peak(&shares)
 }
 
 /// Returns the information on the parameters with the initial states unknown (Schur complement), and the sensitivity
@@ -188,23 +215,20 @@ pub(super) fn student95(freedom: usize) -> f64 {
     z + first / v + second / (v * v) + third / v.powi(3)
 }
 
-/// Tests the residuals of every recording and returns the largest statistic of each channel.
-pub(super) fn whiteness(fit: &Fit<'_>, values: &[f64], initial: &[[f64; 2]]) -> [Option<Whiteness>; 2] {
-    let mut worst: [Option<Whiteness>; 2] = [None; 2];
-    for (recording, signals) in fit.problem.signals().iter().enumerate() {
+/// Tests the residuals of every recording and returns the largest statistic of each output.
+pub(super) fn whiteness(fit: &Fit<'_>, values: &[f64], initial: &[Vec<f64>]) -> Vec<Option<Whiteness>> {
+    let mut worst: Vec<Option<Whiteness>> = vec![None; fit.problem.outputs()];
+    for (recording, initial) in initial.iter().enumerate() {
         // Filtered residuals are correlated even if the model is complete, so they are not tested.
-        if signals.effective_sample_ratio < EFFECTIVE_RATIO_MIN {
+        if fit.problem.effective_sample_ratio(recording) < EFFECTIVE_RATIO_MIN {
             continue;
         }
-        let model = fit.problem.simulate(values, recording, initial[recording]);
-        for channel in (0..2).filter(|&channel| signals.has(channel)) {
-            let residuals = signals.measured(channel).zip(&model[channel]).enumerate();
-            let counting = residuals.filter(|(n, _)| signals.counts(channel, *n));
-            let residuals: Vec<f64> = counting.map(|(_, (y, x))| y - x).collect();
-            let found = Whiteness::of(&residuals, signals.rms(channel));
-            let is_worse = |w: &Whiteness| worst[channel].is_none_or(|of| w.statistic > of.statistic);
+        let residuals = fit.problem.residuals(values, recording, initial);
+        for (output, residuals) in residuals.iter().enumerate() {
+            let found = Whiteness::of(residuals, fit.problem.rms((recording, output)));
+            let is_worse = |w: &Whiteness| worst[output].is_none_or(|of| w.statistic > of.statistic);
             if let Some(found) = found.filter(is_worse) {
-                worst[channel] = Some(found);
+                worst[output] = Some(found);
             }
         }
     }

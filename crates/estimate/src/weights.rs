@@ -1,93 +1,89 @@
-//! Weights of a fit: σ of each recording and channel, from its residuals.
+//! Weights of a fit: σ of each recording and output, from its residuals.
 //!
 //! Residuals that are noise are weighted by their own σ, which is the maximum-likelihood estimate. With a model error these
-//! weights may sacrifice a channel or a recording: one that is fitted badly gets a smaller weight and is fitted worse.
+//! weights may sacrifice an output or a recording: one that is fitted badly gets a smaller weight and is fitted worse.
 //! Balanced weights avoid this. They minimize the sum of the relative residuals `s/d`, with `s` the rms of the residuals
 //! and `d` the standard deviation of the signal. The weight of its majorizing quadratic is `1/(s d)` (D. R. Hunter, K.
 //! Lange 2004); it is scaled by the mean of `s/d`, so that noise and misfit are comparable.
 
-use super::normal::{Normal, Sigma};
+use super::fit::{Fit, Normal};
+use super::fitted::Sigma;
 use super::refined::SMALLEST;
-use motorfit_core::numeric;
-use motorfit_evaluate::Signals;
-use std::sync::Arc;
+use motorfit_core::numeric::count;
 
-/// Smallest σ as a fraction of the channel's rms: smaller residuals are rounding errors.
+/// Smallest σ as a fraction of the output's rms: smaller residuals are rounding errors.
 const SIGMA_MIN: f64 = 1e-13;
 
-/// Returns the standard deviation of the residuals of each recording and channel; 1 for a channel that was not measured.
-/// `freedom` is the ratio of the degrees of freedom to the measured values.
-pub(super) fn residual_sigma(signals: &[Arc<Signals>], normal: &Normal, freedom: f64) -> Sigma {
-    let of = |(recording, signals): (usize, &Arc<Signals>)| {
-        [0, 1].map(|channel| {
-            if !signals.has(channel) {
-                return 1.0;
-            }
-            let count = numeric::count(signals.count(channel));
-            let sigma = (normal.squares(recording, channel) / (count * freedom).max(1.0)).sqrt();
-            let part = (numeric::count(signals.len()) / count).sqrt();
-            sigma.max(SIGMA_MIN * part * signals.rms(channel)).max(SMALLEST)
-        })
-    };
-    signals.iter().enumerate().map(of).collect()
+/// Returns the first σ of each output.
+pub(super) fn first_sigma(fit: &Fit<'_>) -> Sigma {
+    fit.each(|of| first(fit.problem.noise(of), fit.problem.rms(of)))
+}
+
+/// Returns the first σ of an output: the noise estimated from the recording, at least 1e-4 of the signal's rms.
+pub(super) fn first(noise: f64, rms: f64) -> f64 {
+    noise.max(1e-4 * rms).max(SMALLEST)
+}
+
+/// Returns the standard deviation of each output, so that all outputs count alike.
+pub(super) fn deviations(fit: &Fit<'_>) -> Sigma {
+    fit.each(|of| fit.problem.deviation(of))
+}
+
+/// Returns the standard deviation of the residuals of each recording and output. `freedom` is the ratio of the degrees of
+/// freedom to the measured values.
+pub(super) fn residual_sigma(fit: &Fit<'_>, normal: &Normal, freedom: f64) -> Sigma {
+    fit.each(|of| {
+        let counting = count(fit.problem.count(of));
+        let sigma = (normal.squares(of) / (counting * freedom).max(1.0)).sqrt();
+        let part = (count(fit.problem.samples(of.0)) / counting).sqrt();
+        sigma.max(SIGMA_MIN * part * fit.problem.rms(of)).max(SMALLEST)
+    })
 }
 
 /// Returns balanced weights (as σ), from the standard deviations of the residuals.
-pub(super) fn balanced(signals: &[Arc<Signals>], residual: &Sigma) -> Sigma {
-    let pairs = || signals.iter().zip(residual).flat_map(|(of, s)| [0, 1].map(|channel| (of, channel, s[channel])));
-    let far = pairs().filter(|(of, channel, s)| of.is_above_noise(*channel, *s));
-    let (sum, count) = far.fold((0.0, 0.0), |(sum, count), (of, channel, s)| {
-        let samples = numeric::count(of.count(channel));
-        (sum + samples * s / of.deviation(channel), count + samples)
+pub(super) fn balanced(fit: &Fit<'_>, residual: &Sigma) -> Sigma {
+    let problem = fit.problem;
+    let far = fit.measured().map(|of| (of, residual[of.0][of.1])).filter(|(of, s)| problem.is_above_noise(*of, *s));
+    let (sum, samples) = far.fold((0.0, 0.0), |(sum, all), (of, s)| {
+        let samples = count(problem.count(of));
+        (sum + samples * s / problem.deviation(of), all + samples)
     });
-    if count == 0.0 {
+    if samples == 0.0 {
         return residual.clone();
     }
-    let level = sum / count;
-    let of = |(signals, residual): (&Arc<Signals>, &[f64; 2])| {
-        [0, 1].map(|channel| {
-            let s = residual[channel];
-            if !signals.has(channel) {
-                return s;
-            }
-            let noise = signals.noise_share(channel, s);
-            (noise * s * s + (1.0 - noise) * level * signals.deviation(channel) * s).sqrt()
-        })
-    };
-    signals.iter().zip(residual).map(of).collect()
+    let level = sum / samples;
+    fit.each(|of| {
+        let s = residual[of.0][of.1];
+        let noise = problem.noise_share(of, s);
+        (noise * s * s + (1.0 - noise) * level * problem.deviation(of) * s).sqrt()
+    })
 }
 
-/// Returns maximum-likelihood weights (as σ): the standard deviations of the residuals. For an extended motor the σ of
-/// residuals far above the noise is that of all recordings together, because a model error acts on all of them.
-pub(super) fn maximum_likelihood(
-    signals: &[Arc<Signals>],
-    residual: &Sigma,
-    pooled: Option<[Option<f64>; 2]>,
-) -> Sigma {
-    let Some(pooled) = pooled else { return residual.clone() };
-    let of = |(signals, own): (&Arc<Signals>, &[f64; 2])| {
-        [0, 1].map(|channel| {
-            let (Some(pooled), true) = (pooled[channel], signals.has(channel)) else { return own[channel] };
-            let noise = signals.noise_share(channel, own[channel]);
-            (noise * own[channel].powi(2) + (1.0 - noise) * pooled.powi(2)).sqrt()
-        })
-    };
-    signals.iter().zip(residual).map(of).collect()
+/// Returns maximum-likelihood weights (as σ): the standard deviations of the residuals. Where recordings share errors, the σ of
+/// residuals far above the noise is that of all recordings together, `pooled`, because a model error acts on all of them.
+pub(super) fn maximum_likelihood(fit: &Fit<'_>, residual: &Sigma, pooled: &[Option<f64>]) -> Sigma {
+    if !fit.problem.shares_errors() {
+        return residual.clone();
+    }
+    fit.each(|of| {
+        let own = residual[of.0][of.1];
+        let noise = fit.problem.noise_share(of, own);
+        pooled[of.1].map_or(own, |pooled| (noise * own.powi(2) + (1.0 - noise) * pooled.powi(2)).sqrt())
+    })
 }
 
 /// Returns true if some residuals are far above the noise of their signal.
-pub(super) fn is_far(signals: &[Arc<Signals>], residual: &Sigma) -> bool {
-    let far = |(of, s): (&Arc<Signals>, &[f64; 2])| (0..2).any(|c| of.is_above_noise(c, s[c]));
-    signals.iter().zip(residual).any(far)
+pub(super) fn is_far(fit: &Fit<'_>, residual: &Sigma) -> bool {
+    fit.measured().any(|of| fit.problem.is_above_noise(of, residual[of.0][of.1]))
 }
 
-/// Ratio of residuals to those under balanced weights from which a channel is sacrificed.
+/// Ratio of residuals to those under balanced weights from which an output is sacrificed.
 const SACRIFICED: f64 = 1.25;
 
 /// Returns true if residuals far above the noise are much larger than under balanced weights.
-pub(super) fn is_sacrificed(signals: &[Arc<Signals>], residual: &Sigma, balanced: &Sigma) -> bool {
-    let worse = |(of, (s, before)): (&Arc<Signals>, (&[f64; 2], &[f64; 2]))| {
-        (0..2).any(|c| of.is_above_noise(c, s[c]) && s[c] > SACRIFICED * before[c])
-    };
-    signals.iter().zip(residual.iter().zip(balanced)).any(worse)
+pub(super) fn is_sacrificed(fit: &Fit<'_>, residual: &Sigma, balanced: &Sigma) -> bool {
+    fit.measured().any(|of| {
+        let (s, before) = (residual[of.0][of.1], balanced[of.0][of.1]);
+        fit.problem.is_above_noise(of, s) && s > SACRIFICED * before
+    })
 }

@@ -51,7 +51,7 @@ pub use pole_tables::PoleTables;
 pub use problem::{Model, Problem};
 pub use scalar::Scalar;
 pub use segment::Run;
-pub use signals::Signals;
+pub use signals::{Signals, noise_share};
 pub use simd::Simd;
 
 /// Runs the example of the README as a test.

@@ -15,6 +15,14 @@ use std::sync::{Arc, OnceLock};
 /// Ratio of residuals to the standard deviation of a channel's noise up to which residuals count as noise.
 const NOISY: f64 = 2.0;
 
+/// Returns the fraction of the variance of residuals of standard deviation `sigma` that noise can account for: 1 up to [`NOISY`]
+/// standard deviations of the noise, less above.
+#[must_use]
+#[doc(hidden)]
+pub fn noise_share(noise: f64, sigma: f64) -> f64 {
+    (NOISY * noise / sigma).powi(2).min(1.0)
+}
+
 /// A recording prepared for a criterion and a discretization.
 #[derive(Debug, Clone)]
 pub struct Signals {
@@ -202,7 +210,7 @@ impl Signals {
     #[must_use]
     #[doc(hidden)]
     pub fn noise_share(&self, channel: usize, sigma: f64) -> f64 {
-        (NOISY * self.noise(channel) / sigma).powi(2).min(1.0)
+        noise_share(self.noise(channel), sigma)
     }
 
     /// Returns true if a channel was measured and residuals of standard deviation `sigma` exceed its noise.

@@ -17,7 +17,8 @@ use super::search::SearchResult;
 use super::shared_reference::SharedReference;
 use super::spec::IdentifySpec;
 use super::start::{around, requested_space, start, steiglitz_mcbride};
-use super::trust::{is_noise, trust};
+use super::trust::is_noise;
+use super::trust::motor::{listed, trust};
 use super::unidentified::fix_unidentified;
 use super::verify::{Verification, verify};
 use super::warnings;
@@ -182,7 +183,7 @@ fn finished(
     let (records, spec) = (prepared.records, prepared.spec.as_ref());
     let dropped = fix_unidentified(prepared, &mut fit, Unidentified::default())?;
     let residual_tests = tested(prepared, &fit);
-    let verification = verified(&fit, is_noise(&residual_tests, &missed(&fit)));
+    let verification = verified(&fit, is_noise(&listed(&residual_tests), &missed(&fit)));
     let of_recordings = warnings::as_taken(diagnosis, records, spec);
     let mut warnings = warnings::with_normalized(of_recordings, prepared.normalized.as_ref());
     let Conclusion { warnings: own, unidentified, evidence } = conclude(prepared, &mut fit, &dropped)?;

@@ -1,7 +1,6 @@
 //! Confidence intervals that allow for an unidentified parameter: the hull of the intervals over the points of its profile.
 
 use super::profile::Point;
-use crate::analysis::variance_inflation;
 use motorfit_estimate::Refined;
 use motorfit_motor::Axis;
 
@@ -21,7 +20,7 @@ pub(super) enum Moved {
 
 /// Widens the interval of a free parameter to the hull over the points of a profile and returns the effect of the profile.
 pub(super) fn widen(refined: &mut Refined, index: usize, axis: &Axis, points: &[Point]) -> Moved {
-    let (value, more) = (refined.values[index], variance_inflation(&refined.uncertainty).sqrt());
+    let (value, more) = (refined.values[index], refined.uncertainty.variance_inflation().sqrt());
     let uncertainty = &mut refined.uncertainty;
     let (Some(error), Some(interval)) = (uncertainty.std_error[index], uncertainty.ci95[index]) else {
         return if refined.at_bound[index].is_some() { Moved::Within } else { Moved::Lost };

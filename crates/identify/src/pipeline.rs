@@ -12,7 +12,8 @@ use super::prepare::Prepared;
 use super::refine::{Fit, Observer, fit};
 use super::result::{Identification, SearchOutcome, left_out};
 use super::spec::IdentifySpec;
-use super::trust::{Evidence, Missed, trust};
+use super::trust::Missed;
+use super::trust::motor::{Evidence, trust};
 use super::unidentified::fix_unidentified;
 use super::verify::{settle, verify};
 use super::warnings;
@@ -152,7 +153,7 @@ pub(super) fn missed(fit: &Fit) -> Vec<Missed> {
         let (of, sigma) = (&signals[recording], fit.refined.sigmas[recording][channel]);
         of.is_above_noise(channel, sigma).then(|| Missed {
             recording,
-            channel,
+            output: channel,
             fit_percent: 100.0 * (1.0 - sigma / of.deviation(channel)),
         })
     };

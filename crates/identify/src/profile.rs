@@ -5,7 +5,6 @@
 use super::prepare::Prepared;
 use super::refine::Fit;
 use super::spec::IdentifySpec;
-use crate::analysis::variance_inflation;
 use motorfit_core::Result;
 use motorfit_estimate::{Refined, refine_on};
 use motorfit_motor::{Axis, Parameter, Scope, Space};
@@ -109,7 +108,7 @@ pub(super) fn profile(prepared: &Prepared<'_>, fit: &Fit, all: &[FixedParameter]
         fixed: fixed.copied().collect(),
         sigma: &fit.refined.sigmas,
         lowest: 0.0,
-        limit: LIMIT * variance_inflation(&fit.refined.uncertainty),
+        limit: LIMIT * fit.refined.uncertainty.variance_inflation(),
     };
     let released: Vec<f64> = profile.released.iter().map(|other| other.value).collect();
     let refined = profile.rest(profiled.value, &released, &fit.refined.values)?;

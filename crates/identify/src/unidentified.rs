@@ -7,7 +7,7 @@ use super::prepare::Prepared;
 use super::profile::{FixedParameter, LIMIT, Points, QUANTILE, profile};
 use super::refine::{Fit, refine_widening};
 use super::result::side;
-use crate::analysis::{fit_percent, variance_inflation};
+use crate::analysis::fit_percent;
 use motorfit_core::Result;
 use motorfit_estimate::{Refined, optima};
 use motorfit_motor::{Parameter, Scope, Space};
@@ -82,7 +82,7 @@ fn fix_once(prepared: &Prepared<'_>, fit: &mut Fit, known: Unidentified) -> Resu
 
 /// Returns the optima within the 95 % limit of χ² that a multistart finds, each as its parameters with their values.
 fn others(prepared: &Prepared<'_>, space: &Space, refined: &Refined) -> Result<Vec<Named>> {
-    let limit = refined.weighted(&refined.weights) + LIMIT * variance_inflation(&refined.uncertainty);
+    let limit = refined.weighted(&refined.weights) + LIMIT * refined.uncertainty.variance_inflation();
     let ends = optima(&prepared.fitted(space), &refined.weights, limit)?;
     let named = |end: &Refined| {
         let values = space.free().iter().zip(&end.values);
@@ -131,7 +131,7 @@ fn free(fit: &mut Fit, identified: &FixedParameter, range: [f64; 2]) -> Result<(
 /// refinement of the other parameters.
 fn fixed_near(prepared: &Prepared<'_>, fit: &Fit, index: usize, value: f64) -> Result<(f64, (Refined, Space))> {
     let sigma = &fit.refined.sigmas;
-    let limit = fit.refined.weighted(sigma) + SAME * variance_inflation(&fit.refined.uncertainty);
+    let limit = fit.refined.weighted(sigma) + SAME * fit.refined.uncertainty.variance_inflation();
     if let Some(neutral) = fit.space.free()[index].neutral()
         && let Ok(refined) = fixed_at(prepared, fit, index, neutral)
         && refined.0.weighted(sigma) <= limit

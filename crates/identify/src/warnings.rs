@@ -105,11 +105,11 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
         let message = "the refinement has not converged: the result may only be near the optimum";
         warnings.push(Warning::new("not_converged", message));
     }
-    let white = found.uncertainty.as_ref().map_or([None; 2], |uncertainty| uncertainty.whiteness);
+    let white = |channel: usize| found.uncertainty.as_ref().and_then(|uncertainty| uncertainty.whiteness[channel]);
     let colored = |(name, white): (&str, Option<Whiteness>)| {
         white.filter(|w| !w.is_white).map(|w| format!("{name} ({:.2} at lag 1)", w.lag1))
     };
-    let list: Vec<String> = ["current", "speed"].into_iter().zip(white).filter_map(colored).collect();
+    let list: Vec<String> = [("current", white(0)), ("speed", white(1))].into_iter().filter_map(colored).collect();
     if !list.is_empty() {
         let list = list.join(", ");
         let widened_by = found.uncertainty.as_ref().map_or(1.0, |uncertainty| uncertainty.widened_by);
@@ -162,7 +162,7 @@ fn not_separated(found: &Identification) -> Option<Warning> {
 /// Returns true if a parameter of an extension ended at the bound at which it has no effect.
 fn is_idle(found: &Identification, parameter: Parameter, side: &str) -> bool {
     let Some(axis) = found.space.free().iter().find(|axis| axis.parameter == parameter) else { return false };
-    axis.is_idle(if side == "min" { axis.min } else { axis.max })
+    axis.range().is_idle(if side == "min" { axis.min } else { axis.max })
 }
 
 /// Largest plausible ratio of the dead time to the time constant of the motor.

@@ -3,6 +3,7 @@
 use super::extended::Extended;
 use super::linear::Parameters;
 use super::parameter::Parameter;
+use motorfit_core::coordinate::Coordinate;
 use motorfit_core::{Error, Result};
 use std::collections::HashSet;
 
@@ -60,40 +61,31 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Returns true if the coordinate of the parameter is its logarithm: the five parameters of the motor, whose magnitude
-    /// is not known beforehand. Other parameters may be zero or negative and have a linear coordinate.
-    fn is_logarithmic(&self) -> bool {
-        !self.parameter.is_extension()
+    /// Returns the bounds with the coordinate of the parameter: its logarithm for the five parameters of the motor, whose
+    /// magnitude is not known beforehand. Other parameters may be zero or negative and have a linear coordinate.
+    #[must_use]
+    pub fn range(&self) -> Coordinate {
+        let is_logarithmic = !self.parameter.is_extension();
+        let &Self { parameter, min, max, .. } = self;
+        Coordinate { min, max, is_logarithmic, lowest: parameter.lowest(), neutral: self.neutral() }
     }
 
     /// Returns the coordinate of a value: its logarithm for the five parameters of the motor, else its ratio to the range.
     #[must_use]
     pub fn coordinate(&self, value: f64) -> f64 {
-        if self.is_logarithmic() { value.ln() } else { value / (self.max - self.min) }
+        self.range().of(value)
     }
 
     /// Returns the value of a coordinate, clamped to the bounds.
     #[must_use]
     pub fn value(&self, coordinate: f64) -> f64 {
-        let value = if self.is_logarithmic() { coordinate.exp() } else { coordinate * (self.max - self.min) };
-        value.max(self.min).min(self.max)
+        self.range().value(coordinate)
     }
 
     /// Returns the derivative of the value with respect to the coordinate.
     #[must_use]
     pub fn slope(&self, value: f64) -> f64 {
-        if self.is_logarithmic() { value } else { self.max - self.min }
-    }
-
-    /// Returns the values at `distance` below and above a value, measured in the coordinate; the lower one is not below the
-    /// domain of the parameter.
-    #[must_use]
-    pub fn around(&self, value: f64, distance: f64) -> [f64; 2] {
-        if self.is_logarithmic() {
-            return [value * (-distance).exp(), value * distance.exp()];
-        }
-        let distance = distance * (self.max - self.min);
-        [(value - distance).max(self.parameter.lowest()), value + distance]
+        self.range().slope(value)
     }
 
     /// Returns the value within the bounds at which the parameter of an extension has no effect; `None` if there is none.
@@ -103,16 +95,10 @@ impl Axis {
         (self.parameter.is_extension() && (self.min..=self.max).contains(&value)).then_some(value)
     }
 
-    /// Returns true if the parameter of an extension has no effect at a value.
-    #[must_use]
-    pub fn is_idle(&self, value: f64) -> bool {
-        self.neutral().is_some_and(|neutral| (neutral - value).abs() <= 1e-9 * (self.max - self.min))
-    }
-
     /// Returns the middle of the bounds: their geometric mean for the five parameters of the motor, else their mean.
     #[must_use]
     pub fn middle(&self) -> f64 {
-        self.value(0.5 * (self.coordinate(self.min) + self.coordinate(self.max)))
+        self.range().at(0.5)
     }
 }
 

@@ -131,6 +131,7 @@ pub(super) fn model_problem(model: &OwnModel, samples: usize) -> Result<Box<Mode
         measured: model.outputs().iter().map(|_| Some(time_s.clone())).collect(),
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
+        name: None,
         time_s,
     };
     let space = ModelSpace::new(model, 1);

@@ -41,7 +41,7 @@ pub(in crate::cli) fn run(args: &IdentifyArgs, path: &Path, style: &Style) -> Re
     let found = with_threads(given.count(Setting::Threads), || identify_model(&model, &recordings, &spec, &mut look));
     drop(observe);
     let mut found = found?;
-    hold_out_model(&model, &mut found, &others, &spec)?;
+    hold_out_model(&model, &mut found, &recordings, &others, &spec)?;
     style.warnings(&found.warnings);
     if found.stop == Stop::Interrupted {
         style.note("interrupted: the result is the best so far");

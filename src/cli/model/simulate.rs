@@ -108,7 +108,15 @@ fn recording(model: &Model, args: &SimulateArgs) -> Result<ModelRecording> {
     let step_s = motorfit::record::step_lengths(&time_s)?;
     // Outputs that vary, because a problem needs one; they are not used.
     let measured = model.outputs().iter().map(|_| Some(time_s.clone())).collect();
-    Ok(ModelRecording { inputs, measured, step_s, counting: Vec::new(), effective_sample_ratio: 1.0, time_s })
+    Ok(ModelRecording {
+        inputs,
+        measured,
+        step_s,
+        counting: Vec::new(),
+        effective_sample_ratio: 1.0,
+        name: None,
+        time_s,
+    })
 }
 
 /// Returns the time and the inputs of steps, `NAME=step:VALUE@SECONDS,…`, or `step:VALUE@SECONDS` for the first input.

@@ -50,6 +50,7 @@ fn recording(model: &Model, machine: &Machine, measured: Vec<Vec<f64>>) -> Model
         measured: measured.into_iter().map(Some).collect(),
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
+        name: None,
     }
 }
 

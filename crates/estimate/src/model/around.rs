@@ -66,9 +66,8 @@ fn around(
 ) -> SearchPoint {
     let distance = DISTANCES[0] * (DISTANCES[1] / DISTANCES[0]).powf(numbers.random::<f64>());
     let moved = |(axis, value): (&ModelAxis, &f64)| {
-        let range = axis.coordinate(axis.max) - axis.coordinate(axis.min);
-        let change = distance * range * (2.0 * numbers.random::<f64>() - 1.0);
-        axis.value(axis.coordinate(*value) + change)
+        let (axis, share) = (axis.range(), distance * (2.0 * numbers.random::<f64>() - 1.0));
+        axis.value(axis.of(*value) + share * (axis.of(axis.max) - axis.of(axis.min)))
     };
     let values = axes.iter().zip(values).map(moved).collect();
     SearchPoint { values, initial: initial.clone(), is_given: *is_given }

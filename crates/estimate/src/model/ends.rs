@@ -1,7 +1,10 @@
 //! Descents of a search side by side, from their starts to their ends.
 
-use super::descent::Descent;
-use super::fit::Fit;
+use super::fitted::FittedModel;
+use crate::descent::Descent;
+use crate::fit::Fit;
+use crate::fitted::Fitted as _;
+use crate::weights::deviations;
 use motorfit_core::numeric::count;
 
 /// Relative difference of costs within which descents ended in the same optimum.
@@ -40,13 +43,16 @@ impl End {
 
 /// Descends from each start, all side by side; a start from which the model diverges has no end. With `are_compared` descents that
 /// may stall end when they cannot come down to the lowest of the others. Returns the number of simulations too.
-pub(super) fn descend(fit: &Fit<'_>, starts: &[SearchPoint], are_compared: bool) -> (Vec<Option<End>>, u64) {
-    let problem = fit.problem;
+pub(super) fn descend(fitted: &FittedModel<'_>, starts: &[SearchPoint], are_compared: bool) -> (Vec<Option<End>>, u64) {
+    let fit = &Fit::new(fitted);
     let begun: Vec<_> = starts.iter().map(|start| fit.at(&start.values, &start.initial)).collect();
-    let mut descents: Vec<Option<Descent<'_>>> = Descent::all(fit, &begun, |normal| fit.deviations(normal));
+    let mut descents: Vec<Option<Descent<'_>>> = Descent::all(fit, &begun, &deviations(fit));
+    for descent in &mut descents {
+        *descent = descent.take().map(|descent| descent.at_most(SIMULATIONS));
+    }
     for descent in descents.iter_mut().flatten() {
-        descent.stall = (problem.model().reactions() > 0).then_some(STALLED);
-        descent.begin(TOLERANCE * count(problem.counted()).sqrt(), SIMULATIONS);
+        descent.stall = fitted.has_kinks().then_some(STALLED);
+        descent.begin(TOLERANCE * count(fit.count()).sqrt());
     }
     loop {
         let mut numbers = Vec::new();
@@ -75,8 +81,7 @@ pub(super) fn descend(fit: &Fit<'_>, starts: &[SearchPoint], are_compared: bool)
     }
     let simulations = descents.iter().flatten().map(|descent| descent.evaluations as u64).sum();
     let end = |(descent, start): (Descent<'_>, &SearchPoint)| {
-        let initial = (0..problem.recordings()).map(|n| fit.initial(&descent.at, n)).collect();
-        let values = fit.values(&descent.at);
+        let (values, initial) = (fit.values(&descent.at), fit.initial(&descent.at));
         End { at: SearchPoint { values, initial, is_given: start.is_given }, cost: descent.cost() }
     };
     let ends = descents.into_iter().zip(starts).map(|(descent, start)| Some(end((descent?, start)))).collect();

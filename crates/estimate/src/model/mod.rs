@@ -1,19 +1,17 @@
-//! Estimation of users' models: output-error Levenberg–Marquardt from many starts, standard errors, unidentifiable combinations.
+//! Estimation of users' models: output-error Levenberg–Marquardt from many starts.
 
 mod around;
-mod covariance;
-mod damped_step;
-mod descent;
 mod ends;
-mod fit;
+mod fitted;
 mod multistart;
 mod refine;
 mod search;
 
-pub use covariance::ModelUncertainty;
+pub use crate::ended::Ended as ModelRefined;
+pub use crate::separate::Separate;
 #[doc(hidden)]
 pub use multistart::rounds_max;
 pub use multistart::{ModelOptima, ModelStarts, Populations, model_optima};
-pub use refine::{ModelRefined, ModelWeights, refine_model, refine_model_near};
+pub use refine::{refine_model, separate_model_fits, signal_sigma};
 #[doc(hidden)]
 pub use search::ARRIVALS;

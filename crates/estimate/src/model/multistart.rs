@@ -4,7 +4,7 @@
 
 use super::around::{ROUNDS as ROUNDS_AROUND, search_around};
 use super::ends::{End, SearchPoint, descend};
-use super::fit::Fit;
+use super::fitted::FittedModel;
 use super::search::Search;
 use motorfit_core::candidates::Candidates;
 use motorfit_core::{Error, Result};
@@ -71,7 +71,7 @@ pub fn model_optima(
     starts: ModelStarts<'_>,
     observe: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
 ) -> Result<ModelOptima> {
-    let mut search = Search::new(Fit { problem, estimates_initial }, seed);
+    let mut search = Search::new(FittedModel::new(problem, estimates_initial), seed);
     let is_interrupted = rounds(&mut search, evaluator, starts, observe)?;
     let Some(best) = search.lowest() else {
         let hint = "Check units and bounds of the parameters: within them the simulated machine grows without limit.";
@@ -103,7 +103,7 @@ fn rounds(
     for round in 0..rounds {
         let mut all = if round == 0 { given.to_vec() } else { Vec::new() };
         let given = all.len();
-        let number = (CANDIDATES_PER_AXIS * search.fit.axes()).clamp(CANDIDATES[0], CANDIDATES[1]);
+        let number = (CANDIDATES_PER_AXIS * search.fit.problem.space().free.len()).clamp(CANDIDATES[0], CANDIDATES[1]);
         let round_seed = search.seed.wrapping_mul(ROUNDS as u64).wrapping_add(round as u64);
         let has_populations = (round == 0) == has_stick;
         if !has_populations || is_affine {
@@ -124,7 +124,7 @@ fn rounds(
             return Ok(true);
         }
         // One more round where several descents agree on an optimum that leaves more than noise.
-        if search.is_conclusive() && (search.fit.axes() == 0 || round > 0 || search.explains()) {
+        if search.is_conclusive() && (search.fit.problem.space().free.is_empty() || round > 0 || search.explains()) {
             break;
         }
     }

@@ -1,25 +1,24 @@
 //! State of a search for the lowest optimum, and the evidence that it is the lowest.
 
 use super::ends::End;
-use super::fit::Fit;
-use motorfit_core::numeric::{noise_sigma, rms};
+use super::fitted::FittedModel;
+use crate::fitted::Fitted as _;
+use motorfit_core::numeric::rms;
 
 /// Starts over the bounds that must reach the lowest optimum.
 #[doc(hidden)]
 pub const ARRIVALS: usize = 3;
-/// Standard deviation of the residuals, in those of the noise, up to which an optimum explains an output.
-pub(super) const NOISY: f64 = 2.0;
 
 /// A search: the lowest end from each start that has one.
 pub(super) struct Search<'a> {
-    pub fit: Fit<'a>,
+    pub fit: FittedModel<'a>,
     pub seed: u64,
     pub ends: Vec<End>,
     pub evaluations: u64,
 }
 
 impl<'a> Search<'a> {
-    pub fn new(fit: Fit<'a>, seed: u64) -> Self {
+    pub fn new(fit: FittedModel<'a>, seed: u64) -> Self {
         Self { fit, seed, ends: Vec::new(), evaluations: 0 }
     }
 
@@ -49,23 +48,17 @@ impl<'a> Search<'a> {
 
     /// Returns true if enough starts reached the lowest optimum, or there is nothing to search.
     pub fn is_conclusive(&self) -> bool {
-        self.fit.axes() == 0 || self.arrivals() >= ARRIVALS
+        self.fit.problem.space().free.is_empty() || self.arrivals() >= ARRIVALS
     }
 
     /// Returns true if the lowest optimum leaves no more than noise of every output. Many descents may end in one that does not: on a
     /// plateau, where an effect does not act.
     pub fn explains(&self) -> bool {
-        let problem = self.fit.problem;
         let Some(End { at, .. }) = self.lowest() else { return false };
-        (0..problem.recordings()).all(|recording| {
-            let of = problem.recording(recording);
-            let outputs = problem.simulate(&at.values, recording, &at.initial[recording]).outputs;
-            outputs.iter().zip(&of.measured).enumerate().all(|(output, (own, measured))| {
-                let Some(measured) = measured else { return true };
-                let counting = (0..of.len()).filter(|n| of.counts(output, *n));
-                let residuals: Vec<f64> = counting.map(|n| measured[n] - own[n]).collect();
-                rms(&residuals) <= NOISY * noise_sigma(&of.counted(output).unwrap_or_default())
-            })
+        (0..self.fit.recordings()).all(|recording| {
+            let residuals = self.fit.residuals(&at.values, recording, &at.initial[recording]);
+            let is_noise = |(output, of): (usize, &Vec<f64>)| !self.fit.is_above_noise((recording, output), rms(of));
+            residuals.iter().enumerate().all(is_noise)
         })
     }
 }

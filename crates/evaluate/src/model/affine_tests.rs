@@ -56,6 +56,7 @@ fn recording(model: &Model, has_mask: bool) -> ModelRecording {
             false => Vec::new(),
         },
         effective_sample_ratio: 1.0,
+        name: None,
         time_s,
     }
 }

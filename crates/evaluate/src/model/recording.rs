@@ -6,6 +6,7 @@ use motorfit_core::text::quoted;
 use motorfit_core::{Error, Result};
 use motorfit_model::step::open_states;
 use motorfit_model::{InitialState, Model};
+use motorfit_record::warning::name_of;
 use motorfit_record::{Quantity, Record, SignalRequest};
 
 /// Returns the signals that the import reads for a model: its inputs, then its outputs.
@@ -57,6 +58,8 @@ pub struct ModelRecording {
     pub counting: Vec<Vec<bool>>,
     /// Effective sample size over the number of samples.
     pub effective_sample_ratio: f64,
+    /// Name in messages, as that of its file; `None` for its number.
+    pub name: Option<String>,
 }
 
 impl ModelRecording {
@@ -95,7 +98,8 @@ impl ModelRecording {
             (0..record.len()).map(|n| steps.step(n)).collect()
         };
         let effective_sample_ratio = record.effective_sample_ratio();
-        Ok(Self { time_s: samples.time_s.clone(), step_s, inputs, measured, counting, effective_sample_ratio })
+        let name = record.source().path.as_ref().map(|_| name_of(record));
+        Ok(Self { time_s: samples.time_s.clone(), step_s, inputs, measured, counting, effective_sample_ratio, name })
     }
 
     /// Returns the first samples.
@@ -108,6 +112,7 @@ impl ModelRecording {
             inputs: self.inputs.iter().map(cut).collect(),
             measured: self.measured.iter().map(|signal| signal.as_ref().map(cut)).collect(),
             counting: self.counting.iter().map(|counting| counting[..end].to_vec()).collect(),
+            name: self.name.clone(),
             ..*self
         }
     }

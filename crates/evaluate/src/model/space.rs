@@ -1,5 +1,6 @@
 //! The search space of a model: free parameters with bounds, fixed values, parameters of single recordings.
 
+use motorfit_core::coordinate::Coordinate;
 use motorfit_core::text::{excerpt, nearest, quoted};
 use motorfit_core::{Error, Result};
 use motorfit_model::Model;
@@ -20,31 +21,17 @@ pub struct ModelAxis {
 }
 
 impl ModelAxis {
-    /// Returns the coordinate of a value: its logarithm, or its multiple of the range.
+    /// Returns the bounds with the coordinate of the parameter.
     #[must_use]
-    pub fn coordinate(&self, value: f64) -> f64 {
-        if self.is_logarithmic { value.ln() } else { value / (self.max - self.min) }
-    }
-
-    /// Returns the value of a coordinate, within the bounds.
-    #[must_use]
-    pub fn value(&self, coordinate: f64) -> f64 {
-        let value = if self.is_logarithmic { coordinate.exp() } else { coordinate * (self.max - self.min) };
-        // Not `clamp`, which panics where bounds are not ordered.
-        value.max(self.min).min(self.max)
-    }
-
-    /// Returns the derivative of the value with respect to the coordinate.
-    #[must_use]
-    pub fn slope(&self, value: f64) -> f64 {
-        if self.is_logarithmic { value } else { self.max - self.min }
+    pub fn range(&self) -> Coordinate {
+        let &Self { min, max, is_logarithmic, .. } = self;
+        Coordinate { min, max, is_logarithmic, lowest: f64::NEG_INFINITY, neutral: None }
     }
 
     /// Returns the value at a fraction of the range of the coordinate.
     #[must_use]
     pub fn at(&self, fraction: f64) -> f64 {
-        let [low, high] = [self.coordinate(self.min), self.coordinate(self.max)];
-        self.value(low + fraction * (high - low))
+        self.range().at(fraction)
     }
 }
 

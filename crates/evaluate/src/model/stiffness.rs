@@ -227,6 +227,7 @@ y = { value = "x", unit = "V" }
             measured: vec![Some(vec![0.0; time_s.len()])],
             counting: Vec::new(),
             effective_sample_ratio: 1.0,
+            name: None,
             time_s,
         }
     }

@@ -67,6 +67,7 @@ fn problem(
         inputs: inputs.to_vec(),
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
+        name: None,
     };
     let settings = ModelSettings { method: Some((method, substeps)), ..ModelSettings::default() };
     ModelProblem::new(model, space, vec![recording], settings).unwrap()

@@ -39,6 +39,7 @@ fn recording(model: &Model, samples: usize, step_s: f64) -> ModelRecording {
         measured: (0..model.outputs().len()).map(sine).collect(),
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
+        name: None,
     }
 }
 

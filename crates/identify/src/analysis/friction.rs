@@ -4,7 +4,6 @@
 //! sum of squares follows χ² with one degree of freedom less than there are recordings. For correlated residuals the decrease
 //! is divided by the variance inflation `(1 + ρ)/(1 − ρ)`, with ρ the correlation at lag 1.
 
-use super::residuals::variance_inflation;
 use motorfit_core::numeric::chi_square_limit;
 use motorfit_core::text::significant;
 use motorfit_estimate::{Refined, refine_on};
@@ -36,7 +35,7 @@ pub(super) fn friction_differs(records: &[Record], plain: &Problem, shared: &Ref
 fn of_parameter(records: &[Record], parameter: Parameter, plain: &Problem, shared: &Refined) -> Option<Warning> {
     let (space, start, first) = apart(plain.space(), &shared.values, parameter, records.len())?;
     let own = refine_on(&plain.with_space(space), &start, None).ok()?;
-    let more = variance_inflation(&own.uncertainty).max(variance_inflation(&shared.uncertainty));
+    let more = own.uncertainty.variance_inflation().max(shared.uncertainty.variance_inflation());
     let gain = (shared.weighted(&own.sigmas) - own.weighted(&own.sigmas)) / more;
     let [low, high] = extremes(&own, first, records.len()).filter(|_| gain > chi_square_limit(records.len() - 1))?;
     let (name, unit) = (parameter.name(), parameter.unit());

@@ -6,7 +6,6 @@
 
 use super::fitted::FittedMotor;
 use super::recording::warnings_of_records;
-use super::residuals::variance_inflation;
 use super::speed_guess::guess_by_speed;
 use motorfit_core::Result;
 use motorfit_core::numeric;
@@ -55,7 +54,7 @@ fn other(method: Discretization) -> Option<Discretization> {
 
 /// Compares the fits under the assumed and the alternative intersample behaviour; `None` if the alternative is not better.
 fn compared(here: &Refined, there: &Refined, better: Discretization, count: usize) -> Option<Intersample> {
-    let count = numeric::count(count) / variance_inflation(&there.uncertainty);
+    let count = numeric::count(count) / there.uncertainty.variance_inflation();
     let (mut log_likelihood, mut sigma_ratio) = (0.0, f64::INFINITY);
     for (here, there) in here.sigma.iter().zip(&there.sigma) {
         let (Some(here), Some(there)) = (here, there) else { continue };

@@ -26,7 +26,7 @@ pub use feedback::{CONTROLLERS, Controller, FeedbackGains, FeedbackWeights, posi
 pub use feedforward::{Regression, regression, regressions};
 pub(crate) use fit_metrics::{FitMetrics, fit_percent, poor_fit};
 pub use fitted::FittedMotor;
-pub(crate) use homogeneity::homogeneity;
+pub(crate) use homogeneity::{Compared, JointFit, RECORDINGS_MAX, homogeneity};
 pub(crate) use input_noise::input_noise;
 pub use intersample::{Intersample, detect_intersample, suspicions};
 pub(crate) use intersample::{coarse_rate, intersample_of_current, intersample_of_voltage, is_lively};
@@ -36,7 +36,7 @@ pub use recording::{record_warnings, warnings_of_records};
 pub use residual_correlation::ResidualCorrelation;
 pub use residual_input_test::{Regressors, ResidualInputTest, Residuals, residual_input_test};
 pub(crate) use residuals::document as residuals_document;
-pub(crate) use residuals::{EXPLAINED_MIN, residual_tests, residuals_follow_input, variance_inflation};
+pub(crate) use residuals::{EXPLAINED_MIN, residual_tests, residuals_follow_input};
 pub use residuals::{ResidualTest, ResidualTests};
 pub(crate) use speed_guess::{guess_by_load, guess_by_speed, lag_by_speed, load_varies};
 pub use transfer_function::TransferFunctions;

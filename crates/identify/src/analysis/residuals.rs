@@ -114,7 +114,7 @@ pub(super) fn moved(found: &FittedMotor<'_>) -> Vec<Vec<f64>> {
     let shared: Vec<usize> = (0..axes.len()).filter(|n| axes[*n].scope == Scope::Shared).collect();
     let known: Vec<(usize, f64)> =
         shared.iter().filter_map(|&n| Some((n, uncertainty.std_error[n]? / axes[n].slope(values[n])))).collect();
-    let more = if uncertainty.widened_by > 1.0 { 1.0 } else { variance_inflation(uncertainty) };
+    let more = if uncertainty.widened_by > 1.0 { 1.0 } else { uncertainty.variance_inflation() };
     let covariance = DMatrix::from_fn(known.len(), known.len(), |a, b| {
         let ((row, of_row), (column, of_column)) = (known[a], known[b]);
         more * of_row * of_column * uncertainty.correlation[row][column].unwrap_or(0.0)
@@ -131,13 +131,6 @@ pub(super) fn moved(found: &FittedMotor<'_>) -> Vec<Vec<f64>> {
         shared.iter().map(|n| values[*n]).collect()
     };
     (0..known.len()).map(one).collect()
-}
-
-/// Returns the variance inflation of correlated residuals, `(1 + ρ)/(1 − ρ)` with ρ the correlation at lag 1; the larger of
-/// both channels, at least 1.
-pub(crate) fn variance_inflation(uncertainty: &Uncertainty) -> f64 {
-    let lags = uncertainty.whiteness.iter().flatten().map(|white| white.lag1.clamp(0.0, 0.999));
-    lags.map(|lag| (1.0 + lag) / (1.0 - lag)).fold(1.0, f64::max)
 }
 
 /// Smallest percentage of the variance of residuals explained by the input that matters \[%\].

@@ -1,16 +1,16 @@
 //! Refinement with steps so short that the estimates do not depend on them.
 
 use motorfit_core::Result;
-use motorfit_core::numeric::{count, rms, standard_deviation};
-use motorfit_estimate::model::{ModelRefined, ModelWeights, refine_model, refine_model_near};
+use motorfit_core::numeric::rms;
+use motorfit_estimate::model::{ModelRefined, refine_model};
 use motorfit_evaluate::model::{ModelProblem, ModelSettings, ModelSpace};
 
 /// Largest number of substeps of a refinement, and the largest change of an estimate by half the step, in standard errors.
 const SUBSTEPS_MAX: usize = 16;
 const CHANGE_MAX: f64 = 0.2;
-/// Differences within which estimates are of the same optimum: a part of the sum of squares, and a difference of the deviance.
-const SAME_SQUARES: f64 = 1e-6;
-const SAME_DEVIANCE: f64 = 1e-3;
+/// Differences of the sum of squares within which estimates are of the same optimum: in units of σ², and as a part of the sum.
+const SAME: f64 = 1e-3;
+const SAME_PART: f64 = 1e-6;
 /// Part of the residuals below which a difference by half the step is far from what the model leaves unexplained.
 const OF_RESIDUALS: f64 = 0.1;
 /// Ratio of the changes of two halvings of the step up to which estimates converge.
@@ -48,29 +48,29 @@ fn better_from(
 ) -> Option<(Option<ModelProblem>, ModelRefined)> {
     let mut initial = problem.open_initials();
     if problem.space().free.iter().any(|axis| axis.recording.is_some()) {
-        let other = refined_as(problem, (start, &initial), estimates_initial, best.weights).ok()?;
-        return is_better(problem, &other, best).then_some((None, other));
+        let other = refine_model(problem, start, &initial, (estimates_initial, None)).ok()?;
+        return is_better(&other, best).then_some((None, other));
     }
     // A start from which the model diverges is no better.
-    let (substeps, mut fitted) = fitted_at(problem, start, (&initial, estimates_initial), best.weights).ok()?;
+    let (substeps, mut fitted) = fitted_at(problem, start, (&initial, estimates_initial), &best.weights).ok()?;
     let finer = match substeps == problem.method().substeps {
         true => None,
         false => Some(problem.with_substeps(substeps).ok()?),
     };
     let same = finer.as_ref().unwrap_or(problem);
     let best = match finer {
-        Some(_) => &refined_as(same, (&best.values, &best.initial), estimates_initial, best.weights).ok()?,
+        Some(_) => &refine_model(same, &best.values, &best.initial, (estimates_initial, None)).ok()?,
         None => best,
     };
-    if finer.is_some() && fitted.weights != best.weights {
-        (_, fitted) = fitted_at(same, start, (&initial, estimates_initial), best.weights).ok()?;
+    if finer.is_some() {
+        (_, fitted) = fitted_at(same, start, (&initial, estimates_initial), &best.weights).ok()?;
     }
-    if !is_better(same, &fitted, best) {
+    if !is_better(&fitted, best) {
         return None;
     }
     initial.clone_from(&fitted.initial);
-    let other = refined_as(same, (start, &initial), estimates_initial, best.weights).ok()?;
-    let is_better = is_better(same, &other, best);
+    let other = refine_model(same, start, &initial, (estimates_initial, None)).ok()?;
+    let is_better = is_better(&other, best);
     is_better.then_some((finer, other))
 }
 
@@ -80,32 +80,19 @@ fn fitted_at(
     problem: &ModelProblem,
     start: &[f64],
     (open, estimates_initial): (&[Vec<f64>], bool),
-    weights: ModelWeights,
+    weights: &[Vec<f64>],
 ) -> Result<(usize, ModelRefined)> {
     let mut there = with_fixed(problem, start)?;
-    let mut fitted = refine_model(&there, &[], open, (estimates_initial, weights))?;
+    let mut fitted = refine_model(&there, &[], open, (estimates_initial, Some(weights)))?;
     while !there.method().is_exact() && 2 * there.method().substeps <= SUBSTEPS_MAX {
         let finer = there.with_substeps(2 * there.method().substeps)?;
         if !steps_matter(&there, &finer, &fitted) {
             break;
         }
-        fitted = refine_model(&finer, &[], &fitted.initial, (estimates_initial, weights))?;
+        fitted = refine_model(&finer, &[], &fitted.initial, (estimates_initial, Some(weights)))?;
         there = finer;
     }
     Ok((there.method().substeps, fitted))
-}
-
-/// Refines values that are near an optimum of the given weights.
-fn refined_as(
-    problem: &ModelProblem,
-    (values, initial): (&[f64], &[Vec<f64>]),
-    estimates_initial: bool,
-    weights: ModelWeights,
-) -> Result<ModelRefined> {
-    match weights {
-        ModelWeights::Signals => refine_model(problem, values, initial, (estimates_initial, weights)),
-        ModelWeights::MaximumLikelihood => refine_model_near(problem, values, initial, estimates_initial),
-    }
 }
 
 /// Returns the problem with all parameters fixed at values of the free ones.
@@ -117,37 +104,10 @@ fn with_fixed(problem: &ModelProblem, free: &[f64]) -> Result<ModelProblem> {
     ModelProblem::new(problem.model(), space, recordings, settings)
 }
 
-/// Returns true if an estimate with the same weights fits better by more than the accuracy of descents.
-fn is_better(problem: &ModelProblem, other: &ModelRefined, best: &ModelRefined) -> bool {
-    let [own, known] = [other, best].map(|of| objective(problem, of));
-    let margin = if best.weights == ModelWeights::Signals { SAME_SQUARES * known } else { SAME_DEVIANCE };
-    other.weights == best.weights && own < known - margin
-}
-
-/// Returns what the weights of an estimate minimize: `Σ n ln σ²`, or the sum of squares relative to the signals.
-fn objective(problem: &ModelProblem, refined: &ModelRefined) -> f64 {
-    if refined.weights == ModelWeights::Signals {
-        return squares(problem, refined);
-    }
-    let of = |(recording, rms): (usize, &Vec<Option<f64>>)| {
-        let own = problem.recording(recording);
-        let one = |(output, rms): (usize, &Option<f64>)| Some(2.0 * count(own.count(output)) * (*rms)?.ln());
-        rms.iter().enumerate().filter_map(one).sum::<f64>()
-    };
-    refined.residual_rms.iter().enumerate().map(of).sum()
-}
-
-/// Returns the sum of squares, each output divided by the standard deviation of its signal.
-pub(super) fn squares(problem: &ModelProblem, refined: &ModelRefined) -> f64 {
-    let mut total = 0.0;
-    for (recording, rms) in refined.residual_rms.iter().enumerate() {
-        for (output, rms) in rms.iter().enumerate() {
-            let signal = problem.recording(recording).counted(output).unwrap_or_default();
-            let scale = standard_deviation(&signal);
-            total += rms.filter(|_| scale > 0.0).map_or(0.0, |rms| (rms / scale).powi(2) * count(signal.len()));
-        }
-    }
-    total
+/// Returns true if an estimate fits better, under the weights of the best one, by more than the accuracy of descents.
+fn is_better(other: &ModelRefined, best: &ModelRefined) -> bool {
+    let [own, known] = [other, best].map(|of| of.weighted(&best.weights));
+    own < known - SAME.max(SAME_PART * known)
 }
 
 /// Repeats a refinement with half the step until the estimates do not depend on it: an error of the integration that a search does not
@@ -169,8 +129,7 @@ pub(super) fn with_fine_steps(
         // equations are not affine.
         let takes_long = problem.model().reactions() > 0 && !problem.method().stiffness.is_affine;
         let is_enough = takes_long && !steps_matter(&problem, &finer, &refined);
-        let ModelRefined { values, initial, weights, .. } = &refined;
-        let next = refined_as(&finer, (values, initial), estimates_initial, *weights)?;
+        let next = refine_model(&finer, &refined.values, &refined.initial, (estimates_initial, None))?;
         let largest = largest_change(&next, &refined);
         (problem, refined) = (finer, next);
         if largest < CHANGE_MAX || is_enough && largest > CONVERGES * before {
@@ -185,9 +144,8 @@ pub(super) fn with_fine_steps(
 /// Returns true if the estimates with twice the step are the same.
 fn agrees_with_coarser(problem: &ModelProblem, refined: &ModelRefined, estimates_initial: bool) -> Result<bool> {
     let coarser = problem.with_substeps(problem.method().substeps / 2)?;
-    let ModelRefined { values, initial, weights, .. } = refined;
     // With long steps a model may diverge.
-    let other = refined_as(&coarser, (values, initial), estimates_initial, *weights).ok();
+    let other = refine_model(&coarser, &refined.values, &refined.initial, (estimates_initial, None)).ok();
     Ok(other.is_some_and(|other| largest_change(refined, &other) < CHANGE_MAX))
 }
 
@@ -202,11 +160,11 @@ fn steps_matter(problem: &ModelProblem, finer: &ModelProblem, refined: &ModelRef
     (0..problem.recordings()).any(|recording| {
         let initial = &refined.initial[recording];
         let [a, b] = [problem, finer].map(|of| of.simulate(&refined.values, recording, initial).outputs);
-        let residuals = &refined.residual_rms[recording];
-        a.iter().zip(&b).zip(residuals).any(|((a, b), residual)| {
+        let measured = &problem.recording(recording).measured;
+        a.iter().zip(&b).zip(measured).zip(&refined.sigmas[recording]).any(|(((a, b), measured), residual)| {
             let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
             let size = rms(&difference);
-            residual.is_some_and(|residual| size.is_nan() || size > OF_RESIDUALS * residual)
+            measured.is_some() && (size.is_nan() || size > OF_RESIDUALS * residual)
         })
     })
 }

@@ -4,11 +4,11 @@ mod batch_costs;
 mod combinations;
 mod estimates;
 mod fine_steps;
+mod homogeneity;
 mod islands;
 mod pipeline;
 mod result;
 mod tests_of_residuals;
-mod trust;
 
 pub use batch_costs::ModelCosts;
 pub use pipeline::{ModelProgress, ModelSpec, hold_out_model, identify_model};

@@ -2,20 +2,21 @@
 
 use super::combinations::described;
 use super::estimates::estimates;
-use super::fine_steps::{better_than, squares, with_fine_steps};
+use super::fine_steps::{better_than, with_fine_steps};
+use super::homogeneity::homogeneity;
 use super::islands::islands;
 use super::result::{ModelIdentification, ModelSearch, ModelVerification};
 use super::tests_of_residuals::{fitted, over_all};
-use super::trust::trust;
 use crate::device::{DeviceSpec, DeviceUsed, ModelDevice, PrecisionSpec};
 use crate::method::Method;
+use crate::repeated::{check_repeated, validation_repeats};
+use crate::trust::model::trust;
 use crate::trust_level::Trust;
 use motorfit_core::candidates::Candidates;
 use motorfit_core::clock::Instant;
 use motorfit_core::{Error, Result};
 use motorfit_estimate::model::{
-    ARRIVALS, ModelOptima, ModelRefined, ModelStarts, ModelWeights, model_optima, refine_model, refine_model_near,
-    rounds_max,
+    ARRIVALS, ModelOptima, ModelRefined, ModelStarts, model_optima, refine_model, rounds_max, signal_sigma,
 };
 use motorfit_evaluate::criterion::Criterion;
 use motorfit_evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
@@ -121,7 +122,8 @@ pub struct ModelProgress {
 /// Identifies the parameters of a model from recordings. `observe` may end the search; the result is then the best so far.
 ///
 /// # Errors
-/// Returns the errors of [`ModelSpec::space`], [`ModelProblem::new`] and [`ModelDevice::open`], `Usage` for Steiglitz–McBride, and `NotIdentified` if the model
+/// Returns the errors of [`ModelSpec::space`], [`ModelProblem::new`] and [`ModelDevice::open`], `Data` for a recording that is given
+/// twice, `Usage` for Steiglitz–McBride, and `NotIdentified` if the model
 /// diverges from every start.
 pub fn identify_model(
     model: &Model,
@@ -130,6 +132,7 @@ pub fn identify_model(
     observe: &mut dyn FnMut(ModelProgress) -> ControlFlow<()>,
 ) -> Result<ModelIdentification> {
     let begin = Instant::now();
+    check_repeated(recordings)?;
     let space = spec.space(model, recordings.len())?;
     let problem = ModelProblem::new(model, space, recordings.to_vec(), spec.settings())?;
     let mut device = ModelDevice::open(&spec.device, spec.precision, &problem)?;
@@ -138,11 +141,7 @@ pub fn identify_model(
     let mut verification = verified(&problem, spec, &found);
     let (problem, refined) = match spec.is_polished {
         true => {
-            let (values, initial) = (&found.start.0, &found.start.1);
-            let refined = match found.is_of_multistart {
-                true => refine_model_near(&problem, values, initial, spec.estimates_initial)?,
-                false => refine_model(&problem, values, initial, (spec.estimates_initial, ModelWeights::default()))?,
-            };
+            let refined = refine_model(&problem, &found.start.0, &found.start.1, (spec.estimates_initial, None))?;
             let (problem, refined) = with_fine_steps(problem, refined, spec.estimates_initial)?;
             let given = problem.space().starts(problem.model(), &spec.start)?;
             match better_than(&problem, &refined, &given, spec.estimates_initial) {
@@ -295,8 +294,9 @@ fn verified(problem: &ModelProblem, spec: &ModelSpec, found: &Found) -> ModelVer
         return ModelVerification { status, starts, arrivals, cost_gap: Some(0.0) };
     }
     // The descent of the search's own optimum, with the weights of the multistart.
-    let own = refine_model(problem, &found.start.0, &found.start.1, (spec.estimates_initial, ModelWeights::Signals));
-    let cost_gap = own.ok().map(|own| squares(problem, &own) / optima.cost - 1.0).filter(|gap| gap.is_finite());
+    let sigma = signal_sigma(problem);
+    let own = refine_model(problem, &found.start.0, &found.start.1, (spec.estimates_initial, Some(&sigma)));
+    let cost_gap = own.ok().map(|own| own.weighted(&sigma) / optima.cost - 1.0).filter(|gap| gap.is_finite());
     let status = match cost_gap {
         Some(gap) if gap > STUCK => "search_stuck",
         _ if is_conclusive => "agrees",
@@ -329,6 +329,7 @@ fn result(
     for text in &combinations {
         warnings.push(Warning::new("not_identifiable", text.clone()));
     }
+    warnings.extend(refined.as_ref().and_then(|refined| homogeneity(problem, refined, spec.estimates_initial)));
     let mut result = ModelIdentification {
         trust: Trust::default(),
         estimates: estimates(problem, &values, refined.as_ref()),
@@ -357,7 +358,7 @@ fn result(
     result
 }
 
-/// Simulates held-out recordings with the result; initial values that are measured or free are estimated from each.
+/// Simulates held-out recordings with the result of `recordings`; initial values that are measured or free are estimated from each.
 ///
 /// # Errors
 /// Propagates the errors of [`ModelProblem::new`]; parameters of single recordings take the values of the first one.
@@ -365,20 +366,21 @@ pub fn hold_out_model(
     model: &Model,
     found: &mut ModelIdentification,
     recordings: &[ModelRecording],
+    held_out: &[ModelRecording],
     spec: &ModelSpec,
 ) -> Result<()> {
-    if recordings.is_empty() {
+    if held_out.is_empty() {
         return Ok(());
     }
+    found.warnings.extend(validation_repeats(recordings, held_out));
     let space = ModelSpace::all_fixed(&found.space.values(&found.values, 0));
-    let problem = ModelProblem::new(model, space, recordings.to_vec(), spec.settings())?;
+    let problem = ModelProblem::new(model, space, held_out.to_vec(), spec.settings())?;
     let initial = problem.open_initials();
     let initial = match spec.estimates_initial && !initial.iter().all(Vec::is_empty) {
-        true => refine_model(&problem, &[], &initial, (true, ModelWeights::default()))
-            .map_or(initial, |refined| refined.initial),
+        true => refine_model(&problem, &[], &initial, (true, None)).map_or(initial, |refined| refined.initial),
         false => initial,
     };
-    found.held_out = (0..recordings.len()).map(|n| fitted(&problem, &[], n, &initial[n])).collect();
+    found.held_out = (0..held_out.len()).map(|n| fitted(&problem, &[], n, &initial[n])).collect();
     found.held_out_percent = over_all(&problem, &found.held_out).0;
     Ok(())
 }

@@ -3,7 +3,7 @@
 use crate::analysis::ResidualTest;
 use crate::device::DeviceUsed;
 use crate::trust_level::Trust;
-use motorfit_estimate::model::ModelUncertainty;
+use motorfit_estimate::Uncertainty;
 use motorfit_evaluate::model::{ModelMethod, ModelSpace};
 use motorfit_optimize::Stop;
 use motorfit_record::warning::Warning;
@@ -97,7 +97,7 @@ pub struct ModelIdentification {
     /// Cost of the result in the criterion of the spec.
     pub cost: f64,
     /// Uncertainty; `None` without a refinement.
-    pub uncertainty: Option<ModelUncertainty>,
+    pub uncertainty: Option<Uncertainty>,
     /// Combinations of parameters that the recordings cannot distinguish, as sentences.
     pub combinations: Vec<String>,
     /// True if the refinement converged.

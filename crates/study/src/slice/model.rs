@@ -82,6 +82,7 @@ mod tests {
             measured: vec![Some(time_s.clone()); 2],
             counting: Vec::new(),
             effective_sample_ratio: 1.0,
+            name: None,
             time_s,
         };
         let values = motorfit_motor::Parameters::M2.to_array();

@@ -442,6 +442,7 @@ pub fn estimates(calls: &mut Calls) {
             let Some(mut refined) = refined else { continue };
             drive!(calls, with;
                 "estimate::Refined::weighted" => (refined.weighted(&sigmas), refined.weighted(&[])),
+                "estimate::Uncertainty::variance_inflation" => refined.uncertainty.variance_inflation(),
                 "estimate::robust_uncertainty" => robust_uncertainty(&problem, &refined),
             );
             refined.values.truncate(1);

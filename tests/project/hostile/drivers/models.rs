@@ -5,7 +5,9 @@ use crate::hostile::calls::{Calls, ask, drive};
 use crate::hostile::drivers::identify::{fitted, mangled as mangled_motors};
 use motorfit::candidates::Candidates;
 use motorfit::device::{DeviceSpec, ModelDevice, PrecisionSpec};
-use motorfit::estimate::model::{ModelStarts, ModelWeights, model_optima, refine_model, refine_model_near};
+use motorfit::estimate::model::{
+    ModelRefined, ModelStarts, model_optima, refine_model, separate_model_fits, signal_sigma,
+};
 use motorfit::evaluate::model::{
     ModelAxis, ModelEvaluator, ModelProblem, ModelRecording, ModelSettings, ModelSimd, ModelSpace, signal_requests,
 };
@@ -40,6 +42,7 @@ pub fn recording() -> ModelRecording {
         measured: vec![Some(wave(150.0)), Some(wave(90.0))],
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
+        name: None,
         time_s,
     }
 }
@@ -127,9 +130,7 @@ pub fn signals(calls: &mut Calls) {
             let axis =
                 |is_logarithmic| ModelAxis { parameter: 0, recording: None, min: number, max: other, is_logarithmic };
             drive!(calls, (number, other);
-                "evaluate::model::ModelAxis::coordinate" => [true, false].map(|log| axis(log).coordinate(other)),
-                "evaluate::model::ModelAxis::value" => [true, false].map(|log| axis(log).value(other)),
-                "evaluate::model::ModelAxis::slope" => [true, false].map(|log| axis(log).slope(other)),
+                "evaluate::model::ModelAxis::range" => [true, false].map(|log| axis(log).range()),
                 "evaluate::model::ModelAxis::at" => [true, false].map(|log| axis(log).at(other)),
             );
         }
@@ -323,12 +324,12 @@ fn one(calls: &mut Calls, problem: &ModelProblem) {
     }
     let middle: Vec<f64> = problem.space().free.iter().map(|axis| axis.at(0.5)).collect();
     populations(calls, problem, &middle);
+    refined(calls, problem, &middle);
     ask!(calls, middle;
-        "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![0.0; 2]], (true, ModelWeights::default())),
-        "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![f64::NAN; 2]], (false, ModelWeights::Signals)),
-        "estimate::model::refine_model" => refine_model(problem, &[], &[], (true, ModelWeights::Signals)),
-        "estimate::model::refine_model_near" => refine_model_near(problem, &middle, &[vec![0.0; 2]], true),
-        "estimate::model::refine_model_near" => refine_model_near(problem, &[], &[vec![0.0; 2]], false),
+        "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![0.0; 2]], (true, None)),
+        "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![f64::NAN; 2]], (false, None)),
+        "estimate::model::refine_model" => refine_model(problem, &[], &[], (true, Some(&[]))),
+        "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![0.0; 2]], (true, Some(&[vec![0.0; 9]]))),
         "estimate::model::model_optima" => {
             let starts = ModelStarts { given: std::slice::from_ref(&middle), populations: &mut |_, _, _| Ok((Vec::new(), 0)) };
             model_optima(problem, &mut ModelSimd, (true, u64::MAX), starts, &mut |_, _| ControlFlow::Continue(()))
@@ -337,6 +338,19 @@ fn one(calls: &mut Calls, problem: &ModelProblem) {
             let starts = ModelStarts { given: &[vec![]], populations: &mut |_, _, _| Ok((vec![vec![]], 0)) };
             model_optima(problem, &mut ModelSimd, (false, 0), starts, &mut |_, _| ControlFlow::Break(()))
         },
+    );
+}
+
+/// Calls of what follows a refinement.
+fn refined(calls: &mut Calls, problem: &ModelProblem, middle: &[f64]) {
+    let Ok(found) = refine_model(problem, middle, &[vec![0.0; 2]], (true, None)) else { return };
+    let other = ModelRefined { values: Vec::new(), ..found.clone() };
+    drive!(calls, found;
+        "estimate::model::signal_sigma" => signal_sigma(problem),
+        "estimate::model::separate_model_fits" => separate_model_fits(problem, &found, true),
+        "estimate::model::separate_model_fits" => separate_model_fits(problem, &found, false),
+        "estimate::model::separate_model_fits" => separate_model_fits(problem, &other, true),
+        "estimate::model::ModelRefined::weighted" => found.weighted(&[]),
     );
 }
 
@@ -475,8 +489,8 @@ pub fn identifications(calls: &mut Calls) {
             });
             let Some(mut found) = found else { continue };
             ask!(calls, recording;
-                "identify::model::hold_out_model" => hold_out_model(&model, &mut found, &all, &spec),
-                "identify::model::hold_out_model" => hold_out_model(&model, &mut found, &[], &spec),
+                "identify::model::hold_out_model" => hold_out_model(&model, &mut found, &all, &all, &spec),
+                "identify::model::hold_out_model" => hold_out_model(&model, &mut found, &all, &[], &spec),
                 "study::sweep::RunEstimate::from" => {
                     Ok::<_, motorfit::Error>(found.estimates.iter().map(|e| RunEstimate::from(e).name.len()).sum::<usize>())
                 },

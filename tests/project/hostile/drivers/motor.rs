@@ -2,6 +2,7 @@
 
 use crate::hostile::arguments::{COUNTS, FEW, NUMBERS, signals, texts};
 use crate::hostile::calls::{Calls, ask, drive};
+use motorfit::coordinate::Coordinate;
 use motorfit::motor::{
     Axis, Discretization, Dual, Extended, ExtendedWalk, Extension, Input, InputHistory, Method, ModelFeatures, Number,
     Parameter, Parameters, Scope, SimulationInput, SimulationSettings, Space, StepMap, With, inverse, matrix_logarithm,
@@ -11,6 +12,17 @@ use motorfit::named::Named;
 
 fn all_parameters() -> impl Iterator<Item = Parameter> {
     Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS)
+}
+
+fn coordinates(calls: &mut Calls, range: Coordinate) {
+    drive!(calls, range;
+        "coordinate::Coordinate::of" => NUMBERS.map(|value| range.of(value)),
+        "coordinate::Coordinate::value" => NUMBERS.map(|value| range.value(value)),
+        "coordinate::Coordinate::slope" => NUMBERS.map(|value| range.slope(value)),
+        "coordinate::Coordinate::around" => NUMBERS.map(|value| range.around(value, value)),
+        "coordinate::Coordinate::at" => NUMBERS.map(|value| range.at(value)),
+        "coordinate::Coordinate::is_idle" => NUMBERS.map(|value| range.is_idle(value)),
+    );
 }
 
 pub fn parameters(calls: &mut Calls) {
@@ -56,11 +68,11 @@ pub fn parameters(calls: &mut Calls) {
                     "motor::Axis::coordinate" => NUMBERS.map(|value| axis.coordinate(value)),
                     "motor::Axis::value" => NUMBERS.map(|value| axis.value(value)),
                     "motor::Axis::slope" => NUMBERS.map(|value| axis.slope(value)),
-                    "motor::Axis::around" => NUMBERS.map(|value| axis.around(value, value)),
+                    "motor::Axis::range" => axis.range(),
                     "motor::Axis::neutral" => axis.neutral(),
-                    "motor::Axis::is_idle" => NUMBERS.map(|value| axis.is_idle(value)),
                     "motor::Axis::middle" => axis.middle(),
                 );
+                coordinates(calls, axis.range());
                 ask!(calls, axis;
                     "motor::Space::new" => Space::new(vec![axis, axis], vec![(p, scope, min)]),
                     "motor::Space::table2_with" => Space::table2_with(&[(p, min, max)], &[]),

@@ -1,62 +1,92 @@
 //! The level of trust in a result with a user's model.
 
-use super::result::ModelIdentification;
-use crate::trust_level::{Trust, TrustLevel, TrustReason};
-use motorfit_core::numeric::upper_median;
+use super::{Facts, Missed, Reason};
+use crate::model::ModelIdentification;
+use crate::trust_level::{Trust, TrustLevel};
+use motorfit_core::numeric::{noise_sigma, standard_deviation, upper_median};
 use motorfit_core::setting::{Text, text};
 use motorfit_core::text::{Shortest, counted, listed, significant};
 use motorfit_evaluate::model::ModelProblem;
-use motorfit_model::Model;
+use motorfit_evaluate::noise_share;
 
 use TrustLevel::{Check, Poor};
-
-/// Smallest acceptable fit of an output whose residuals are not noise \[%\].
-const FIT_MIN: f64 = 80.0;
-/// Smallest acceptable fit of the best output, also if the residuals are noise \[%\].
-const FIT_OF_BEST_MIN: f64 = 30.0;
 
 /// Number of samples up to which residuals are not tested for whiteness.
 const SAMPLES_FEW: usize = 40;
 
 /// Determines the level of trust in a result.
-pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_polished: bool) -> Trust {
-    let model = problem.model();
-    let mut all: Vec<(TrustLevel, TrustReason)> = Vec::new();
-    let mut add = |level, code, message: Text| all.push((level, TrustReason { code, message }));
-    let is_noise = is_noise(found);
-    if let Some(message) = poor_fit(model, found, is_noise) {
-        add(Poor, "poor_fit", message.into());
-    }
+pub(crate) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_polished: bool) -> Trust {
+    let outlying = outliers(problem, found);
+    let recording = |n: usize| problem.recording(n).name.clone().unwrap_or_else(|| format!("recording {}", n + 1));
+    let facts = Facts {
+        outputs: problem.model().outputs().iter().map(|output| output.name.clone()).collect(),
+        recordings: (0..problem.recordings()).map(recording).collect(),
+        fit_percent: &found.fit_percent,
+        missed: &missed(problem, found),
+        tests: found.fits.iter().map(|fit| fit.residuals.clone()).collect(),
+        is_polished,
+        search: search(found, is_polished),
+        warnings: found.warnings.iter().collect(),
+        more: more(problem, found, (is_polished, outlying.as_ref().map(|(message, _)| message))),
+    };
+    let trust = facts.trust();
+    // Wrong samples spoil the fit and the tests of the residuals too.
+    let next = trust.reasons.first().map(|reason| match &outlying {
+        Some((_, intervals)) => text!("Exclude the samples: " [Mask = "{intervals}"] "."),
+        None => next(found, reason.code),
+    });
+    Trust { next, ..trust }
+}
+
+/// Returns the outputs of recordings whose residuals are far above the noise.
+fn missed(problem: &ModelProblem, found: &ModelIdentification) -> Vec<Missed> {
+    let of = |recording: usize, output: usize| {
+        let signal = problem.recording(recording).counted(output)?;
+        let sigma = found.fits[recording].residual_sigma[output]?;
+        let fit_percent = 100.0 * (1.0 - sigma / standard_deviation(&signal));
+        let is_far = noise_share(noise_sigma(&signal), sigma) < 1.0 && fit_percent.is_finite();
+        is_far.then_some(Missed { recording, output, fit_percent })
+    };
+    let outputs = problem.model().outputs().len();
+    let all = (0..problem.recordings()).flat_map(|recording| (0..outputs).map(move |output| (recording, output)));
+    all.filter_map(|(recording, output)| of(recording, output)).collect()
+}
+
+/// Returns the reason from the search of the bounds. Residuals that are noise do not exclude another optimum that leaves noise too.
+fn search(found: &ModelIdentification, is_polished: bool) -> Option<Reason> {
     match found.verification.status {
-        "search_stuck" => add(Poor, "search_stuck", "a better optimum is known".into()),
+        "search_stuck" => Some((Poor, "search_stuck", "a better optimum is known".into())),
         "reference_failed" => {
             let (starts, arrivals) = (found.verification.starts, found.verification.arrivals);
             let message = format!("only {arrivals} of {starts} starts lead to the lowest optimum");
-            add(Check, "search_inconclusive", message.into());
+            Some((Check, "search_inconclusive", message.into()))
         }
-        "not_applicable" if is_polished => add(Check, "not_verified", "no other search confirms the optimum".into()),
-        _ => {}
+        "not_applicable" if is_polished => Some((Check, "not_verified", "no other search confirms the optimum".into())),
+        _ => None,
     }
-    if !is_polished {
-        add(Check, "not_polished", "without a polish there are no standard errors".into());
-    } else if !found.converged {
+}
+
+/// Returns the reasons of models alone.
+fn more(
+    problem: &ModelProblem,
+    found: &ModelIdentification,
+    (is_polished, outliers): (bool, Option<&String>),
+) -> Vec<Reason> {
+    let mut all: Vec<Reason> = Vec::new();
+    let mut add = |level, code, message: Text| all.push((level, code, message));
+    if !found.converged {
         add(Poor, "not_converged", "the refinement has not converged".into());
     }
     if (0..problem.recordings()).any(|n| problem.recording(n).effective_sample_ratio < 1.0) {
         let message = "the signals were filtered or resampled, which biases the estimates of nonlinear equations";
         add(Check, "filtered", message.into());
     }
-    let outlying = outliers(problem, found);
-    if let Some((message, _)) = &outlying {
+    if let Some(message) = outliers {
         add(Check, "outliers", message.clone().into());
     }
     let most = found.fits.iter().flat_map(|fit| fit.simulated.first()).map(Vec::len).max().unwrap_or(0);
     if is_polished && most <= SAMPLES_FEW {
         add(Check, "few_samples", format!("{most} samples are too few to test the residuals").into());
-    }
-    let tested = found.fits.iter().flat_map(|fit| &fit.residuals).flatten().next().is_some();
-    if is_polished && tested && !is_noise {
-        add(Check, "residuals", "the residuals are not white, or depend on an input: the model lacks an effect".into());
     }
     if let Some(first) = found.combinations.first() {
         add(Check, "not_identifiable", first.clone().into());
@@ -71,15 +101,7 @@ pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_poli
         let message = "the equations are stiff: steps are too long for the accuracy of the integration";
         add(Check, "not_accurate", message.into());
     }
-    all.sort_by_key(|(level, _)| std::cmp::Reverse(*level as u8));
-    let level = all.first().map_or(TrustLevel::Good, |(level, _)| *level);
-    let reasons: Vec<TrustReason> = all.into_iter().map(|(_, reason)| reason).collect();
-    // Wrong samples spoil the fit and the tests of the residuals too.
-    let next = reasons.first().map(|reason| match &outlying {
-        Some((_, intervals)) => text!("Exclude the samples: " [Mask = "{intervals}"] "."),
-        None => next(found, reason.code),
-    });
-    Trust { level, reasons, next }
+    all
 }
 
 /// Residuals beyond this multiple of their median magnitude are outliers: ten standard deviations of Gaussian noise.
@@ -123,36 +145,14 @@ fn outliers(problem: &ModelProblem, found: &ModelIdentification) -> Option<(Stri
     None
 }
 
-/// Returns true if the residuals were tested and are noise.
-fn is_noise(found: &ModelIdentification) -> bool {
-    let tests: Vec<_> = found.fits.iter().flat_map(|fit| &fit.residuals).flatten().collect();
-    let passes = |test: &&crate::analysis::ResidualTest| {
-        test.whiteness.is_white && test.voltage.is_none_or(|input| input.is_independent)
-    };
-    !tests.is_empty() && tests.iter().all(passes)
-}
-
-fn poor_fit(model: &Model, found: &ModelIdentification, is_noise: bool) -> Option<String> {
-    let best = found.fit_percent.iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
-    let is_poor = |fit: f64| best < FIT_OF_BEST_MIN || (fit < FIT_MIN && !is_noise);
-    let outputs = model.outputs().iter().zip(&found.fit_percent);
-    let poor: Vec<String> = outputs
-        .filter_map(|(output, fit)| Some((output, (*fit)?)))
-        .filter(|(_, fit)| is_poor(*fit))
-        .map(|(output, fit)| format!("{:.0} % of {}", fit.max(0.0), output.name))
-        .collect();
-    (!poor.is_empty()).then(|| {
-        let poor: Vec<&str> = poor.iter().map(String::as_str).collect();
-        format!("the model explains only {}", listed(&poor, "and"))
-    })
-}
-
 /// Returns the next step for the first reason.
 fn next(found: &ModelIdentification, code: &str) -> Text {
     match code {
         "poor_fit" | "residuals" => {
             "Add the effect that the model lacks, or check units and signs of the signals.".into()
         }
+        "recordings_differ" => "Fit the recordings one by one.".into(),
+        "recording_missed" => "Leave the recording out, or check its signals.".into(),
         "not_verified" => "Let the search run to its end.".into(),
         "search_stuck" | "search_inconclusive" => text!("Narrow the " [Bounds] ", or try another " [Seed] "."),
         "not_polished" => text!("Leave out " [Polish = "none"] "."),

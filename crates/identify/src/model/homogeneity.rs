@@ -1,0 +1,28 @@
+//! Test of whether all recordings of a joint fit are of one machine.
+
+use crate::analysis::{Compared, JointFit, RECORDINGS_MAX};
+use motorfit_estimate::model::{ModelRefined, separate_model_fits};
+use motorfit_evaluate::model::{ModelAxis, ModelProblem};
+use motorfit_record::warning::Warning;
+
+/// Returns the warning of a joint fit whose recordings are not of one machine; `None` if they are, or if there is one recording.
+pub(super) fn homogeneity(problem: &ModelProblem, refined: &ModelRefined, estimates_initial: bool) -> Option<Warning> {
+    if !(2..=RECORDINGS_MAX).contains(&problem.recordings()) {
+        return None;
+    }
+    let own = separate_model_fits(problem, refined, estimates_initial)?;
+    let compared = |(axis, error): (&ModelAxis, &Option<f64>)| {
+        let parameter = &problem.model().parameters()[axis.parameter];
+        Compared {
+            name: parameter.name.clone(),
+            unit: parameter.unit.text.clone(),
+            coordinate: axis.range(),
+            is_compared: axis.recording.is_none() && error.is_some(),
+        }
+    };
+    let axes: Vec<Compared> = problem.space().free.iter().zip(&refined.uncertainty.std_error).map(compared).collect();
+    let name = |n: usize| problem.recording(n).name.clone().unwrap_or_else(|| format!("recording {}", n + 1));
+    let names: Vec<String> = (0..problem.recordings()).map(name).collect();
+    let (rank, sigmas) = (refined.uncertainty.rank, &refined.sigmas);
+    JointFit { machine: "machine", names: &names, axes: &axes, rank, sigmas, own: &own }.differing().map(|(of, _)| of)
+}

@@ -1,0 +1,141 @@
+//! The level of trust in a result of the DC motor.
+
+use super::{Facts, Missed, Reason, is_noise};
+use crate::analysis::ResidualTests;
+use crate::result::Identification;
+use crate::spec::IdentifySpec;
+use crate::trust_level::{Trust, TrustLevel, TrustReason};
+use crate::verify::Status;
+use motorfit_core::numeric::peak;
+use motorfit_core::setting::{Text, text};
+use motorfit_motor::{Extension, Parameter, With};
+use motorfit_record::Record;
+use motorfit_record::warning::{Warning, name_of};
+
+use TrustLevel::{Check, Poor};
+
+/// Determines the level of trust in a result from its fit, verification, residual tests and warnings, and from `evidence`.
+pub(crate) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identification, evidence: &Evidence) -> Trust {
+    let tests = listed(&found.residual_tests);
+    let is_noise = is_noise(&tests, &evidence.missed);
+    let facts = Facts {
+        outputs: ["the current", "the speed"].map(str::to_owned).to_vec(),
+        recordings: records.iter().map(name_of).collect(),
+        fit_percent: &found.fit_percent,
+        missed: &evidence.missed,
+        tests,
+        is_polished: found.uncertainty.is_some(),
+        search: search(found).filter(|(level, ..)| !is_noise || *level == Poor),
+        warnings: found.warnings.iter().filter(|warning| !is_modelled(found, warning)).collect(),
+        more: implausible(records, found).map(|message| (Check, "implausible", message.into())).into_iter().collect(),
+    };
+    let trust = facts.trust();
+    let next = (trust.level != TrustLevel::Good).then(|| next(spec, found, (&trust.reasons, evidence)));
+    Trust { next, ..trust }
+}
+
+/// Returns the tests of the residuals of each recording as lists.
+pub(crate) fn listed(tests: &[ResidualTests]) -> Vec<Vec<Option<crate::analysis::ResidualTest>>> {
+    tests.iter().map(|of| of.to_vec()).collect()
+}
+
+/// Returns true if the model includes the effect that a warning is about.
+fn is_modelled(found: &Identification, warning: &Warning) -> bool {
+    warning.code == "averaged_sensor" && found.extensions().contains(&Extension::SensorAverage)
+}
+
+/// The evidence against a result besides its warnings.
+pub(crate) struct Evidence {
+    /// Channels of recordings with residuals far above the noise.
+    pub missed: Vec<Missed>,
+    /// Extension that the residuals show and the model lacks.
+    pub lacking: Option<Extension>,
+}
+
+/// Returns the reason from the verification of the search.
+fn search(found: &Identification) -> Option<Reason> {
+    let check = &found.verification;
+    match check.status {
+        Status::Agrees => None,
+        Status::SearchStuck if check.refined_agrees && found.uncertainty.is_some() => None,
+        Status::SearchStuck => Some((Poor, "search_stuck", "a better optimum is known".into())),
+        Status::ReferenceFailed => Some((Check, "search_inconclusive", "the global search is inconclusive".into())),
+        Status::NotApplicable => Some((Check, "not_verified", "no global search confirms the optimum".into())),
+    }
+}
+
+/// Largest plausible current \[A\].
+const CURRENT_MAX: f64 = 200.0;
+/// Largest plausible speed \[rad/s\].
+const SPEED_MAX: f64 = 20_000.0;
+/// Range of plausible electrical time constants \[s\].
+const ELECTRICAL_S: [f64; 2] = [1e-7, 0.5];
+/// Range of plausible mechanical time constants \[s\].
+const MECHANICAL_S: [f64; 2] = [1e-5, 60.0];
+
+/// Returns the largest magnitude of a signal without excluded samples.
+fn counting_peak(record: &Record, channel: usize, signal: &[f64]) -> f64 {
+    let counting = record.counting();
+    if counting.is_empty() {
+        return peak(signal);
+    }
+    let counts = signal.iter().zip(&counting).filter(|(_, counts)| counts[channel]);
+    counts.fold(0.0, |largest: f64, (value, _)| largest.max(value.abs()))
+}
+
+/// Describes a magnitude that is implausible for a motor, which suggests a wrong unit; `None` if there is none.
+fn implausible(records: &[Record], found: &Identification) -> Option<String> {
+    let motor = &found.parameters;
+    let is_identified = |p: &[Parameter]| p.iter().all(|p| !found.unidentified.iter().any(|(of, _)| of == p));
+    let largest = |channel: usize| {
+        let signals = records.iter().filter_map(|record| Some((record, record.measured()[channel]?)));
+        signals.map(|(record, signal)| counting_peak(record, channel, signal)).fold(0.0, f64::max)
+    };
+    let outside = |[low, high]: [f64; 2], value: f64| value < low || value > high;
+    if largest(0) > CURRENT_MAX {
+        return Some(format!("a current of {:.0} A is implausible", largest(0)));
+    }
+    if largest(1) > SPEED_MAX {
+        return Some(format!("a speed of {:.0} rad/s is implausible", largest(1)));
+    }
+    let electrical = motor.l / motor.r;
+    if is_identified(&[Parameter::L, Parameter::R]) && outside(ELECTRICAL_S, electrical) {
+        return Some(format!("an electrical time constant of {electrical:.2e} s is implausible"));
+    }
+    let mechanical = motor.r * motor.j / (motor.k * motor.k + motor.r * motor.b);
+    if is_identified(&[Parameter::R, Parameter::K, Parameter::J]) && outside(MECHANICAL_S, mechanical) {
+        return Some(format!("a mechanical time constant of {mechanical:.2e} s is implausible"));
+    }
+    None
+}
+
+/// Returns the next step for the most severe reasons.
+fn next(spec: &IdentifySpec, found: &Identification, (reasons, evidence): (&[TrustReason], &Evidence)) -> Text {
+    let has = |codes: &[&str]| reasons.iter().any(|reason| codes.contains(&reason.code));
+    if has(&["between_samples"]) && found.input == motorfit_motor::Input::Voltage {
+        let better = if found.model.discretization == motorfit_motor::Discretization::Foh { "zoh" } else { "foh" };
+        return text!([Discretization = "{better}"]);
+    }
+    if has(&["sign_reversed", "units", "implausible"]) {
+        return text!([Command::Inspect]);
+    }
+    if has(&["poor_fit", "recording_missed", "residuals", "averaged_sensor", "model_incomplete", "late_voltage"])
+        && spec.with != With::Auto
+    {
+        return text!([With = "auto"]);
+    }
+    if let Some(lacking) = evidence.lacking {
+        let list: Vec<&str> = found.extensions().into_iter().chain([lacking]).map(Extension::name).collect();
+        return text!([With = "{}", list.join(",")]);
+    }
+    if has(&["at_bound"]) && Parameter::ALL.iter().any(|p| !spec.auto_bounds.contains(p)) {
+        return text!([Bounds = "auto"]);
+    }
+    if has(&["search_stuck", "search_inconclusive", "not_verified"]) && spec.method.is_search() {
+        return text!([Method = "auto"]);
+    }
+    if has(&["not_verified", "not_polished"]) && !spec.is_polished() {
+        return text!([Polish = "lm"]);
+    }
+    text!([Command::Inspect])
+}
