@@ -70,8 +70,6 @@ pub(crate) trait Fitted: Sync {
     fn states(&self, recording: usize) -> usize;
     /// Returns true if friction that sticks makes the cost not smooth.
     fn has_kinks(&self) -> bool;
-    /// Returns true if a model error acts on all recordings alike: their residuals far above the noise get a common weight.
-    fn shares_errors(&self) -> bool;
     /// Returns how many points are computed side by side in the time of one.
     fn side_by_side(&self) -> usize;
     /// Returns the sums of the outputs of a recording at each point; `None` for a point at which the machine diverges.

@@ -67,7 +67,7 @@ pub use starts::{
     warm_start_with_delays,
 };
 pub use steiglitz_mcbride::{Estimate, steiglitz_mcbride, steiglitz_mcbride_on};
-pub use uncertainty::EFFECTIVE_RATIO_MIN;
+pub use uncertainty::{EFFECTIVE_RATIO_MIN, student95};
 pub use uncertainty::{Uncertainty, Whiteness, describe_direction};
 
 /// Runs the example of the README as a test.

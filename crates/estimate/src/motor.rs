@@ -86,10 +86,6 @@ impl Fitted for Problem {
         false
     }
 
-    fn shares_errors(&self) -> bool {
-        !self.features().is_linear()
-    }
-
     fn side_by_side(&self) -> usize {
         1
     }

@@ -12,7 +12,7 @@ use super::ended::Ended;
 use super::fit::Fit;
 use super::fitted::Sigma;
 use super::refined::Refined;
-use super::uncertainty::{EFFECTIVE_RATIO_MIN, Uncertainty, invert, marginal, student95};
+use super::uncertainty::{EFFECTIVE_RATIO_MIN, Uncertainty, invert, marginal, spread_matrix, student95};
 use motorfit_core::numeric::autoregression;
 use motorfit_evaluate::Problem;
 use nalgebra::DMatrix;
@@ -57,7 +57,7 @@ fn sandwich(fit: &Fit<'_>, ended: &Ended) -> Option<Uncertainty> {
     let states: Vec<usize> = (space.len()..fit.unknowns).collect();
     let (matrix, _) = fit.weighted(&fit.normal(&fit.at(values, &ended.initial))?, &ended.weights);
     let (information, gain) = marginal(&matrix, &moving, &states);
-    let (inverse, ..) = invert(&information);
+    let inverse = invert(&information).known;
     let middle = middle(fit, ended);
     // Subtracts from the sensitivities of the parameters their projection onto those of the initial states.
     let elimination =
@@ -86,6 +86,7 @@ fn sandwich(fit: &Fit<'_>, ended: &Ended) -> Option<Uncertainty> {
         correlation: (0..space.len()).map(|a| (0..space.len()).map(|b| correlation(a, b)).collect()).collect(),
         std_error,
         widened_by,
+        covariance: spread_matrix(&covariance, &moving, space.len()),
         ..own.clone()
     })
 }

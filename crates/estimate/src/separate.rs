@@ -133,10 +133,6 @@ impl Fitted for Only<'_> {
         self.problem.has_kinks()
     }
 
-    fn shares_errors(&self) -> bool {
-        self.problem.shares_errors()
-    }
-
     fn side_by_side(&self) -> usize {
         self.problem.side_by_side()
     }

@@ -29,6 +29,10 @@ pub struct Uncertainty {
     pub rank: usize,
     /// Unidentifiable directions in the coordinates of the parameters: a joint step along one leaves the output unchanged.
     pub unidentifiable: Vec<Vec<f64>>,
+    /// True for each parameter that takes part in an unidentifiable direction.
+    pub open: Vec<bool>,
+    /// Covariance of the coordinates within the identifiable directions; zero for a parameter at a bound.
+    pub covariance: Vec<Vec<f64>>,
     /// Whiteness test of the residuals of each output, the worst of its recordings; `None` if an output was not tested.
     pub whiteness: Vec<Option<Whiteness>>,
     /// Largest ratio of a standard error to that of white residuals; 1 if none was widened.
@@ -95,6 +99,8 @@ const CHI2: f64 = 45.31;
 /// Standard error along a direction of the coordinates from which the direction is unidentifiable: a factor of e, or the
 /// range of an extension parameter.
 const SPREAD_MAX: f64 = 1.0;
+/// Standard error along a direction whose information is rounding error.
+const SPREAD_OPEN: f64 = 100.0;
 /// Ratio of the information of a direction to the largest at which it is rounding error and the direction unidentifiable.
 const INFORMATION_MIN: f64 = 1e-13;
 /// Ratio of residuals to the signal below which residuals are rounding errors.
@@ -116,16 +122,23 @@ pub(super) fn uncertainty(fit: &Fit<'_>, values: &[f64], matrix: &DMatrix<f64>, 
     let moving: Vec<usize> = free.iter().copied().filter(|n| *n < axes).collect();
     let states: Vec<usize> = free.iter().copied().filter(|n| *n >= axes).collect();
     let information = marginal(matrix, &moving, &states).0;
-    let (covariance, condition, unknown) = invert(&information);
+    let Inverse { known: covariance, unknown: along, condition, directions: unknown } = invert(&information);
     let place = |axis: usize| moving.iter().position(|n| *n == axis);
     let magnitudes: Vec<f64> =
         moving.iter().enumerate().map(|(p, n)| magnitude(&space[*n], values[*n], information[(p, p)])).collect();
-    let known = |p: usize| unknown.iter().all(|direction| !takes_part(direction, &magnitudes, p));
-    let variance = |axis: usize| place(axis).filter(|&p| known(p)).map(|p| covariance[(p, p)]);
-    let error = |axis: usize| variance(axis).map(f64::sqrt).filter(|e| e.is_finite());
+    // The part of a parameter that is small in each direction may be long all the same.
+    let variance = |a: usize, b: usize| covariance[(a, b)] + along[(a, b)];
+    let known = |p: usize| {
+        variance(p, p) < SPREAD_MAX * SPREAD_MAX
+            && unknown.iter().all(|direction| !takes_part(direction, &magnitudes, p))
+    };
+    let error = |axis: usize| {
+        let p = place(axis).filter(|&p| known(p))?;
+        Some(variance(p, p).sqrt()).filter(|error| error.is_finite())
+    };
     let correlation = |a: usize, b: usize| {
         let (pa, pb) = (place(a)?, place(b)?);
-        Some(covariance[(pa, pb)] / (error(a)? * error(b)?))
+        Some(variance(pa, pb) / (error(a)? * error(b)?))
     };
     let spread = |direction: &Vec<f64>| (0..axes).map(|axis| place(axis).map_or(0.0, |p| direction[p])).collect();
     Uncertainty {
@@ -135,9 +148,22 @@ pub(super) fn uncertainty(fit: &Fit<'_>, values: &[f64], matrix: &DMatrix<f64>, 
         condition,
         rank: moving.len() - unknown.len(),
         unidentifiable: unknown.iter().map(spread).collect(),
+        open: (0..axes).map(|axis| place(axis).is_some_and(|p| !known(p))).collect(),
+        covariance: spread_matrix(&covariance, &moving, axes),
         whiteness: vec![None; fit.problem.outputs()],
         widened_by: 1.0,
     }
+}
+
+/// Returns a matrix over the parameters `moving` as one over all, with zeros elsewhere.
+pub(super) fn spread_matrix(matrix: &DMatrix<f64>, moving: &[usize], axes: usize) -> Vec<Vec<f64>> {
+    let mut all = vec![vec![0.0; axes]; axes];
+    for (a, row) in moving.iter().enumerate() {
+        for (b, column) in moving.iter().enumerate() {
+            all[*row][*column] = matrix[(a, b)];
+        }
+    }
+    all
 }
 
 /// Returns the magnitude of a value in its coordinate, by which steps of parameters with different coordinates are compared: 1 for a
@@ -180,33 +206,48 @@ pub(super) fn marginal(matrix: &DMatrix<f64>, moving: &[usize], states: &[usize]
     }
 }
 
-/// Returns the covariance within the identifiable directions, the condition number, and the unidentifiable directions.
-pub(super) fn invert(information: &DMatrix<f64>) -> (DMatrix<f64>, f64, Vec<Vec<f64>>) {
+/// The inverse of an information matrix.
+pub(super) struct Inverse {
+    /// Covariance within the identifiable directions.
+    pub known: DMatrix<f64>,
+    /// Covariance along the other directions, as far as it is finite.
+    pub unknown: DMatrix<f64>,
+    /// Condition number; infinite if the matrix is singular.
+    pub condition: f64,
+    /// Unidentifiable directions.
+    pub directions: Vec<Vec<f64>>,
+}
+
+/// Inverts an information matrix.
+pub(super) fn invert(information: &DMatrix<f64>) -> Inverse {
     let size = information.nrows();
+    let zeros = DMatrix::zeros(size, size);
+    let mut all = Inverse { known: zeros.clone(), unknown: zeros, condition: 1.0, directions: Vec::new() };
     if size == 0 {
-        return (DMatrix::zeros(0, 0), 1.0, Vec::new());
+        return all;
     }
     let SymmetricEigen { eigenvalues, eigenvectors } = SymmetricEigen::new(information.clone());
     let largest = eigenvalues.iter().copied().fold(0.0, f64::max);
     let smallest = eigenvalues.iter().copied().fold(f64::INFINITY, f64::min);
-    let is_known = |value: f64| value > INFORMATION_MIN * largest && value > 1.0 / (SPREAD_MAX * SPREAD_MAX);
-    let mut covariance = DMatrix::zeros(size, size);
-    let mut unknown = Vec::new();
     for (n, &value) in eigenvalues.iter().enumerate() {
         let direction = eigenvectors.column(n);
-        if is_known(value) {
-            covariance += direction * direction.transpose() / value;
+        let outer = direction * direction.transpose();
+        let is_rounding = value <= INFORMATION_MIN * largest;
+        if !is_rounding && value > 1.0 / (SPREAD_MAX * SPREAD_MAX) {
+            all.known += outer / value;
         } else {
-            unknown.push(direction.iter().copied().collect());
+            all.unknown += outer / if is_rounding { SPREAD_OPEN.powi(-2) } else { value };
+            all.directions.push(direction.iter().copied().collect());
         }
     }
-    let condition = if smallest > INFORMATION_MIN * largest { largest / smallest } else { f64::INFINITY };
-    (covariance, condition, unknown)
+    all.condition = if smallest > INFORMATION_MIN * largest { largest / smallest } else { f64::INFINITY };
+    all
 }
 
 /// Returns the 97.5 % quantile of Student's t by the Cornish–Fisher expansion. The relative error is 1.1e-3 at 5 degrees of
 /// freedom and below 6e-4 from 6 on; below 5 the result is too small, by 3 % at 2 and 24 % at 1.
-pub(super) fn student95(freedom: usize) -> f64 {
+#[must_use]
+pub fn student95(freedom: usize) -> f64 {
     let v = count(freedom.max(1));
     let z = Z95;
     let first = (z.powi(3) + z) / 4.0;

@@ -59,12 +59,9 @@ pub(super) fn balanced(fit: &Fit<'_>, residual: &Sigma) -> Sigma {
     })
 }
 
-/// Returns maximum-likelihood weights (as σ): the standard deviations of the residuals. Where recordings share errors, the σ of
-/// residuals far above the noise is that of all recordings together, `pooled`, because a model error acts on all of them.
+/// Returns maximum-likelihood weights (as σ): the standard deviations of the residuals. The σ of residuals far above the noise is
+/// that of all recordings together, `pooled`, because a model error acts on all of them.
 pub(super) fn maximum_likelihood(fit: &Fit<'_>, residual: &Sigma, pooled: &[Option<f64>]) -> Sigma {
-    if !fit.problem.shares_errors() {
-        return residual.clone();
-    }
     fit.each(|of| {
         let own = residual[of.0][of.1];
         let noise = fit.problem.noise_share(of, own);

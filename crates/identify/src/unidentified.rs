@@ -124,6 +124,9 @@ fn free(fit: &mut Fit, identified: &FixedParameter, range: [f64; 2]) -> Result<(
     let size = uncertainty.correlation.len() + 1;
     uncertainty.correlation.iter_mut().for_each(|row| row.push(None));
     uncertainty.correlation.push(vec![None; size]);
+    uncertainty.covariance.iter_mut().for_each(|row| row.push(0.0));
+    uncertainty.covariance.push(vec![0.0; size]);
+    uncertainty.open.push(false);
     Ok(())
 }
 

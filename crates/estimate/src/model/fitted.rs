@@ -132,10 +132,6 @@ impl Fitted for FittedModel<'_> {
         self.problem.model().reactions() > 0
     }
 
-    fn shares_errors(&self) -> bool {
-        true
-    }
-
     fn side_by_side(&self) -> usize {
         let own = (0..self.problem.space().free.len()).filter(|axis| self.acts(*axis, 0)).count();
         ModelProblem::side_by_side(own + self.states(0))

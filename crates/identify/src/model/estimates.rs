@@ -24,7 +24,7 @@ pub(super) fn estimates(problem: &ModelProblem, values: &[f64], refined: Option<
         }
         for (n, axis) in space.free.iter().enumerate().filter(|(_, axis)| axis.parameter == number) {
             let uncertainty = refined.map(|refined| &refined.uncertainty);
-            let is_open = uncertainty.is_some_and(|of| of.unidentifiable.iter().any(|d| d[n].abs() >= 0.05));
+            let is_open = uncertainty.is_some_and(|of| of.open[n]);
             estimates.push(ModelEstimate {
                 recording: axis.recording,
                 std_error: uncertainty.and_then(|of| of.std_error[n]),

@@ -12,6 +12,6 @@ mod tests_of_residuals;
 
 pub use batch_costs::ModelCosts;
 pub use pipeline::{ModelProgress, ModelSpec, hold_out_model, identify_model};
-pub use result::{ModelEstimate, ModelFit, ModelIdentification, ModelSearch, ModelVerification};
+pub use result::{Combination, ModelEstimate, ModelFit, ModelIdentification, ModelSearch, ModelVerification};
 #[doc(hidden)]
 pub use tests_of_residuals::fit_percent;

@@ -1,6 +1,6 @@
 //! The stages of an identification with a user's model: problem, search, refinement, tests, trust.
 
-use super::combinations::described;
+use super::combinations::Open;
 use super::estimates::estimates;
 use super::fine_steps::{better_than, with_fine_steps};
 use super::homogeneity::homogeneity;
@@ -320,11 +320,8 @@ fn result(
     // The length fits: the values are those of the space.
     let _ = problem.costs(Candidates::new(&values, values.len()), &mut cost);
     let uncertainty = refined.as_ref().map(|refined| refined.uncertainty.clone());
-    let combinations: Vec<String> = uncertainty
-        .iter()
-        .flat_map(|uncertainty| &uncertainty.unidentifiable)
-        .map(|direction| described(problem, direction))
-        .collect();
+    let open = uncertainty.as_ref().map(|uncertainty| Open::new(problem, &values, uncertainty)).unwrap_or_default();
+    let combinations = open.sentences();
     let mut warnings = Vec::new();
     for text in &combinations {
         warnings.push(Warning::new("not_identifiable", text.clone()));
@@ -340,6 +337,7 @@ fn result(
         cost: cost[0],
         uncertainty,
         combinations,
+        identified: open.identified(),
         converged: refined.as_ref().is_none_or(|refined| refined.converged),
         fit_percent,
         residual_sigma,

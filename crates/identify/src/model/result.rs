@@ -40,6 +40,21 @@ impl ModelEstimate {
     }
 }
 
+/// A combination of parameters that recordings identify, while they do not identify each of them.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Combination {
+    /// Expression of the parameters, as `J/K`.
+    pub name: String,
+    /// Value in the units of the parameters.
+    pub value: f64,
+    /// Unit.
+    pub unit: String,
+    /// Standard error.
+    pub std_error: f64,
+    /// 95 % confidence interval.
+    pub ci95: [f64; 2],
+}
+
 /// The fit of a model on one recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelFit {
@@ -98,8 +113,10 @@ pub struct ModelIdentification {
     pub cost: f64,
     /// Uncertainty; `None` without a refinement.
     pub uncertainty: Option<Uncertainty>,
-    /// Combinations of parameters that the recordings cannot distinguish, as sentences.
+    /// Parameters that the recordings cannot distinguish, as sentences.
     pub combinations: Vec<String>,
+    /// Combinations of these parameters that the recordings identify.
+    pub identified: Vec<Combination>,
     /// True if the refinement converged.
     pub converged: bool,
     /// Fit of each output over all recordings \[%\].
