@@ -323,7 +323,7 @@ class Model:
         *,
         validate: _Records | None = None,
         progress: Callable[[Progress], object] | None = None,
-        start: _Numbers | None = None,
+        start: _Numbers | Sequence[str | Mapping[str, float]] | None = None,
         # Settings: search.
         method: _Method = "auto",
         polish: _Polish = "lm",

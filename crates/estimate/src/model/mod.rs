@@ -13,7 +13,7 @@ mod search;
 pub use covariance::ModelUncertainty;
 #[doc(hidden)]
 pub use multistart::rounds_max;
-pub use multistart::{ModelOptima, ModelStarts, Populations, model_optima};
+pub use multistart::{ModelEnd, ModelOptima, ModelStarts, Populations, model_ends, model_optima};
 pub use refine::{ModelRefined, ModelWeights, refine_model, refine_model_near};
 #[doc(hidden)]
 pub use search::ARRIVALS;

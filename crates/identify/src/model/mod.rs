@@ -4,9 +4,11 @@ mod batch_costs;
 mod combinations;
 mod estimates;
 mod fine_steps;
+mod given_starts;
 mod islands;
 mod pipeline;
 mod result;
+mod step_accuracy;
 mod tests_of_residuals;
 mod trust;
 

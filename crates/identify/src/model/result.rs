@@ -94,7 +94,7 @@ pub struct ModelIdentification {
     pub method: ModelMethod,
     /// First optimum.
     pub searched: ModelSearch,
-    /// Cost of the result in the criterion of the spec.
+    /// Cost of the result in the criterion of the spec, with its estimated initial values.
     pub cost: f64,
     /// Uncertainty; `None` without a refinement.
     pub uncertainty: Option<ModelUncertainty>,

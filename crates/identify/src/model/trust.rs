@@ -1,6 +1,7 @@
 //! The level of trust in a result with a user's model.
 
 use super::result::ModelIdentification;
+use super::step_accuracy::{inaccuracy, shorter_steps};
 use crate::trust_level::{Trust, TrustLevel, TrustReason};
 use motorfit_core::numeric::upper_median;
 use motorfit_core::setting::{Text, text};
@@ -68,8 +69,7 @@ pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_poli
         add(Check, "at_bound", format!("{} {verb}", listed(&bound, "and")).into());
     }
     if found.method.is_rough {
-        let message = "the equations are stiff: steps are too long for the accuracy of the integration";
-        add(Check, "not_accurate", message.into());
+        add(Check, "not_accurate", inaccuracy(problem).into());
     }
     all.sort_by_key(|(level, _)| std::cmp::Reverse(*level as u8));
     let level = all.first().map_or(TrustLevel::Good, |(level, _)| *level);
@@ -77,6 +77,7 @@ pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_poli
     // Wrong samples spoil the fit and the tests of the residuals too.
     let next = reasons.first().map(|reason| match &outlying {
         Some((_, intervals)) => text!("Exclude the samples: " [Mask = "{intervals}"] "."),
+        None if reason.code == "not_accurate" => shorter_steps(problem),
         None => next(found, reason.code),
     });
     Trust { level, reasons, next }
@@ -170,7 +171,6 @@ fn next(found: &ModelIdentification, code: &str) -> Text {
             None => text!("Widen the " [Bounds] "."),
         },
         "filtered" => text!("Fit the recording without " [Rate] ", " [Decimate] " and " [Filter] "."),
-        "few_samples" => "Record longer, or at a higher rate.".into(),
-        _ => "Record at a higher rate.".into(),
+        _ => "Record longer, or at a higher rate.".into(),
     }
 }

@@ -3,7 +3,7 @@
 use super::parts::{
     DelayedSignal, Equation, ModelConstant, ModelInput, ModelOutput, ModelParameter, ModelState, Reaction,
 };
-use crate::graph::{Graph, Id, Leaf};
+use crate::graph::{Binary, Graph, Id, Leaf, Node, Unary};
 use crate::role::Role;
 
 /// A model of a machine: inputs, parameters, equations and outputs.
@@ -42,6 +42,20 @@ impl Model {
     #[must_use]
     pub fn reactions(&self) -> usize {
         self.reactions.len()
+    }
+
+    /// Returns true if a right-hand side has a function with a jump or a corner: `sign`, `abs`, `min`, `max` or `select`.
+    #[must_use]
+    pub fn has_corners(&self) -> bool {
+        let roots: Vec<Id> = self.states.iter().map(|state| state.derivative).collect();
+        self.graph.needed(&roots).into_iter().any(|id| {
+            matches!(
+                self.graph.node(id),
+                Node::Unary(Unary::Sign | Unary::Abs, _)
+                    | Node::Binary(Binary::Min | Binary::Max, ..)
+                    | Node::Select(..)
+            )
+        })
     }
 
     /// Returns the number of operations of the right-hand sides and outputs, shared ones once.

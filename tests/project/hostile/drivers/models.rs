@@ -5,7 +5,7 @@ use crate::hostile::calls::{Calls, ask, drive};
 use crate::hostile::drivers::identify::{fitted, mangled as mangled_motors};
 use motorfit::candidates::Candidates;
 use motorfit::device::{DeviceSpec, ModelDevice, PrecisionSpec};
-use motorfit::estimate::model::{ModelStarts, ModelWeights, model_optima, refine_model, refine_model_near};
+use motorfit::estimate::model::{ModelStarts, ModelWeights, model_ends, model_optima, refine_model, refine_model_near};
 use motorfit::evaluate::model::{
     ModelAxis, ModelEvaluator, ModelProblem, ModelRecording, ModelSettings, ModelSimd, ModelSpace, signal_requests,
 };
@@ -91,6 +91,8 @@ pub fn languages(calls: &mut Calls) {
             "model::Model::is_affine" => model.is_affine(),
             "model::Model::reactions" => model.reactions(),
             "model::Model::operations" => model.operations(),
+            "model::Model::has_corners" => model.has_corners(),
+            "model::Model::has_feedthrough" => COUNTS.map(|number| model.has_feedthrough(number, number)),
             "model::Model::wgsl" => ShaderPrecision::ALL.map(|precision| model.wgsl(precision).is_ok()),
             "model::ShaderPrecision::bytes" => ShaderPrecision::ALL.map(ShaderPrecision::bytes),
             "model::ShaderPrecision::name" => ShaderPrecision::ALL.map(|precision| precision.name().len()),
@@ -292,7 +294,8 @@ fn one(calls: &mut Calls, problem: &ModelProblem) {
         "evaluate::model::ModelProblem::space" => problem.space().free.len(),
         "evaluate::model::ModelProblem::method" => problem.method().substeps,
         "evaluate::model::ModelMethod::is_exact" => problem.method().is_exact(),
-        "evaluate::model::ModelProblem::with_rough_steps" => problem.clone().with_rough_steps(true).method().is_rough,
+        "evaluate::model::ModelMethod::is_stiff" => problem.method().is_stiff(),
+        "evaluate::model::ModelProblem::with_rough_steps" => problem.clone().with_rough_steps(true, None).method().is_rough,
         "evaluate::model::ModelMethod::described" => problem.method().described(),
         "evaluate::model::ModelProblem::criterion" => problem.criterion().norm,
         "evaluate::model::ModelProblem::recordings" => problem.recordings(),
@@ -329,6 +332,8 @@ fn one(calls: &mut Calls, problem: &ModelProblem) {
         "estimate::model::refine_model" => refine_model(problem, &[], &[], (true, ModelWeights::Signals)),
         "estimate::model::refine_model_near" => refine_model_near(problem, &middle, &[vec![0.0; 2]], true),
         "estimate::model::refine_model_near" => refine_model_near(problem, &[], &[vec![0.0; 2]], false),
+        "estimate::model::model_ends" => model_ends(problem, true, &[middle.clone(), vec![f64::NAN; middle.len()], Vec::new()]),
+        "estimate::model::model_ends" => model_ends(problem, false, std::slice::from_ref(&middle)),
         "estimate::model::model_optima" => {
             let starts = ModelStarts { given: std::slice::from_ref(&middle), populations: &mut |_, _, _| Ok((Vec::new(), 0)) };
             model_optima(problem, &mut ModelSimd, (true, u64::MAX), starts, &mut |_, _| ControlFlow::Continue(()))
