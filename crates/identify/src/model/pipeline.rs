@@ -148,7 +148,7 @@ pub fn identify_model(
             let cost = found.optima.as_ref().map_or(f64::NEG_INFINITY, |optima| optima.cost);
             let (refined, is_of_given) = with_given_starts(refined, &found.given, (cost, spec.estimates_initial))?;
             // No start over the bounds led there.
-            if is_of_given && verification.status == "agrees" {
+            if is_of_given && matches!(verification.status, "agrees" | "reference_failed") {
                 verification = ModelVerification { status: "reference_failed", arrivals: 0, ..verification };
             }
             (refined.0, Some(refined.1))

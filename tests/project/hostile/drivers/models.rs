@@ -76,36 +76,7 @@ pub fn languages(calls: &mut Calls) {
         );
     }
     for of in BuiltIn::ALL {
-        let Some(model) = calls.ask("model::BuiltIn::model", &of, || of.model()) else { continue };
-        drive!(calls, of;
-            "model::BuiltIn::name" => of.name(),
-            "model::BuiltIn::source" => of.source(),
-            "model::Model::text" => model.text().len(),
-            "model::Model::name" => model.name().len(),
-            "model::Model::digest" => model.digest(),
-            "model::Model::parameters" => model.parameters().len(),
-            "model::Model::inputs" => model.inputs().len(),
-            "model::Model::states" => model.states().len(),
-            "model::Model::outputs" => model.outputs().len(),
-            "model::Model::equations" => model.equations().len(),
-            "model::Model::is_affine" => model.is_affine(),
-            "model::Model::reactions" => model.reactions(),
-            "model::Model::operations" => model.operations(),
-            "model::Model::has_corners" => model.has_corners(),
-            "model::Model::has_feedthrough" => COUNTS.map(|number| model.has_feedthrough(number, number)),
-            "model::Model::wgsl" => ShaderPrecision::ALL.map(|precision| model.wgsl(precision).is_ok()),
-            "model::ShaderPrecision::bytes" => ShaderPrecision::ALL.map(ShaderPrecision::bytes),
-            "model::ShaderPrecision::name" => ShaderPrecision::ALL.map(|precision| precision.name().len()),
-            "evaluate::model::signal_requests" => signal_requests(&model).len(),
-            "report::model_check_document" => model_check_document(&model),
-            "report::model_check_page" => model_check_page(&model, &[of.source().to_owned()]),
-        );
-        for equation in model.equations() {
-            drive!(calls, equation; "model::Equation::formula" => equation.formula());
-            if let Some(formula) = equation.formula() {
-                drive!(calls, equation; "model::Formula::kind" => format!("{:?}", formula.kind()));
-            }
-        }
+        built_in(calls, of);
     }
     for function in Function::ALL {
         drive!(calls, function;
@@ -115,6 +86,40 @@ pub fn languages(calls: &mut Calls) {
     }
     for method in IntegrationMethod::ALL {
         drive!(calls, method; "model::IntegrationMethod::name" => method.name());
+    }
+}
+
+/// Calls of a built-in model.
+fn built_in(calls: &mut Calls, of: BuiltIn) {
+    let Some(model) = calls.ask("model::BuiltIn::model", &of, || of.model()) else { return };
+    drive!(calls, of;
+        "model::BuiltIn::name" => of.name(),
+        "model::BuiltIn::source" => of.source(),
+        "model::Model::text" => model.text().len(),
+        "model::Model::name" => model.name().len(),
+        "model::Model::digest" => model.digest(),
+        "model::Model::parameters" => model.parameters().len(),
+        "model::Model::inputs" => model.inputs().len(),
+        "model::Model::states" => model.states().len(),
+        "model::Model::outputs" => model.outputs().len(),
+        "model::Model::equations" => model.equations().len(),
+        "model::Model::is_affine" => model.is_affine(),
+        "model::Model::reactions" => model.reactions(),
+        "model::Model::operations" => model.operations(),
+        "model::Model::has_corners" => model.has_corners(),
+        "model::Model::has_feedthrough" => COUNTS.map(|number| model.has_feedthrough(number, number)),
+        "model::Model::wgsl" => ShaderPrecision::ALL.map(|precision| model.wgsl(precision).is_ok()),
+        "model::ShaderPrecision::bytes" => ShaderPrecision::ALL.map(ShaderPrecision::bytes),
+        "model::ShaderPrecision::name" => ShaderPrecision::ALL.map(|precision| precision.name().len()),
+        "evaluate::model::signal_requests" => signal_requests(&model).len(),
+        "report::model_check_document" => model_check_document(&model),
+        "report::model_check_page" => model_check_page(&model, &[of.source().to_owned()]),
+    );
+    for equation in model.equations() {
+        drive!(calls, equation; "model::Equation::formula" => equation.formula());
+        if let Some(formula) = equation.formula() {
+            drive!(calls, equation; "model::Formula::kind" => format!("{:?}", formula.kind()));
+        }
     }
 }
 
