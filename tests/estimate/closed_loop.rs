@@ -56,13 +56,14 @@ enum Missing {
 /// Simulates the pendulum under a law that computes the voltage from the sample and the measured angle and speed there, and holds it
 /// over the period. Steps of a twentieth of the period by the classical Runge–Kutta method.
 fn simulated(seed: u64, missing: Missing, law: impl Fn(usize, [f64; 2]) -> f64) -> ModelRecording {
-    let noise: Vec<Vec<f64>> = SIGMA.into_iter().zip(0..).map(|(s, n)| white_noise(SAMPLES, s, seed, n)).collect();
+    let [angle, speed] = SIGMA;
+    let noise = white_noise(SAMPLES, angle, seed, 0).into_iter().zip(white_noise(SAMPLES, speed, seed, 1));
     let [k, g, b] = TRUTH;
     let quadratic = if missing == Missing::Quadratic { 0.1 } else { 0.0 };
     let (mut x, mut before) = ([0.0_f64; 2], 0.0);
     let (mut inputs, mut measured) = (Vec::new(), vec![Vec::new(); 2]);
-    for n in 0..SAMPLES {
-        let seen: [f64; 2] = std::array::from_fn(|s| x[s] + noise[s][n]);
+    for (n, noise) in noise.enumerate() {
+        let seen = [x[0] + noise.0, x[1] + noise.1];
         seen.iter().zip(&mut measured).for_each(|(value, signal)| signal.push(*value));
         let v = law(n, seen);
         inputs.push(if missing == Missing::LateVoltage { before } else { v });

@@ -77,7 +77,6 @@ fn each_start_is_tried() {
         [(true, Method::Auto), (false, Method::Auto), (true, Method::Search(GwoOptions::default().into()))]
     {
         let of = |starts: Vec<Vec<(String, f64)>>| {
-            let method = method.clone();
             fit(ModelSpec { starts, is_polished, method, generations: 10, ..ModelSpec::default() })
         };
         let alone = of(Vec::new());
@@ -128,4 +127,33 @@ fn lists_of_starts_are_read_as_they_are_given() {
     // Within one item it is an error.
     let error = of(&["a=1,b=2,a=3"]).unwrap_err().error.to_string();
     assert!(error.contains("gives a twice"), "{error}");
+}
+
+#[test]
+fn the_response_at_the_first_start_is_beside_the_fit() {
+    let of = |text: &str, starts: Vec<Vec<(String, f64)>>| {
+        let model = Model::parse(text).unwrap();
+        let spec = ModelSpec { starts, ..ModelSpec::default() };
+        let found = identify_model(&model, &[recording()], &spec, &mut |_| ControlFlow::Continue(())).unwrap();
+        found.fits[0].at_start.clone()
+    };
+    // Far from the interval the gain is a half; T begins in the middle of its logarithm.
+    let mut x = 0.0;
+    let expected: Vec<f64> = recording().inputs[0]
+        .iter()
+        .map(|u| {
+            let own = x;
+            x = 0.5 * u + (x - 0.5 * u) * (-1e-3_f64 / 0.01).exp();
+            own
+        })
+        .collect();
+    let starts = || vec![start(&[("p", 0.7)]), start(&[("p", 0.1), ("T", 0.05)])];
+    let usual = MODEL.replace("max = 1 }", "max = 1, value = 0.7 }").replace("max = 0.1,", "max = 0.1, value = 0.01,");
+    for found in [of(MODEL, starts()), of(&usual, Vec::new())] {
+        let found = found.unwrap();
+        let error = found[0].iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        // Both are exact, up to rounding.
+        assert!(error < 1e-12, "{error:e}");
+    }
+    assert_eq!(of(MODEL, Vec::new()), None, "neither a start nor usual values");
 }

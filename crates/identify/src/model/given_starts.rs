@@ -2,11 +2,12 @@
 
 use super::fine_steps::{fitted_at, is_better, refined_as, with_fine_steps};
 use super::islands::islands;
+use super::result::ModelFit;
 use motorfit_core::{ErrorKind, Result};
 use motorfit_estimate::model::{
     ModelEnd, ModelOptima, ModelRefined, ModelStarts, ModelWeights, model_ends, model_optima, refine_model_near,
 };
-use motorfit_evaluate::model::{ModelEvaluator, ModelProblem};
+use motorfit_evaluate::model::{ModelAxis, ModelEvaluator, ModelProblem};
 use std::ops::ControlFlow;
 
 /// Given starts and the ends of the descents from them with the steps and weights of the search.
@@ -54,6 +55,26 @@ pub(super) fn optima_beside(
         false => GivenStarts::new(problem, estimates_initial, given.to_vec())?,
     };
     Ok((optima, given))
+}
+
+/// Returns the first given start, or else the usual values of the free parameters if all have one.
+fn first_start(problem: &ModelProblem, given: &[Vec<(String, f64)>]) -> Option<Vec<f64>> {
+    let given = problem.space().starts(problem.model(), given).ok()?;
+    let usual = || {
+        let of = |axis: &ModelAxis| problem.model().parameters().get(axis.parameter)?.value;
+        problem.space().free.iter().map(of).collect::<Option<Vec<f64>>>()
+    };
+    given.into_iter().next().or_else(usual)
+}
+
+/// Simulates each recording with the first start.
+pub(super) fn add_responses_at_start(problem: &ModelProblem, given: &[Vec<(String, f64)>], fits: &mut [ModelFit]) {
+    let Some(start) = first_start(problem, given).filter(|start| !start.is_empty()) else { return };
+    for (recording, fit) in fits.iter_mut().enumerate() {
+        let outputs = problem.simulate(&start, recording, problem.open_initial(recording)).outputs;
+        let is_finite = outputs.iter().flatten().all(|value| value.is_finite());
+        fit.at_start = is_finite.then_some(outputs);
+    }
 }
 
 /// Problem with its steps, and an estimate on it.

@@ -3,7 +3,7 @@
 use super::combinations::described;
 use super::estimates::estimates;
 use super::fine_steps::{squares, with_fine_steps};
-use super::given_starts::{GivenStarts, optima_beside, with_given_starts};
+use super::given_starts::{GivenStarts, add_responses_at_start, optima_beside, with_given_starts};
 use super::islands::islands;
 use super::result::{ModelIdentification, ModelSearch, ModelVerification};
 use super::tests_of_residuals::{fitted, over_all};
@@ -317,8 +317,9 @@ fn result(
 ) -> ModelIdentification {
     let values = refined.as_ref().map_or_else(|| found.values.clone(), |refined| refined.values.clone());
     let initial = refined.as_ref().map_or_else(|| found.start.1.clone(), |refined| refined.initial.clone());
-    let fits: Vec<_> =
+    let mut fits: Vec<_> =
         (0..problem.recordings()).map(|recording| fitted(problem, &values, recording, &initial[recording])).collect();
+    add_responses_at_start(problem, &spec.starts, &mut fits);
     let (fit_percent, residual_sigma) = over_all(problem, &fits);
     let mut cost = [f64::INFINITY];
     // The length fits: the values are those of the space. With the initial values that were estimated beside them.

@@ -40,7 +40,7 @@ pub(super) fn fitted(problem: &ModelProblem, values: &[f64], recording: usize, i
         };
         residuals.push(tested.then(test).flatten());
     }
-    ModelFit { simulated, fit_percent, residual_sigma, residuals, initial: initial.to_vec() }
+    ModelFit { simulated, fit_percent, residual_sigma, residuals, initial: initial.to_vec(), at_start: None }
 }
 
 /// Returns the fit of each output of a candidate over all recordings \[%\], simulated from the initial states as measured; `None` for
