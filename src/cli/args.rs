@@ -156,8 +156,8 @@ pub(crate) struct IdentifyArgs {
     pub recordings: Recordings,
     #[command(flatten)]
     pub model: OwnModel,
-    /// With --model: values from which one more descent begins, as R=0.9,L=0.01 in the units of the model, such as those found for a model that it contains; repeatable
-    #[arg(long, value_name = "VALUES", value_delimiter = ',', help_heading = "Search", hide_short_help = true)]
+    /// With --model: values from which one more descent begins, as R=0.9,L=0.01 in the units of the model, such as those found for a model that it contains; repeatable: one that gives a name again is another start
+    #[arg(long, value_name = "VALUES", help_heading = "Search", hide_short_help = true)]
     pub start: Vec<String>,
     /// Held-out recordings, which are simulated but not fitted; repeatable
     #[arg(long, value_name = "RECORD", help_heading = "Validation")]

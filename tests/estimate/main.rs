@@ -1,6 +1,7 @@
 //! Tests of estimates, their intervals and their judgement.
 
 mod characteristics;
+mod closed_loop;
 mod current;
 mod identifiability;
 mod irregular;

@@ -2,6 +2,7 @@
 
 mod contract;
 mod extensions;
+mod model_starts;
 mod models;
 mod motor;
 #[path = "../support/mod.rs"]

@@ -310,7 +310,7 @@ fn a_search_is_judged_by_starts_over_the_bounds() {
     assert_eq!(found.verification.status, "agrees");
     // A given start in the optimum is no evidence.
     let start = model.parameters().iter().map(|of| of.name.clone()).zip(truth).collect();
-    let given = run(&model, &recordings, &ModelSpec { start, ..ModelSpec::default() });
+    let given = run(&model, &recordings, &ModelSpec { starts: vec![start], ..ModelSpec::default() });
     assert_eq!(judged(&given), judged(&found));
     // The result does not depend on the number of threads.
     for threads in [1, 3] {

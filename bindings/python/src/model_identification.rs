@@ -39,6 +39,9 @@ result! {
         correlation = Found::correlation;
         /// Combinations of parameters that the recordings cannot distinguish, as sentences.
         unidentifiable = |of, py| given(py, of.found.combinations.clone());
+        /// Combinations of parameters that the recordings identify although not each parameter: (value, standard error, low, high) by
+        /// expression, as "J/K", with the 95 % confidence interval.
+        combinations = Found::combinations;
         /// Cost of the parameters in the chosen criterion.
         cost = |of, py| given(py, of.found.cost);
         /// Fit 100 (1 − ‖y − ŷ‖/‖y − mean y‖) of each output [%]; nan for one that was not measured.
@@ -137,6 +140,14 @@ impl Found {
         let recordings = recordings.collect::<motorfit::Result<Vec<_>>>().raise(py)?;
         let of = exported_model(&self.records, (&self.model, &recordings), &self.found);
         given(py, written(py, Some(&of))?)
+    }
+
+    fn combinations<'py>(&self, py: Python<'py>) -> Answer<'py> {
+        let values = PyDict::new(py);
+        for of in &self.found.identified {
+            values.set_item(&of.name, (of.value, of.std_error, of.ci95[0], of.ci95[1]))?;
+        }
+        Ok(values.into_any())
     }
 
     fn correlation<'py>(&self, py: Python<'py>) -> Answer<'py> {

@@ -215,9 +215,10 @@ impl Model {
     /// progress : callable, optional
     ///     Called with a `Progress` after each generation, or each round of starts, in the calling thread. The search ends when it
     ///     returns False.
-    /// start : str, sequence or mapping, optional
+    /// start : str, mapping or sequence of these, optional
     ///     Values of parameters in their units from which one more descent begins, such as those found for a model that this one
-    ///     contains. Other parameters begin at their usual value, or in the middle of their bounds.
+    ///     contains. Other parameters begin at their usual value, or in the middle of their bounds. Each mapping of a sequence is a
+    ///     start; a string that gives a name again begins another start, others add to the last one.
     #[doc = include_str!("docs/identify.txt")]
     #[doc = include_str!("docs/problem.txt")]
     ///
@@ -246,8 +247,11 @@ impl Model {
         let py = records.py();
         let keys = Keywords::new(py, settings, &keywords(&[&SEARCH, &PROBLEM, &DEVICE, &[Setting::Start]]))?;
         let mut given = keys.given(&[&SEARCH, &PROBLEM, &DEVICE])?;
-        given.put(Setting::Start, Value::List(keys.items("start")?));
-        let spec = settings::model_spec(&given).map_err(Error::from).raise(py)?;
+        let mut spec = settings::model_spec(&given).map_err(Error::from).raise(py)?;
+        for start in keys.groups("start")? {
+            given.put(Setting::Start, Value::List(start));
+            spec.starts.extend(settings::model_spec(&given).map_err(Error::from).raise(py)?.starts);
+        }
         let threads = given.count(Setting::Threads);
         let (records, recordings) = self.recordings(records)?;
         let held_out = validate.map(|of| self.recordings(of)).transpose()?.map_or_else(Vec::new, |(_, of)| of);

@@ -102,6 +102,19 @@ impl<'a, 'py> Keywords<'a, 'py> {
     pub fn items(&self, key: &str) -> PyResult<Vec<String>> {
         self.get(key)?.map_or_else(|| Ok(Vec::new()), |value| items(&value, key))
     }
+
+    /// Returns groups of lists of `key` in the syntax of the command line: each mapping is a group, and a string or strings are one.
+    pub fn groups(&self, key: &str) -> PyResult<Vec<Vec<String>>> {
+        let Some(value) = self.get(key)? else { return Ok(Vec::new()) };
+        if value.is_instance_of::<PyString>() || value.hasattr("items")? {
+            return Ok(vec![vec![items(&value, key)?.join(",")]]);
+        }
+        let all: Vec<Bound<'_, PyAny>> = value.try_iter()?.collect::<PyResult<_>>()?;
+        if all.iter().any(|one| !one.is_instance_of::<PyString>()) {
+            return all.iter().map(|one| Ok(vec![items(one, key)?.join(",")])).collect();
+        }
+        Ok(vec![items(&value, key)?])
+    }
 }
 
 /// Converts a list to items in the syntax of the command line: a string with commas, a sequence of strings, or a mapping of

@@ -84,6 +84,42 @@ def test_mujoco_reproduces_a_servo_with_a_pendulum():
     assert apart(angle, modelled["q"]) < 3e-3
 
 
+ARM = """
+format = 1
+name = "Arm whose actuator is a gain"
+[inputs]
+v = { unit = "V" }
+[parameters]
+kt = { unit = "N*m/V", min = 0.01, max = 4, log = true }
+J = { unit = "kg*m^2", min = 1e-3, max = 0.1, log = true }
+B = { unit = "N*m*s/rad", min = 1e-3, max = 2.8, log = true }
+G = { unit = "N*m", min = 0, max = 4 }
+[states]
+q = { unit = "rad", d = "w", initial = 0 }
+w = { unit = "rad/s", d = "(kt*v - G*sin(q) - B*w)/J", initial = 0 }
+[outputs]
+q = { value = "q", unit = "rad" }
+w = { value = "w", unit = "rad/s" }
+[export]
+armature = "J"
+damping = "B"
+pendulum = "G"
+gain = "kt"
+"""
+
+
+def test_mujoco_reproduces_an_actuator_that_is_a_gain():
+    model = motorfit.Model(ARM)
+    outputs = model.simulate({"kt": 0.2, "J": 0.012, "B": 0.14, "G": 0.44}, {"v": VOLTAGE}, time=TIME)
+    found = model.identify(recorded(model, {"v": VOLTAGE}, outputs))
+    (modelled,) = found.modelled()
+    text = found.exports["mjcf"]
+    (angle, speed, _), simulator = simulated(text, VOLTAGE)
+    assert apart(angle, modelled["q"]) < 3e-3 and apart(speed, modelled["w"]) < 3e-3
+    assert simulator.actuator_gear[0][0] == pytest.approx(found.parameters["kt"]) and "<motor name" in text
+    assert f"effort {found.parameters['kt']:.6g}"[:12] in found.exports["urdf"]
+
+
 def test_urdf_is_read_with_inertia_and_friction():
     found = motorfit.identify(motor(Tc=0.05), with_="coulomb")
     text = found.exports["urdf"]

@@ -150,3 +150,22 @@ def test_held_out_recordings_progress_and_wrong_settings():
         model.identify(record(model), with_="coulomb")
     with pytest.raises(motorfit.DataError):
         motorfit.Model("pmsm").identify(record(model))
+
+
+def test_starts_are_one_or_several():
+    model = motorfit.Model(TEXT)
+    one = record(model)
+    alone = model.identify(one)
+    for start in [
+        "R=2,L=0.05",
+        {"R": 2.0},
+        ["R=2", "L=0.05", "R=5"],
+        [{"R": 2.0, "L": 0.05}, {"R": 5.0}, {}],
+        ["R=2,L=0.05", {"R": 5.0}],
+    ]:
+        # They lead to the optimum that the search has found: nothing changes.
+        assert model.identify(one, start=start).parameters == alone.parameters
+    with pytest.raises(motorfit.UsageError, match="start gives R twice"):
+        model.identify(one, start="R=2,R=3")
+    with pytest.raises(TypeError, match="start: give"):
+        model.identify(one, start=[1.0, 2.0])

@@ -46,7 +46,7 @@ pub static REASONS: [(&str, &str); 37] = [
     ("units", "The magnitudes are implausible for a motor, but plausible in another unit."),
     ("recordings_differ", "The recordings are not of one motor under one condition."),
     ("filtered", "The signals of a model were filtered or resampled, which biases estimates of nonlinear equations."),
-    ("not_accurate", "Steps of the integration are too long for the equations of a model."),
+    ("not_accurate", "The estimates of a model depend on the steps of the integration."),
     ("not_converged", "The refinement has not converged."),
     ("search_inconclusive", "The global search is inconclusive."),
     ("not_verified", "No global search confirms the optimum."),

@@ -25,6 +25,8 @@ named! {
         Resistance = "resistance" => "ohm",
         /// Inductance of the winding.
         Inductance = "inductance" => "H",
+        /// Torque at the joint for each volt, of an actuator without a known winding.
+        Gain = "gain" => "N*m/V",
         /// Gain of the angle in the control law.
         Kp = "kp" => "V/rad",
         /// Gain of the speed in the control law.

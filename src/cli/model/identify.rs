@@ -130,8 +130,10 @@ fn table(records: &[Record], model: &Model, spec: &ModelSpec, found: &ModelIdent
     if !style.quiet {
         let _ = writeln!(text, "{}\n", inputs::all_understood(records));
     }
-    let width = found.estimates.iter().map(|e| e.label().len()).max().unwrap_or(1).max(4);
-    let units = found.estimates.iter().map(|e| e.unit.len()).max().unwrap_or(1).max(4);
+    let names = found.estimates.iter().map(|e| e.label().len()).chain(found.identified.iter().map(|c| c.name.len()));
+    let width = names.max().unwrap_or(1).max(4);
+    let units = found.estimates.iter().map(|e| e.unit.len()).chain(found.identified.iter().map(|c| c.unit.len()));
+    let units = units.max().unwrap_or(1).max(4);
     if found.uncertainty.is_some() {
         let _ = writeln!(
             text,
@@ -152,6 +154,16 @@ fn table(records: &[Record], model: &Model, spec: &ModelSpec, found: &ModelIdent
             _ => String::new(),
         };
         let _ = writeln!(text, " {remark}");
+    }
+    for c in &found.identified {
+        let value = significant(c.value, 6);
+        let error = significant(c.std_error, 2);
+        let [low, high] = c.ci95.map(|end| significant(end, 6));
+        let _ = writeln!(
+            text,
+            "  {STRONG}{:<width$}{STRONG:#}{value:>14} {:<units$} {error:>11}   {low} … {high}",
+            c.name, c.unit
+        );
     }
     text.push('\n');
     for (name, value) in lines(model, spec, found) {

@@ -99,7 +99,7 @@ fn nested_models_of_friction_never_explain_less_than_those_they_contain() {
                 start.extend(value.map(|value| (parameter.name.clone(), value)));
             }
         }
-        let spec = ModelSpec { start, ..ModelSpec::default() };
+        let spec = ModelSpec { starts: vec![start], ..ModelSpec::default() };
         let begin = std::time::Instant::now();
         let mut found = identify_model(&model, &fitted, &spec, &mut |_| ControlFlow::Continue(())).unwrap();
         let seconds = begin.elapsed().as_secs_f64();

@@ -323,7 +323,7 @@ class Model:
         *,
         validate: _Records | None = None,
         progress: Callable[[Progress], object] | None = None,
-        start: _Numbers | None = None,
+        start: _Numbers | Sequence[str | Mapping[str, float]] | None = None,
         # Settings: search.
         method: _Method = "auto",
         polish: _Polish = "lm",
@@ -393,6 +393,8 @@ class ModelIdentification:
     def correlation(self) -> _Floats | None: ...
     @property
     def unidentifiable(self) -> list[str]: ...
+    @property
+    def combinations(self) -> dict[str, tuple[float, float, float, float]]: ...
     @property
     def cost(self) -> float: ...
     @property

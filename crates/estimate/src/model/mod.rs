@@ -11,7 +11,7 @@ pub use crate::ended::Ended as ModelRefined;
 pub use crate::separate::Separate;
 #[doc(hidden)]
 pub use multistart::rounds_max;
-pub use multistart::{ModelOptima, ModelStarts, Populations, model_optima};
+pub use multistart::{ModelEnd, ModelOptima, ModelStarts, Populations, model_ends, model_optima};
 pub use refine::{refine_model, separate_model_fits, signal_sigma};
 #[doc(hidden)]
 pub use search::ARRIVALS;

@@ -52,7 +52,7 @@ pub type Populations<'a> = dyn FnMut(&ModelProblem, &mut dyn ModelEvaluator, u64
 
 /// Starts of descents beside the best of random candidates.
 pub struct ModelStarts<'a> {
-    /// Values of the free parameters, each a start of the first round.
+    /// Values of the free parameters, each a start of the first round, which takes part in the search without being evidence.
     pub given: &'a [Vec<f64>],
     /// Populations that give the starts for friction that sticks, and where other descents do not agree.
     pub populations: &'a mut Populations<'a>,
@@ -80,6 +80,31 @@ pub fn model_optima(
     let End { at: SearchPoint { values, initial, .. }, cost, .. } = best.clone();
     let (starts, arrivals, evaluations) = (search.starts(), search.arrivals(), search.evaluations);
     Ok(ModelOptima { values, initial, cost, starts, arrivals, evaluations, is_interrupted })
+}
+
+/// The end of a descent from a given start.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelEnd {
+    /// Values of the free parameters.
+    pub values: Vec<f64>,
+    /// Initial values of the open states of each recording.
+    pub initial: Vec<Vec<f64>>,
+    /// Cost: the sum of squares, each output divided by its standard deviation.
+    pub cost: f64,
+}
+
+/// Descends from given starts, by themselves; a start from which the model diverges has no end. Returns the number of simulations too.
+///
+/// # Errors
+/// Returns `Usage` if a start does not fit the space.
+pub fn model_ends(problem: &ModelProblem, estimates_initial: bool, given: &[Vec<f64>]) -> Result<(Vec<ModelEnd>, u64)> {
+    let fit = FittedModel::new(problem, estimates_initial);
+    let initial = problem.open_initials();
+    given.iter().try_for_each(|start| fit.check(start, &initial))?;
+    let start = |values: &Vec<f64>| SearchPoint { values: values.clone(), initial: initial.clone(), is_given: true };
+    let (ends, simulations) = descend(&fit, &given.iter().map(start).collect::<Vec<_>>(), false);
+    let end = |End { at: SearchPoint { values, initial, .. }, cost }: End| ModelEnd { values, initial, cost };
+    Ok((ends.into_iter().flatten().map(end).collect(), simulations))
 }
 
 /// Descends in rounds until enough starts reached the lowest optimum; returns true if `observe` ended the search.

@@ -26,6 +26,17 @@ pub struct Stiffness {
     pub is_affine: bool,
 }
 
+/// The largest change of an estimate between two numbers of substeps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepChange {
+    /// Place of the parameter among the free ones.
+    pub axis: usize,
+    /// Magnitude of the change \[standard errors\].
+    pub std_errors: f64,
+    /// Numbers of substeps, the smaller first.
+    pub substeps: [usize; 2],
+}
+
 /// Integration method of a model on some recordings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModelMethod {
@@ -37,6 +48,8 @@ pub struct ModelMethod {
     pub stiffness: Stiffness,
     /// True if `h|λ|` of a substep is larger than the method is accurate for.
     pub is_rough: bool,
+    /// The largest change of an estimate in the last halving of the steps; `None` where none was tried.
+    pub change: Option<StepChange>,
     /// True if the model has friction that sticks or delays, whose events within a step are exact to second order only.
     pub has_events: bool,
 }
@@ -52,20 +65,35 @@ impl ModelMethod {
         let rate = if is_even && is_affine { 0.0 } else { largest_rate(model, space, recordings) };
         let stiffness = Stiffness { rate, per_step: step * rate, is_affine };
         let has_events = model.reactions() > 0 || !model.delayed.is_empty();
-        let exponential =
-            Self { method: IntegrationMethod::Exponential, substeps: 1, stiffness, is_rough: false, has_events };
+        let change = None;
+        let exponential = Self {
+            method: IntegrationMethod::Exponential,
+            substeps: 1,
+            stiffness,
+            is_rough: false,
+            change,
+            has_events,
+        };
         if is_even && (is_affine || stiffness.per_step > STIFFNESS_MAX) {
             return exponential;
         }
         let needed = whole((stiffness.per_step / STIFFNESS_MAX).ceil().min(1e6)).max(1);
         let substeps = needed.min(SUBSTEPS_MAX);
-        Self { method: IntegrationMethod::RungeKutta, substeps, stiffness, is_rough: needed > substeps, has_events }
+        let is_rough = needed > substeps;
+        Self { method: IntegrationMethod::RungeKutta, substeps, stiffness, is_rough, change, has_events }
     }
 
     /// Returns true if steps are exact: affine equations with matrix exponentials, without friction that sticks and without delays.
     #[must_use]
     pub fn is_exact(&self) -> bool {
         self.method == IntegrationMethod::Exponential && self.stiffness.is_affine && !self.has_events
+    }
+
+    /// Returns true if a substep is too long for the largest eigenvalue of the equations. Exponentials are exact for their affine part.
+    #[must_use]
+    pub fn is_stiff(&self) -> bool {
+        self.method == IntegrationMethod::RungeKutta
+            && self.stiffness.per_step > STIFFNESS_MAX * motorfit_core::numeric::count(self.substeps)
     }
 
     /// Returns a description of the method and of the reason for it.

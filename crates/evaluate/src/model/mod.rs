@@ -18,7 +18,7 @@ mod trial;
 mod walk;
 
 pub use evaluator::{ModelEvaluator, ModelSimd};
-pub use method::{ModelMethod, Stiffness};
+pub use method::{ModelMethod, StepChange, Stiffness};
 #[doc(hidden)]
 pub use normal::OutputSums;
 #[doc(hidden)]

@@ -119,18 +119,24 @@ impl ModelSpace {
         Ok(self)
     }
 
-    /// Returns one start with the given values of parameters, within their bounds; none if no values are given. Other parameters have
-    /// their usual value, or the middle of their bounds.
+    /// Returns the starts with given values of parameters, within their bounds; one without values is none. Other parameters have their
+    /// usual value, or the middle of their bounds.
     #[doc(hidden)]
-    pub fn starts(&self, model: &Model, given: &[(String, f64)]) -> Result<Vec<Vec<f64>>> {
+    pub fn starts(&self, model: &Model, given: &[Vec<(String, f64)>]) -> Result<Vec<Vec<f64>>> {
+        let starts = given.iter().filter(|given| !given.is_empty()).map(|given| self.start(model, given));
+        let starts = starts.collect::<Result<Vec<_>>>()?;
+        Ok(if self.free.is_empty() { Vec::new() } else { starts })
+    }
+
+    /// Returns a start with the given values of parameters.
+    fn start(&self, model: &Model, given: &[(String, f64)]) -> Result<Vec<f64>> {
         let numbers = given.iter().map(|(name, _)| number(model, name)).collect::<Result<Vec<usize>>>()?;
         let value = |axis: &ModelAxis| {
             let own = numbers.iter().position(|number| *number == axis.parameter).map(|place| given[place].1);
             let own = own.or(model.parameters()[axis.parameter].value).filter(|value| value.is_finite());
             own.map_or_else(|| axis.at(0.5), |value| value.clamp(axis.min, axis.max))
         };
-        let is_any = !given.is_empty() && !self.free.is_empty();
-        Ok(if is_any { vec![self.free.iter().map(value).collect()] } else { Vec::new() })
+        Ok(self.free.iter().map(value).collect())
     }
 
     /// Returns the names of the free parameters, as `R`, or `R[0]` for that of the first recording.

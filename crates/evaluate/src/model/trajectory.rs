@@ -66,6 +66,17 @@ impl ModelProblem {
         self.recordings.iter().map(|recording| recording.open.clone()).collect()
     }
 
+    /// Returns the problem whose candidates begin at other initial values of the open states of each recording.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn with_open_initials(&self, initial: &[Vec<f64>]) -> Self {
+        let mut other = self.clone();
+        for (recording, open) in other.recordings.iter_mut().zip(initial) {
+            recording.open.iter_mut().zip(open).for_each(|(own, value)| *own = *value);
+        }
+        other
+    }
+
     /// Simulates a candidate with its derivatives in the given directions.
     #[doc(hidden)]
     pub fn trajectory(&self, free: &[f64], recording: usize, open: &[f64], unknowns: &[Unknown]) -> Trajectory {
@@ -76,10 +87,8 @@ impl ModelProblem {
         let Point { unknowns, .. } = point;
         let samples = self.recordings[recording].recording.len();
         let outputs = self.model.outputs.len();
-        let mut result = Trajectory {
-            outputs: Vec::new(),
-            sensitivities: vec![vec![0.0; samples * unknowns.len()]; if unknowns.is_empty() { 0 } else { outputs }],
-        };
+        let mut result =
+            Trajectory { outputs: Vec::new(), sensitivities: vec![vec![0.0; samples * unknowns.len()]; outputs] };
         let mut from = 0;
         loop {
             let left = &unknowns[from..];
@@ -114,6 +123,9 @@ impl ModelProblem {
         if result.outputs.is_empty() {
             let value = |output: usize| (0..rows.samples).map(|n| work.outputs[n * width + output].lane(0)).collect();
             result.outputs = (0..outputs).map(value).collect();
+        }
+        if point.unknowns.is_empty() {
+            return;
         }
         let count = result.sensitivities.first().map_or(0, |all| all.len() / rows.samples.max(1));
         for (output, all) in result.sensitivities.iter_mut().enumerate() {

@@ -1,6 +1,6 @@
 //! Problems whose integration method is chosen and tried.
 
-use super::method::{ModelMethod, SUBSTEPS_MAX};
+use super::method::{ModelMethod, SUBSTEPS_MAX, StepChange};
 use super::problem::{ModelProblem, ModelSettings};
 use super::recording::ModelRecording;
 use super::space::{ModelAxis, ModelSpace};
@@ -81,10 +81,11 @@ impl ModelProblem {
         Ok(Some(part).filter(|part| part.counted() > 0))
     }
 
-    /// Returns the problem with its steps marked as too long, or short enough, for the accuracy of the estimates.
+    /// Returns the problem with its steps marked as too long, or short enough, for the accuracy of the estimates, which changed by so much
+    /// in the last halving.
     #[must_use]
-    pub fn with_rough_steps(mut self, is_rough: bool) -> Self {
-        self.method.is_rough = is_rough;
+    pub fn with_rough_steps(mut self, is_rough: bool, change: Option<StepChange>) -> Self {
+        (self.method.is_rough, self.method.change) = (is_rough, change);
         self
     }
 }

@@ -346,7 +346,7 @@ fn model_spec(from: &MechanismRegression, records: &[Record], seed: u64) -> Mode
     let substeps = whole((longest * kv / ka / STIFFNESS_OF_STEP).ceil()).clamp(1, SUBSTEPS_MAX);
     let is_even = records.iter().all(|record| record.steps().step_index.is_empty());
     let integration = (!is_even).then_some((IntegrationMethod::RungeKutta, substeps));
-    ModelSpec { bounds, start, seed, integration, ..ModelSpec::default() }
+    ModelSpec { bounds, starts: vec![start], seed, integration, ..ModelSpec::default() }
 }
 
 /// Adds warnings about the tests to a result, and the reasons that they are against its trust.

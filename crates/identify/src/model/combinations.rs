@@ -237,7 +237,8 @@ fn simple(exponent: f64) -> Option<f64> {
 fn product(parts: &[(&str, f64)]) -> String {
     let one = |(name, exponent): &(&str, f64)| {
         let is_compound = name.contains(['*', '/', '^']);
-        match (exponent.abs() == 1.0, is_compound) {
+        // Exponents are whole numbers.
+        match (exponent.abs() < 1.5, is_compound) {
             (true, false) => (*name).to_owned(),
             (true, true) => format!("({name})"),
             (false, false) => format!("{name}^{}", exponent.abs()),

@@ -3,7 +3,7 @@
 use motorfit_core::Result;
 use motorfit_core::numeric::rms;
 use motorfit_estimate::model::{ModelRefined, refine_model};
-use motorfit_evaluate::model::{ModelProblem, ModelSettings, ModelSpace};
+use motorfit_evaluate::model::{ModelProblem, ModelSettings, ModelSpace, StepChange};
 
 /// Largest number of substeps of a refinement, and the largest change of an estimate by half the step, in standard errors.
 const SUBSTEPS_MAX: usize = 16;
@@ -16,67 +16,9 @@ const OF_RESIDUALS: f64 = 0.1;
 /// Ratio of the changes of two halvings of the step up to which estimates converge.
 const CONVERGES: f64 = 0.6;
 
-/// Returns the best estimate that descents from given values of the parameters find, if it is better than the one found, so that a model
-/// that contains another one and starts at its estimates explains no less; beside it the problem with other steps, if it needs them.
-pub(super) fn better_than(
-    problem: &ModelProblem,
-    found: &ModelRefined,
-    given: &[Vec<f64>],
-    estimates_initial: bool,
-) -> Option<(Option<ModelProblem>, ModelRefined)> {
-    let mut best: Option<(Option<ModelProblem>, ModelRefined)> = None;
-    for start in given {
-        let (own, known) = match &best {
-            Some((finer, better)) => (finer.as_ref().unwrap_or(problem), better),
-            None => (problem, found),
-        };
-        if let Some((finer, better)) = better_from(own, known, start, estimates_initial) {
-            let before = best.and_then(|(finer, _)| finer);
-            best = Some((finer.or(before), better));
-        }
-    }
-    best
-}
-
-/// Returns the estimate from a start if it is better, beside the problem with steps that are short enough for the start, if others are.
-/// The initial states are fitted to the start first. With parameters of single recordings, which a start does not have, the steps remain.
-fn better_from(
-    problem: &ModelProblem,
-    best: &ModelRefined,
-    start: &[f64],
-    estimates_initial: bool,
-) -> Option<(Option<ModelProblem>, ModelRefined)> {
-    let mut initial = problem.open_initials();
-    if problem.space().free.iter().any(|axis| axis.recording.is_some()) {
-        let other = refine_model(problem, start, &initial, (estimates_initial, None)).ok()?;
-        return is_better(&other, best).then_some((None, other));
-    }
-    // A start from which the model diverges is no better.
-    let (substeps, mut fitted) = fitted_at(problem, start, (&initial, estimates_initial), &best.weights).ok()?;
-    let finer = match substeps == problem.method().substeps {
-        true => None,
-        false => Some(problem.with_substeps(substeps).ok()?),
-    };
-    let same = finer.as_ref().unwrap_or(problem);
-    let best = match finer {
-        Some(_) => &refine_model(same, &best.values, &best.initial, (estimates_initial, None)).ok()?,
-        None => best,
-    };
-    if finer.is_some() {
-        (_, fitted) = fitted_at(same, start, (&initial, estimates_initial), &best.weights).ok()?;
-    }
-    if !is_better(&fitted, best) {
-        return None;
-    }
-    initial.clone_from(&fitted.initial);
-    let other = refine_model(same, start, &initial, (estimates_initial, None)).ok()?;
-    let is_better = is_better(&other, best);
-    is_better.then_some((finer, other))
-}
-
 /// Fits the initial states, if they are estimated, to given values of the parameters, with steps that are short enough for them; returns
 /// the number of substeps beside the fit.
-fn fitted_at(
+pub(super) fn fitted_at(
     problem: &ModelProblem,
     start: &[f64],
     (open, estimates_initial): (&[Vec<f64>], bool),
@@ -105,7 +47,7 @@ fn with_fixed(problem: &ModelProblem, free: &[f64]) -> Result<ModelProblem> {
 }
 
 /// Returns true if an estimate fits better, under the weights of the best one, by more than the accuracy of descents.
-fn is_better(other: &ModelRefined, best: &ModelRefined) -> bool {
+pub(super) fn is_better(other: &ModelRefined, best: &ModelRefined) -> bool {
     let [own, known] = [other, best].map(|of| of.weighted(&best.weights));
     own < known - SAME.max(SAME_PART * known)
 }
@@ -117,12 +59,15 @@ pub(super) fn with_fine_steps(
     mut refined: ModelRefined,
     estimates_initial: bool,
 ) -> Result<(ModelProblem, ModelRefined)> {
-    let mut before = f64::INFINITY;
+    let (mut before, mut change) = (f64::INFINITY, None);
     while !problem.method().is_exact() {
         if 2 * problem.method().substeps > SUBSTEPS_MAX {
             // After a search with the finest steps, estimates with twice the step show whether they are short enough.
-            let is_rough = before.is_finite() || !agrees_with_coarser(&problem, &refined, estimates_initial)?;
-            return Ok((problem.with_rough_steps(is_rough), refined));
+            if before.is_finite() {
+                return Ok((problem.with_rough_steps(true, change), refined));
+            }
+            let (agrees, change) = agrees_with_coarser(&problem, &refined, estimates_initial)?;
+            return Ok((problem.with_rough_steps(!agrees, change), refined));
         }
         let finer = problem.with_substeps(2 * problem.method().substeps)?;
         // Where friction sticks, the moments of rest can depend on the steps however short they are; shorter ones take long where the
@@ -130,10 +75,11 @@ pub(super) fn with_fine_steps(
         let takes_long = problem.model().reactions() > 0 && !problem.method().stiffness.is_affine;
         let is_enough = takes_long && !steps_matter(&problem, &finer, &refined);
         let next = refine_model(&finer, &refined.values, &refined.initial, (estimates_initial, None))?;
-        let largest = largest_change(&next, &refined);
+        change = largest_change(&next, &refined, [problem.method().substeps, finer.method().substeps]);
+        let largest = change.map_or(0.0, |change| change.std_errors);
         (problem, refined) = (finer, next);
         if largest < CHANGE_MAX || is_enough && largest > CONVERGES * before {
-            problem = problem.with_rough_steps(largest >= CHANGE_MAX);
+            problem = problem.with_rough_steps(largest >= CHANGE_MAX, change);
             break;
         }
         before = largest;
@@ -141,18 +87,29 @@ pub(super) fn with_fine_steps(
     Ok((problem, refined))
 }
 
-/// Returns true if the estimates with twice the step are the same.
-fn agrees_with_coarser(problem: &ModelProblem, refined: &ModelRefined, estimates_initial: bool) -> Result<bool> {
-    let coarser = problem.with_substeps(problem.method().substeps / 2)?;
+/// Returns true if the estimates with twice the step are the same, and their largest change beside it.
+fn agrees_with_coarser(
+    problem: &ModelProblem,
+    refined: &ModelRefined,
+    estimates_initial: bool,
+) -> Result<(bool, Option<StepChange>)> {
+    let substeps = problem.method().substeps;
+    let coarser = problem.with_substeps(substeps / 2)?;
     // With long steps a model may diverge.
     let other = refine_model(&coarser, &refined.values, &refined.initial, (estimates_initial, None)).ok();
-    Ok(other.is_some_and(|other| largest_change(refined, &other) < CHANGE_MAX))
+    let Some(other) = other else { return Ok((false, None)) };
+    let change = largest_change(refined, &other, [substeps / 2, substeps]);
+    Ok((change.is_none_or(|change| change.std_errors < CHANGE_MAX), change))
 }
 
-/// Returns the largest change of an estimate, in standard errors of the first.
-fn largest_change(of: &ModelRefined, from: &ModelRefined) -> f64 {
-    let changes = of.uncertainty.std_error.iter().zip(of.values.iter().zip(&from.values));
-    changes.filter_map(|(error, (new, old))| Some((new - old).abs() / (*error)?)).fold(0.0, f64::max)
+/// Returns the largest change of an estimate, in standard errors of the first; `None` if no parameter has one.
+fn largest_change(of: &ModelRefined, from: &ModelRefined, substeps: [usize; 2]) -> Option<StepChange> {
+    let changes = of.uncertainty.std_error.iter().zip(of.values.iter().zip(&from.values)).enumerate();
+    let sized = changes.filter_map(|(axis, (error, (new, old)))| {
+        let std_errors = (new - old).abs() / (*error)?;
+        std_errors.is_finite().then_some(StepChange { axis, std_errors, substeps })
+    });
+    sized.max_by(|a, b| a.std_errors.total_cmp(&b.std_errors))
 }
 
 /// Returns true if half the step changes an output by more than a small part of its residuals.

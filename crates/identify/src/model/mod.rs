@@ -4,10 +4,12 @@ mod batch_costs;
 mod combinations;
 mod estimates;
 mod fine_steps;
+mod given_starts;
 mod homogeneity;
 mod islands;
 mod pipeline;
 mod result;
+pub(crate) mod step_accuracy;
 mod tests_of_residuals;
 
 pub use batch_costs::ModelCosts;

@@ -2,7 +2,8 @@
 
 use super::combinations::Open;
 use super::estimates::estimates;
-use super::fine_steps::{better_than, with_fine_steps};
+use super::fine_steps::with_fine_steps;
+use super::given_starts::{GivenStarts, add_responses_at_start, optima_beside, with_given_starts};
 use super::homogeneity::homogeneity;
 use super::islands::islands;
 use super::result::{ModelIdentification, ModelSearch, ModelVerification};
@@ -44,9 +45,9 @@ pub struct ModelSpec {
     pub bounds: Vec<(String, [f64; 2])>,
     /// Values of parameters that are fixed.
     pub fixed: Vec<(String, f64)>,
-    /// Values of parameters from which one more descent begins, beside those of the search; empty for none. Others begin at their
-    /// usual value, or in the middle of their bounds.
-    pub start: Vec<(String, f64)>,
+    /// Starts of further descents, beside those of the search: values of parameters. Others begin at their usual value, or in the middle
+    /// of their bounds.
+    pub starts: Vec<Vec<(String, f64)>>,
     /// Parameters with a value for each recording.
     pub per_recording: Vec<String>,
     /// True if the initial values of states that are measured or free are estimated.
@@ -72,7 +73,7 @@ impl Default for ModelSpec {
             criterion: Criterion::default(),
             bounds: Vec::new(),
             fixed: Vec::new(),
-            start: Vec::new(),
+            starts: Vec::new(),
             per_recording: Vec::new(),
             estimates_initial: true,
             is_first_order_hold: false,
@@ -142,19 +143,14 @@ pub fn identify_model(
     let (problem, refined) = match spec.is_polished {
         true => {
             let refined = refine_model(&problem, &found.start.0, &found.start.1, (spec.estimates_initial, None))?;
-            let (problem, refined) = with_fine_steps(problem, refined, spec.estimates_initial)?;
-            let given = problem.space().starts(problem.model(), &spec.start)?;
-            match better_than(&problem, &refined, &given, spec.estimates_initial) {
-                Some((finer, better)) => {
-                    // No start over the bounds led there.
-                    if verification.status == "agrees" {
-                        verification = ModelVerification { status: "reference_failed", arrivals: 0, ..verification };
-                    }
-                    let (problem, better) = with_fine_steps(finer.unwrap_or(problem), better, spec.estimates_initial)?;
-                    (problem, Some(better))
-                }
-                None => (problem, Some(refined)),
+            let refined = with_fine_steps(problem, refined, spec.estimates_initial)?;
+            let cost = found.optima.as_ref().map_or(f64::NEG_INFINITY, |optima| optima.cost);
+            let (refined, is_of_given) = with_given_starts(refined, &found.given, (cost, spec.estimates_initial))?;
+            // No start over the bounds led there.
+            if is_of_given && matches!(verification.status, "agrees" | "reference_failed") {
+                verification = ModelVerification { status: "reference_failed", arrivals: 0, ..verification };
             }
+            (refined.0, Some(refined.1))
         }
         false => (problem, None),
     };
@@ -176,6 +172,7 @@ struct Found {
     /// Values and initial states from which the refinement begins.
     start: (Vec<f64>, Vec<Vec<f64>>),
     optima: Option<ModelOptima>,
+    given: GivenStarts,
     is_of_multistart: bool,
     stop: Stop,
     evaluations: u64,
@@ -223,7 +220,7 @@ fn search(
 ) -> Result<Found> {
     let cost = |values: &[f64]| cost_of(problem, values);
     let settings = (spec.estimates_initial, spec.seed);
-    let mut given = problem.space().starts(problem.model(), &spec.start)?;
+    let starts = problem.space().starts(problem.model(), &spec.starts)?;
     let population = match &spec.method {
         Method::Auto => None,
         Method::SteiglitzMcBride => {
@@ -244,38 +241,45 @@ fn search(
         };
         let optima = match spec.is_polished && stop != Stop::Interrupted {
             true => {
-                given.push(best.clone());
-                let starts = ModelStarts { given: &given, populations: &mut islands };
+                let starts = ModelStarts { given: std::slice::from_ref(&best), populations: &mut islands };
                 Some(model_optima(problem, device.evaluator.as_mut(), settings, starts, &mut look)?)
             }
             false => None,
         };
         let is_interrupted = optima.as_ref().is_some_and(|optima| optima.is_interrupted);
         let initial = problem.open_initials();
+        let given = match optima.is_some() && !is_interrupted {
+            true => GivenStarts::new(problem, spec.estimates_initial, starts)?,
+            false => GivenStarts::default(),
+        };
         return Ok(Found {
             method,
             cost: cost(&best)?,
             start: (best.clone(), initial),
             values: best,
             optima,
+            given,
             is_of_multistart: false,
             stop: if is_interrupted { Stop::Interrupted } else { stop },
             evaluations: run.evaluations,
             history: run.history,
         });
     }
-    let starts = ModelStarts { given: &given, populations: &mut islands };
-    let optima = model_optima(problem, device.evaluator.as_mut(), settings, starts, &mut look)?;
+    let (optima, given) = optima_beside(problem, device.evaluator.as_mut(), settings, &starts, &mut look)?;
+    // Refined, each is compared with the other.
+    let lower = given.lower_than(optima.cost).filter(|_| !spec.is_polished);
+    let (values, initial) = lower.map_or((&optima.values, &optima.initial), |lower| (&lower.values, &lower.initial));
     Ok(Found {
         method: "multistart",
-        values: optima.values.clone(),
-        cost: cost(&optima.values)?,
-        start: (optima.values.clone(), optima.initial.clone()),
+        values: values.clone(),
+        cost: cost(values)?,
+        start: (values.clone(), initial.clone()),
         stop: if optima.is_interrupted { Stop::Interrupted } else { Stop::BudgetSpent },
-        evaluations: optima.evaluations,
+        evaluations: optima.evaluations + given.simulations,
         history: Vec::new(),
         is_of_multistart: true,
         optima: Some(optima),
+        given,
     })
 }
 
@@ -313,12 +317,13 @@ fn result(
 ) -> ModelIdentification {
     let values = refined.as_ref().map_or_else(|| found.values.clone(), |refined| refined.values.clone());
     let initial = refined.as_ref().map_or_else(|| found.start.1.clone(), |refined| refined.initial.clone());
-    let fits: Vec<_> =
+    let mut fits: Vec<_> =
         (0..problem.recordings()).map(|recording| fitted(problem, &values, recording, &initial[recording])).collect();
+    add_responses_at_start(problem, &spec.starts, &mut fits);
     let (fit_percent, residual_sigma) = over_all(problem, &fits);
     let mut cost = [f64::INFINITY];
-    // The length fits: the values are those of the space.
-    let _ = problem.costs(Candidates::new(&values, values.len()), &mut cost);
+    // The length fits: the values are those of the space. With the initial values that were estimated beside them.
+    let _ = problem.with_open_initials(&initial).costs(Candidates::new(&values, values.len()), &mut cost);
     let uncertainty = refined.as_ref().map(|refined| refined.uncertainty.clone());
     let open = uncertainty.as_ref().map(|uncertainty| Open::new(problem, &values, uncertainty)).unwrap_or_default();
     let combinations = open.sentences();

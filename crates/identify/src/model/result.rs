@@ -68,6 +68,9 @@ pub struct ModelFit {
     pub residuals: Vec<Option<ResidualTest>>,
     /// Initial values of the states that are measured or free, in their units.
     pub initial: Vec<f64>,
+    /// Outputs simulated with the first given start, or else the usual values of all parameters, from the first samples; `None` without
+    /// these, and where the model diverges.
+    pub at_start: Option<Vec<Vec<f64>>>,
 }
 
 /// The first optimum, before the refinement.
@@ -109,7 +112,7 @@ pub struct ModelIdentification {
     pub method: ModelMethod,
     /// First optimum.
     pub searched: ModelSearch,
-    /// Cost of the result in the criterion of the spec.
+    /// Cost of the result in the criterion of the spec, with its estimated initial values.
     pub cost: f64,
     /// Uncertainty; `None` without a refinement.
     pub uncertainty: Option<Uncertainty>,

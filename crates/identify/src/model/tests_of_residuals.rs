@@ -4,14 +4,14 @@ use super::result::ModelFit;
 use crate::analysis::{Regressors, ResidualInputTest, ResidualTest, Residuals, residual_input_test};
 use motorfit_core::numeric::{count, mean, rms, squares_about};
 use motorfit_estimate::{EFFECTIVE_RATIO_MIN, Whiteness};
-use motorfit_evaluate::model::ModelProblem;
+use motorfit_evaluate::model::{ModelProblem, ModelRecording};
+use std::cell::OnceCell;
 
 /// Simulates a candidate on a recording and tests its residuals.
 pub(super) fn fitted(problem: &ModelProblem, values: &[f64], recording: usize, initial: &[f64]) -> ModelFit {
     let own = problem.recording(recording);
     let simulated = problem.simulate(values, recording, initial).outputs;
-    let regressors: Vec<Regressors> =
-        own.inputs.iter().filter(|input| !is_constant(input)).map(|input| Regressors::new(input)).collect();
+    let inputs = Inputs::new(problem, recording);
     let (mut fit_percent, mut residual_sigma, mut residuals) = (Vec::new(), Vec::new(), Vec::new());
     for (output, (measured, simulated)) in own.measured.iter().zip(&simulated).enumerate() {
         let Some(measured) = measured else {
@@ -30,25 +30,17 @@ pub(super) fn fitted(problem: &ModelProblem, values: &[f64], recording: usize, i
         let test = || match own.is_scattered(output) {
             // At the samples of a sensor that is slower than the clock.
             true => {
-                let at_own = |input: &Vec<f64>| {
-                    (0..own.len()).filter(|n| own.counts(output, *n)).map(|n| input[n]).collect::<Vec<f64>>()
-                };
-                let inputs = own.inputs.iter().map(at_own).filter(|input| !is_constant(input));
-                tested_residuals(
-                    &kept,
-                    &kept,
-                    (&inputs.map(|input| Regressors::new(&input)).collect::<Vec<_>>(), &[]),
-                    size,
-                )
+                let regressors = inputs.at_samples(output, |n| own.counts(output, n));
+                tested_residuals(&kept, &kept, (&regressors.iter().collect::<Vec<_>>(), &[]), size)
             }
             false => {
                 let counting = own.counting.get(output).map_or(&[][..], Vec::as_slice);
-                tested_residuals(&all, &kept, (&regressors, counting), size)
+                tested_residuals(&all, &kept, (&inputs.regressors(output), counting), size)
             }
         };
         residuals.push(tested.then(test).flatten());
     }
-    ModelFit { simulated, fit_percent, residual_sigma, residuals, initial: initial.to_vec() }
+    ModelFit { simulated, fit_percent, residual_sigma, residuals, initial: initial.to_vec(), at_start: None }
 }
 
 /// Returns the fit of each output of a candidate over all recordings \[%\], simulated from the initial states as measured; `None` for
@@ -59,6 +51,50 @@ pub fn fit_percent(problem: &ModelProblem, candidate: &[f64]) -> Vec<Option<f64>
     over_all(problem, &(0..problem.recordings()).map(one).collect::<Vec<_>>()).0
 }
 
+/// The inputs of a recording, and the regressors made from them.
+struct Inputs<'a> {
+    problem: &'a ModelProblem,
+    recording: &'a ModelRecording,
+    /// For each input those from its own sample on, and from the sample before on.
+    known: Vec<[OnceCell<Regressors>; 2]>,
+}
+
+impl<'a> Inputs<'a> {
+    fn new(problem: &'a ModelProblem, recording: usize) -> Self {
+        let recording = problem.recording(recording);
+        Self { problem, recording, known: recording.inputs.iter().map(|_| Default::default()).collect() }
+    }
+
+    /// Returns the inputs that vary, with the first lag at which each can tell of the model. An input that is held until the next sample
+    /// acts on states from there on. In a closed loop it is computed from the measurements of its sample, and contains their noise: only
+    /// on an output with direct feedthrough could it act as early.
+    fn varying(&self, output: usize) -> impl Iterator<Item = (usize, usize)> {
+        let is_held = !self.problem.settings().is_first_order_hold;
+        let lag = move |n: usize| usize::from(is_held && !self.problem.model().has_feedthrough(n, output));
+        (0..self.recording.inputs.len()).filter(|n| !is_constant(&self.recording.inputs[*n])).map(move |n| (n, lag(n)))
+    }
+
+    /// Returns an input that is later by a number of samples; before the first one it has its first value.
+    fn later(&self, input: usize, lag: usize) -> Vec<f64> {
+        let signal = &self.recording.inputs[input];
+        (0..signal.len()).map(|n| signal[n.saturating_sub(lag)]).collect()
+    }
+
+    /// Returns the regressors for the residuals of an output at all samples.
+    fn regressors(&self, output: usize) -> Vec<&Regressors> {
+        let one = |(n, lag): (usize, usize)| self.known[n][lag].get_or_init(|| Regressors::new(&self.later(n, lag)));
+        self.varying(output).map(one).collect()
+    }
+
+    /// Returns the regressors for the residuals of an output at some samples.
+    fn at_samples(&self, output: usize, counts: impl Fn(usize) -> bool) -> Vec<Regressors> {
+        let at =
+            |signal: Vec<f64>| -> Vec<f64> { (0..).zip(signal).filter(|(n, _)| counts(*n)).map(|(_, v)| v).collect() };
+        let signals = self.varying(output).map(|(n, lag)| at(self.later(n, lag)));
+        signals.filter(|signal| !is_constant(signal)).map(|signal| Regressors::new(&signal)).collect()
+    }
+}
+
 fn is_constant(signal: &[f64]) -> bool {
     signal.windows(2).all(|pair| pair[0].to_bits() == pair[1].to_bits())
 }
@@ -66,11 +102,11 @@ fn is_constant(signal: &[f64]) -> bool {
 fn tested_residuals(
     all: &[f64],
     kept: &[f64],
-    (regressors, counting): (&[Regressors], &[bool]),
+    (regressors, counting): (&[&Regressors], &[bool]),
     size: f64,
 ) -> Option<ResidualTest> {
     let whiteness = Whiteness::of(kept, size)?;
-    let one = |regressors: &Regressors| {
+    let one = |regressors: &&Regressors| {
         residual_input_test(&Residuals { values: all, regressors, counting, sensitivities: &[] })
     };
     let part = |test: &ResidualInputTest| test.statistic / test.threshold;

@@ -2,6 +2,7 @@
 
 use super::{Facts, Missed, Reason};
 use crate::model::ModelIdentification;
+use crate::model::step_accuracy::{inaccuracy, shorter_steps};
 use crate::trust_level::{Trust, TrustLevel};
 use motorfit_core::numeric::{noise_sigma, standard_deviation, upper_median};
 use motorfit_core::setting::{Text, text};
@@ -33,6 +34,7 @@ pub(crate) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_poli
     // Wrong samples spoil the fit and the tests of the residuals too.
     let next = trust.reasons.first().map(|reason| match &outlying {
         Some((_, intervals)) => text!("Exclude the samples: " [Mask = "{intervals}"] "."),
+        None if reason.code == "not_accurate" => shorter_steps(problem),
         None => next(found, reason.code),
     });
     Trust { next, ..trust }
@@ -98,8 +100,7 @@ fn more(
         add(Check, "at_bound", format!("{} {verb}", listed(&bound, "and")).into());
     }
     if found.method.is_rough {
-        let message = "the equations are stiff: steps are too long for the accuracy of the integration";
-        add(Check, "not_accurate", message.into());
+        add(Check, "not_accurate", inaccuracy(problem).into());
     }
     all
 }
@@ -170,7 +171,6 @@ fn next(found: &ModelIdentification, code: &str) -> Text {
             None => text!("Widen the " [Bounds] "."),
         },
         "filtered" => text!("Fit the recording without " [Rate] ", " [Decimate] " and " [Filter] "."),
-        "few_samples" => "Record longer, or at a higher rate.".into(),
-        _ => "Record at a higher rate.".into(),
+        _ => "Record longer, or at a higher rate.".into(),
     }
 }

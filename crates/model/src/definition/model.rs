@@ -3,7 +3,7 @@
 use super::parts::{
     DelayedSignal, Equation, ModelConstant, ModelInput, ModelOutput, ModelParameter, ModelState, Reaction,
 };
-use crate::graph::{Graph, Id};
+use crate::graph::{Binary, Graph, Id, Leaf, Node, Unary};
 use crate::role::Role;
 
 /// A model of a machine: inputs, parameters, equations and outputs.
@@ -44,6 +44,20 @@ impl Model {
         self.reactions.len()
     }
 
+    /// Returns true if a right-hand side has a function with a jump or a corner: `sign`, `abs`, `min`, `max` or `select`.
+    #[must_use]
+    pub fn has_corners(&self) -> bool {
+        let roots: Vec<Id> = self.states.iter().map(|state| state.derivative).collect();
+        self.graph.needed(&roots).into_iter().any(|id| {
+            matches!(
+                self.graph.node(id),
+                Node::Unary(Unary::Sign | Unary::Abs, _)
+                    | Node::Binary(Binary::Min | Binary::Max, ..)
+                    | Node::Select(..)
+            )
+        })
+    }
+
     /// Returns the number of operations of the right-hand sides and outputs, shared ones once.
     #[must_use]
     pub fn operations(&self) -> usize {
@@ -55,6 +69,23 @@ impl Model {
             .collect();
         let is_operation = |id: &Id| self.graph.operands(*id).next().is_some();
         self.graph.needed(&roots).iter().filter(|id| is_operation(id)).count()
+    }
+
+    /// Returns true if an input acts on an output at the same sample: in its equation, or by a delayed signal, whose delay may be zero.
+    #[must_use]
+    pub fn has_feedthrough(&self, input: usize, output: usize) -> bool {
+        let Some(output) = self.outputs.get(output) else { return false };
+        self.graph.leaves(&[output.value]).into_iter().any(|leaf| match leaf {
+            Leaf::Input(number) => usize::from(number) == input,
+            Leaf::Memory(number) => self.delayed.get(usize::from(number)).is_some_and(|signal| {
+                self.graph
+                    .leaves(&[signal.value])
+                    .iter()
+                    .any(|leaf| matches!(leaf, Leaf::Input(n) if usize::from(*n) == input))
+            }),
+            // An output cannot depend on reactions.
+            Leaf::NextInput(_) | Leaf::Parameter(_) | Leaf::Reaction(_) | Leaf::State(_) => false,
+        })
     }
 
     /// Returns the text of the model.

@@ -1,8 +1,8 @@
-//! MuJoCo's MJCF: a joint with inertia and friction, driven by a DC motor with its winding, or by a position servo.
+//! MuJoCo's MJCF: a joint with inertia and friction, driven by a DC motor with its winding, by a gain, or by a position servo.
 
 use super::contents::{Exported, comment};
-use motorfit_core::Result;
 use motorfit_core::text::Shortest;
+use motorfit_core::{Error, Result};
 use motorfit_model::Role;
 use std::fmt::Write as _;
 
@@ -27,23 +27,70 @@ struct Winding {
     inductance: Option<f64>,
 }
 
-/// Returns the text of the file.
-pub(super) fn text(of: &Exported) -> Result<String> {
-    of.check(&Role::ALL)?;
-    let inertia = of.needed(Role::Armature)?;
+/// The actuator: a winding, or a gain \[N m/V\] whose back-EMF is a part of the damping.
+#[derive(Clone, Copy)]
+enum Drive {
+    Winding(Winding),
+    Gain(f64),
+}
+
+impl Drive {
+    /// Returns the torque for each volt at rest \[N m/V\].
+    fn gain(self) -> f64 {
+        match self {
+            Self::Winding(winding) => winding.constant / winding.resistance,
+            Self::Gain(gain) => gain,
+        }
+    }
+
+    /// Returns the damping by the back-EMF \[N m s/rad\].
+    fn back_emf(self) -> f64 {
+        match self {
+            Self::Winding(winding) => winding.constant * winding.constant / winding.resistance,
+            Self::Gain(_) => 0.0,
+        }
+    }
+
+    /// Returns the inductance \[H\], if it does not act within a few steps.
+    fn inductance(self) -> Option<f64> {
+        match self {
+            Self::Winding(winding) => winding.inductance,
+            Self::Gain(_) => None,
+        }
+    }
+}
+
+/// Returns the actuator of a machine, with the number of steps of the simulation per sampling period.
+fn drive(of: &Exported) -> Result<(Drive, f64)> {
+    let has_winding = [Role::MotorConstant, Role::Resistance].into_iter().any(|role| of.role(role).is_some());
+    if let Some(gain) = of.role(Role::Gain).filter(|_| !has_winding) {
+        return Ok((Drive::Gain(gain), STEPS));
+    }
+    if !has_winding {
+        let hint = "Give the model a section [export] with motorconst and resistance, or with gain = \"…\", in N*m/V, for an \
+                    actuator without a known winding.";
+        return Err(Error::usage("the model names neither motorconst and resistance nor gain for simulators", hint));
+    }
     let (constant, resistance) = (of.needed(Role::MotorConstant)?, of.needed(Role::Resistance)?);
     let inductance = of.role(Role::Inductance).filter(|value| *value > 0.0);
     let fastest = inductance.map_or(of.period_s, |inductance| of.period_s.min(inductance / resistance));
     let steps = (of.period_s * STEPS / fastest).ceil().clamp(STEPS, STEPS_MAX);
+    let inductance = inductance.filter(|inductance| inductance / resistance > 5.0 * of.period_s / steps);
+    Ok((Drive::Winding(Winding { constant, resistance, inductance }), steps))
+}
+
+/// Returns the text of the file.
+pub(super) fn text(of: &Exported) -> Result<String> {
+    of.check(&Role::ALL)?;
+    let inertia = of.needed(Role::Armature)?;
+    let (drive, steps) = drive(of)?;
     let timestep = of.period_s / steps;
-    let inductance = inductance.filter(|inductance| inductance / resistance > 5.0 * timestep);
-    let winding = Winding { constant, resistance, inductance };
     // The Runge–Kutta method does not integrate the current, which is an activation.
-    let integrator = if inductance.is_some() { "implicitfast" } else { "RK4" };
+    let integrator = if drive.inductance().is_some() { "implicitfast" } else { "RK4" };
     let pendulum = of.role(Role::Pendulum).filter(|value| *value > 0.0);
     let gravity = if pendulum.is_some() { -GRAVITY } else { 0.0 };
     let is_servo = of.role(Role::Kp).is_some();
-    let mut text = comment(&about(of, winding, (steps, is_servo)));
+    let mut text = comment(&about(of, drive, (steps, is_servo)));
     let _ = writeln!(text, "<mujoco model=\"motor\">\n  <compiler angle=\"radian\"/>");
     let _ = writeln!(
         text,
@@ -51,10 +98,10 @@ pub(super) fn text(of: &Exported) -> Result<String> {
         Shortest(timestep)
     );
     // The limit of a servo acts on the voltage alone, so that the back-EMF is a damping of its joint.
-    let back_emf = if is_servo { constant * constant / resistance } else { 0.0 };
+    let back_emf = if is_servo { drive.back_emf() } else { 0.0 };
     text.push_str(&body(of, (inertia, back_emf), pendulum));
     text.push_str("  <actuator>\n");
-    text.push_str(&if is_servo { servo(of, winding) } else { motor(of, winding) });
+    text.push_str(&if is_servo { servo(of, drive) } else { motor(of, drive) });
     if let Some(load) = of.role(Role::Load).filter(|load| *load != 0.0) {
         let bias = "gainprm=\"0\" biastype=\"affine\"";
         let _ =
@@ -64,39 +111,46 @@ pub(super) fn text(of: &Exported) -> Result<String> {
     Ok(text)
 }
 
-fn about(of: &Exported, winding: Winding, (steps, is_servo): (f64, bool)) -> Vec<String> {
+fn about(of: &Exported, drive: Drive, (steps, is_servo): (f64, bool)) -> Vec<String> {
     let mut about = of.origin();
     let steps = format!("{} steps of the simulation are a sampling period.", Shortest(steps));
     about.push(steps);
-    about.extend(match (is_servo, winding.inductance) {
+    about.extend(match (is_servo, drive) {
         (true, _) => vec![
             "ctrl[0] is the reference of the angle [rad]; the torque of the winding at rest is actuator_force[0]."
                 .to_owned(),
         ],
-        (_, Some(_)) => vec!["MuJoCo 3.7 or later. ctrl[0] is the voltage [V], act[0] the current [A].".to_owned()],
+        (_, Drive::Gain(_)) => vec!["ctrl[0] is the voltage [V]; the back-EMF is a part of the damping.".to_owned()],
+        (_, Drive::Winding(Winding { inductance: Some(_), .. })) => {
+            vec!["MuJoCo 3.7 or later. ctrl[0] is the voltage [V], act[0] the current [A].".to_owned()]
+        }
         _ => vec!["ctrl[0] is the voltage u [V]; the current is (u - motorconst qvel) / resistance.".to_owned()],
     });
-    if of.role(Role::Inductance).is_some() && winding.inductance.is_none() {
+    if of.role(Role::Inductance).is_some() && drive.inductance().is_none() {
         about.push("The inductance acts within a few steps and is left out.".to_owned());
     }
     about.extend(of.not_held.iter().map(|effect| format!("Not held by this format: {effect}.")));
     about
 }
 
-fn motor(of: &Exported, winding: Winding) -> String {
-    let [constant, resistance] = [winding.constant, winding.resistance].map(Shortest);
+fn motor(of: &Exported, drive: Drive) -> String {
     let limit = of.role(Role::Voltage).filter(|limit| *limit > 0.0);
     let range = limit
         .map(Shortest)
         .map_or_else(String::new, |limit| format!(" ctrllimited=\"true\" ctrlrange=\"-{limit} {limit}\""));
-    match winding.inductance.map(Shortest) {
-        Some(inductance) => format!(
-            "    <dcmotor name=\"motor\" joint=\"shaft\"{range}\n             motorconst=\"{constant}\" resistance=\"{resistance}\" \
-             inductance=\"{inductance}\"/>\n"
-        ),
-        None => {
-            let gain = winding.constant / winding.resistance;
-            let (gain, damping) = (Shortest(gain), Shortest(-gain * winding.constant));
+    match drive {
+        Drive::Gain(gain) => {
+            format!("    <motor name=\"motor\" joint=\"shaft\"{range} gear=\"{}\"/>\n", Shortest(gain))
+        }
+        Drive::Winding(Winding { constant, resistance, inductance: Some(inductance) }) => {
+            let [constant, resistance, inductance] = [constant, resistance, inductance].map(Shortest);
+            format!(
+                "    <dcmotor name=\"motor\" joint=\"shaft\"{range}\n             motorconst=\"{constant}\" \
+                 resistance=\"{resistance}\" inductance=\"{inductance}\"/>\n"
+            )
+        }
+        Drive::Winding(_) => {
+            let (gain, damping) = (Shortest(drive.gain()), Shortest(-drive.back_emf()));
             format!(
                 "    <general name=\"motor\" joint=\"shaft\"{range}\n             gainprm=\"{gain}\" biastype=\"affine\" \
                  biasprm=\"0 0 {damping}\"/>\n"
@@ -106,8 +160,8 @@ fn motor(of: &Exported, winding: Winding) -> String {
 }
 
 /// Returns a position servo with the control law `u = kp (ref − q) − kd w`, limited as a voltage.
-fn servo(of: &Exported, winding: Winding) -> String {
-    let gain = winding.constant / winding.resistance;
+fn servo(of: &Exported, drive: Drive) -> String {
+    let gain = drive.gain();
     let [kp, kd] = [Role::Kp, Role::Kd].map(|role| gain * of.role(role).unwrap_or(0.0));
     let limit = of.role(Role::Voltage).map(|limit| Shortest(gain * limit));
     let limit =

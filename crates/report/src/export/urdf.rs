@@ -27,6 +27,9 @@ pub(super) fn text(of: &Exported) -> Result<String> {
             Shortest(of_speed)
         ));
     }
+    if let Some(gain) = of.role(Role::Gain).filter(|_| electric.is_none()) {
+        about.push(format!("A voltage u at the motor gives the effort {} u.", Shortest(gain)));
+    }
     if let (None, Some(voltage)) = (of.role(Role::Voltage), of.voltage) {
         about.push(format!(
             "The limits of effort and velocity are those at {} V, the most that was recorded.",

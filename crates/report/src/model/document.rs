@@ -100,6 +100,7 @@ pub fn model_document(records: &[Record], model: &Model, spec: &ModelSpec, found
         "condition": uncertainty.map(|of| of.condition).filter(|value| value.is_finite()),
         "errors_widened_by": uncertainty.map(|of| of.widened_by),
         "unidentifiable": found.combinations,
+        "combinations": found.identified,
         "residuals": found.fits.iter().map(|fit| by_output(model, &fit.residuals)).collect::<Vec<_>>(),
         "verification": {
             "status": found.verification.status,

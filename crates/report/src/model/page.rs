@@ -28,7 +28,9 @@ pub fn model_page(
     }
     let charts = (1..).zip(recordings.iter().zip(&found.fits));
     let charts = charts.map(|(n, (recording, fit))| {
-        Part::Chart(model_chart(&format!("response-{n}"), model, recording, &[("model", &fit.simulated)]))
+        let mut chart = model_chart(&format!("response-{n}"), model, recording, &[("model", &fit.simulated)]);
+        add_start(&mut chart, model, recording, fit);
+        Part::Chart(chart)
     });
     sections.push(section("Measured and modelled", charts.collect()));
     let mut estimates =
@@ -46,6 +48,16 @@ pub fn model_page(
         cards: found.estimates.iter().filter(|e| e.recording.is_none()).map(|e| card(model, e)).collect(),
         answer: String::new(),
         sections,
+    }
+}
+
+/// Adds the response at the start values to the panels of the outputs, below the others.
+fn add_start(chart: &mut Chart, model: &Model, recording: &ModelRecording, fit: &ModelFit) {
+    for (output, values) in model.outputs().iter().zip(fit.at_start.iter().flatten()) {
+        let label = label(&output.name, &output.unit.text);
+        if let Some(panel) = chart.panels.iter_mut().rfind(|panel| panel.label == label) {
+            panel.series.insert(0, Series::new("start", 2, Form::Line, curve(&recording.time_s, values)));
+        }
     }
 }
 
@@ -127,6 +139,16 @@ fn parameters(model: &Model, found: &ModelIdentification) -> Table {
             e.std_error.map_or_else(dash, |error| significant(error, 2)),
             e.ci95.map_or_else(dash, |[low, high]| format!("{} … {}", significant(low, 6), significant(high, 6))),
             remark(e).to_owned(),
+        ]);
+    }
+    for c in &found.identified {
+        table.row(vec![
+            c.name.clone(),
+            significant(c.value, 6),
+            c.unit.clone(),
+            significant(c.std_error, 2),
+            format!("{} … {}", significant(c.ci95[0], 6), significant(c.ci95[1], 6)),
+            "identified combination".to_owned(),
         ]);
     }
     table

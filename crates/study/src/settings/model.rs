@@ -103,7 +103,7 @@ pub fn model_spec(given: &Given) -> Read<ModelSpec> {
         },
         bounds: given.items(Setting::Bounds, bounds)?,
         fixed: given.items(Setting::Fix, |items| values(items, Setting::Fix))?,
-        start: given.items(Setting::Start, |items| values(items, Setting::Start))?,
+        starts: given.items(Setting::Start, starts)?,
         per_recording: given.list(Setting::PerRecording).to_vec(),
         estimates_initial: !matches!(initial, Initial::Measured | Initial::Zero),
         is_first_order_hold: discretization == Some(Discretization::Foh),
@@ -131,6 +131,21 @@ fn bounds(items: &[String]) -> Result<Vec<(String, [f64; 2])>> {
     let own: Vec<String> = items.iter().filter(|item| item.trim() != "auto").cloned().collect();
     let ranges = parse::named_ranges(&own, Setting::Bounds)?;
     Ok(ranges.into_iter().map(|(name, min, max)| (name, [min, max])).collect())
+}
+
+/// Parses starts, each item a list `NAME=VALUE,…`. An item that gives a name of the last start again begins another one; others add to it.
+fn starts(items: &[String]) -> Result<Vec<Vec<(String, f64)>>> {
+    let mut starts: Vec<Vec<(String, f64)>> = Vec::new();
+    for item in items {
+        let parts: Vec<String> = item.split(',').map(str::to_owned).collect();
+        let own = values(&parts, Setting::Start)?;
+        let is_again = |start: &Vec<(String, f64)>| start.iter().any(|(name, _)| own.iter().any(|(n, _)| n == name));
+        match starts.last_mut().filter(|last| !is_again(last)) {
+            Some(last) => last.extend(own),
+            None => starts.push(own),
+        }
+    }
+    Ok(starts)
 }
 
 /// Parses `NAME=VALUE` items, each name at most once.

@@ -6,7 +6,7 @@ use crate::hostile::drivers::identify::{fitted, mangled as mangled_motors};
 use motorfit::candidates::Candidates;
 use motorfit::device::{DeviceSpec, ModelDevice, PrecisionSpec};
 use motorfit::estimate::model::{
-    ModelRefined, ModelStarts, model_optima, refine_model, separate_model_fits, signal_sigma,
+    ModelRefined, ModelStarts, model_ends, model_optima, refine_model, separate_model_fits, signal_sigma,
 };
 use motorfit::evaluate::model::{
     ModelAxis, ModelEvaluator, ModelProblem, ModelRecording, ModelSettings, ModelSimd, ModelSpace, signal_requests,
@@ -79,34 +79,7 @@ pub fn languages(calls: &mut Calls) {
         );
     }
     for of in BuiltIn::ALL {
-        let Some(model) = calls.ask("model::BuiltIn::model", &of, || of.model()) else { continue };
-        drive!(calls, of;
-            "model::BuiltIn::name" => of.name(),
-            "model::BuiltIn::source" => of.source(),
-            "model::Model::text" => model.text().len(),
-            "model::Model::name" => model.name().len(),
-            "model::Model::digest" => model.digest(),
-            "model::Model::parameters" => model.parameters().len(),
-            "model::Model::inputs" => model.inputs().len(),
-            "model::Model::states" => model.states().len(),
-            "model::Model::outputs" => model.outputs().len(),
-            "model::Model::equations" => model.equations().len(),
-            "model::Model::is_affine" => model.is_affine(),
-            "model::Model::reactions" => model.reactions(),
-            "model::Model::operations" => model.operations(),
-            "model::Model::wgsl" => ShaderPrecision::ALL.map(|precision| model.wgsl(precision).is_ok()),
-            "model::ShaderPrecision::bytes" => ShaderPrecision::ALL.map(ShaderPrecision::bytes),
-            "model::ShaderPrecision::name" => ShaderPrecision::ALL.map(|precision| precision.name().len()),
-            "evaluate::model::signal_requests" => signal_requests(&model).len(),
-            "report::model_check_document" => model_check_document(&model),
-            "report::model_check_page" => model_check_page(&model, &[of.source().to_owned()]),
-        );
-        for equation in model.equations() {
-            drive!(calls, equation; "model::Equation::formula" => equation.formula());
-            if let Some(formula) = equation.formula() {
-                drive!(calls, equation; "model::Formula::kind" => format!("{:?}", formula.kind()));
-            }
-        }
+        built_in(calls, of);
     }
     for function in Function::ALL {
         drive!(calls, function;
@@ -116,6 +89,40 @@ pub fn languages(calls: &mut Calls) {
     }
     for method in IntegrationMethod::ALL {
         drive!(calls, method; "model::IntegrationMethod::name" => method.name());
+    }
+}
+
+/// Calls of a built-in model.
+fn built_in(calls: &mut Calls, of: BuiltIn) {
+    let Some(model) = calls.ask("model::BuiltIn::model", &of, || of.model()) else { return };
+    drive!(calls, of;
+        "model::BuiltIn::name" => of.name(),
+        "model::BuiltIn::source" => of.source(),
+        "model::Model::text" => model.text().len(),
+        "model::Model::name" => model.name().len(),
+        "model::Model::digest" => model.digest(),
+        "model::Model::parameters" => model.parameters().len(),
+        "model::Model::inputs" => model.inputs().len(),
+        "model::Model::states" => model.states().len(),
+        "model::Model::outputs" => model.outputs().len(),
+        "model::Model::equations" => model.equations().len(),
+        "model::Model::is_affine" => model.is_affine(),
+        "model::Model::reactions" => model.reactions(),
+        "model::Model::operations" => model.operations(),
+        "model::Model::has_corners" => model.has_corners(),
+        "model::Model::has_feedthrough" => COUNTS.map(|number| model.has_feedthrough(number, number)),
+        "model::Model::wgsl" => ShaderPrecision::ALL.map(|precision| model.wgsl(precision).is_ok()),
+        "model::ShaderPrecision::bytes" => ShaderPrecision::ALL.map(ShaderPrecision::bytes),
+        "model::ShaderPrecision::name" => ShaderPrecision::ALL.map(|precision| precision.name().len()),
+        "evaluate::model::signal_requests" => signal_requests(&model).len(),
+        "report::model_check_document" => model_check_document(&model),
+        "report::model_check_page" => model_check_page(&model, &[of.source().to_owned()]),
+    );
+    for equation in model.equations() {
+        drive!(calls, equation; "model::Equation::formula" => equation.formula());
+        if let Some(formula) = equation.formula() {
+            drive!(calls, equation; "model::Formula::kind" => format!("{:?}", formula.kind()));
+        }
     }
 }
 
@@ -293,7 +300,8 @@ fn one(calls: &mut Calls, problem: &ModelProblem) {
         "evaluate::model::ModelProblem::space" => problem.space().free.len(),
         "evaluate::model::ModelProblem::method" => problem.method().substeps,
         "evaluate::model::ModelMethod::is_exact" => problem.method().is_exact(),
-        "evaluate::model::ModelProblem::with_rough_steps" => problem.clone().with_rough_steps(true).method().is_rough,
+        "evaluate::model::ModelMethod::is_stiff" => problem.method().is_stiff(),
+        "evaluate::model::ModelProblem::with_rough_steps" => problem.clone().with_rough_steps(true, None).method().is_rough,
         "evaluate::model::ModelMethod::described" => problem.method().described(),
         "evaluate::model::ModelProblem::criterion" => problem.criterion().norm,
         "evaluate::model::ModelProblem::recordings" => problem.recordings(),
@@ -330,6 +338,8 @@ fn one(calls: &mut Calls, problem: &ModelProblem) {
         "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![f64::NAN; 2]], (false, None)),
         "estimate::model::refine_model" => refine_model(problem, &[], &[], (true, Some(&[]))),
         "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![0.0; 2]], (true, Some(&[vec![0.0; 9]]))),
+        "estimate::model::model_ends" => model_ends(problem, true, &[middle.clone(), vec![f64::NAN; middle.len()], Vec::new()]),
+        "estimate::model::model_ends" => model_ends(problem, false, std::slice::from_ref(&middle)),
         "estimate::model::model_optima" => {
             let starts = ModelStarts { given: std::slice::from_ref(&middle), populations: &mut |_, _, _| Ok((Vec::new(), 0)) };
             model_optima(problem, &mut ModelSimd, (true, u64::MAX), starts, &mut |_, _| ControlFlow::Continue(()))
