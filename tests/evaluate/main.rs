@@ -1,6 +1,7 @@
 //! Tests of motors, models and the evaluators of the CPU, against oracles.
 
 mod contract;
+mod delays;
 mod extensions;
 mod models;
 mod motor;

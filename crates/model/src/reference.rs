@@ -121,7 +121,8 @@ pub fn simulate(
     let mut seen = vec![Vec::new(); outputs.len()];
     for n in 0..inputs.first().map_or(0, Vec::len) {
         let u = simulation.inputs(n);
-        let now = simulation.of(&outputs, Point { states: &x, inputs: &u, ..Point::default() });
+        let delayed = simulation.delayed(count(n) * step_s);
+        let now = simulation.of(&outputs, Point { states: &x, inputs: &u, delayed: &delayed, ..Point::default() });
         seen.iter_mut().zip(now).for_each(|(seen, value)| seen.push(value));
         for substep in 0..substeps {
             let delayed = simulation.delayed(count(n) * step_s + count(substep) * h);

@@ -2,12 +2,16 @@
 
 #[cfg(test)]
 mod affine_tests;
+#[cfg(test)]
+mod delay_tests;
 mod evaluator;
 mod method;
 mod normal;
 mod prepared;
 mod problem;
 mod programs;
+#[cfg(test)]
+mod reaction_tests;
 mod recording;
 mod space;
 mod stiffness;

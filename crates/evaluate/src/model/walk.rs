@@ -36,7 +36,11 @@ impl ModelProblem {
                 let operand = |n: usize| [operands.get(n).unwrap_or(&zero), &zero];
                 let [value, _] = match memory.kind {
                     MemoryKind::Delay | MemoryKind::DelayRate => {
-                        own.delayed((&rows.clock, memory.substep), [operand(0), operand(1), operand(2)])
+                        own.delayed((&rows.clock, memory.substep), [operand(0), operand(1), operand(2)], None)
+                    }
+                    MemoryKind::LinearDelay | MemoryKind::LinearDelayRate => {
+                        let next = Some(operand(3));
+                        own.delayed((&rows.clock, memory.substep), [operand(0), operand(1), operand(2)], next)
                     }
                     MemoryKind::Average | MemoryKind::AverageRate => {
                         own.averaged(&rows.clock, [operand(0), operand(1)])

@@ -5,6 +5,7 @@
 //! twice, and `h (4φ₃−φ₂)` (S. M. Cox, P. C. Matthews, J. Comput. Phys. 176, 2002, Eqs. 26 to 29).
 
 use super::affine::Affine;
+use super::coupling::add_coupling;
 use super::extras::{Block, Extras, Source};
 use super::map::Step;
 use super::memories::{Substep, parameter};
@@ -127,12 +128,14 @@ impl Step {
             }
             if !model.reactions.is_empty() {
                 milestones.extend(&next);
-                let gains: Vec<Vec<Id>> = (0..extras.sources.len())
+                let mut gains: Vec<Vec<Id>> = (0..extras.sources.len())
                     .filter(|n| matches!(extras.sources[*n], Source::Reaction(_)))
                     .map(|n| builder.column(Block::Start(n)))
                     .collect();
                 let [first, _, last] = &builder.inputs;
                 let [begin, end] = [(&x, first), (&next, last)].map(|(states, inputs)| StepEnd { states, inputs });
+                let h = builder.graph.constant(extras.step_s);
+                add_coupling(builder.graph, affine, begin, h, &mut gains);
                 next = react(builder.graph, model, begin, end, &gains);
             }
             if substep + 1 < substeps {

@@ -6,6 +6,7 @@
 
 mod affine;
 mod affine_step;
+mod coupling;
 mod exponential;
 mod extras;
 mod map;
@@ -24,14 +25,61 @@ pub use memories::{Memory, MemoryKind, Substep};
 pub use phi::WithRate;
 pub use settings::{IntegrationMethod, StepSettings};
 
-use super::definition::{InitialState, Model};
-use super::graph::{Direction, Id, Leaf};
+use super::definition::{DelayedSignal, InitialState, Model};
+use super::graph::{Direction, Graph, Id, Leaf, Substitution};
 use memories::{memory, parameter};
 
 /// Returns the numbers of the states whose initial values are not functions of the parameters.
 pub fn open_states(model: &Model) -> Vec<usize> {
     let is_open = |n: &usize| !matches!(model.states[*n].initial, InitialState::Given(_));
     (0..model.states.len()).filter(is_open).collect()
+}
+
+/// Returns the delay of a signal over a whole step. A signal of another delayed signal is constant over each step.
+fn delay_of(graph: &mut Graph, of: &DelayedSignal, is_first_order_hold: bool) -> Memory {
+    let mut operands = vec![of.value, of.delay, of.latency];
+    if !is_first_order_hold || graph.leaves(&[of.value]).iter().any(|leaf| matches!(leaf, Leaf::Memory(_))) {
+        return Memory::whole(MemoryKind::Delay, operands);
+    }
+    let inputs: Vec<(u16, Id)> = graph
+        .leaves(&[of.value])
+        .into_iter()
+        .filter_map(|leaf| if let Leaf::Input(n) = leaf { Some((n, graph.leaf(Leaf::NextInput(n)))) } else { None })
+        .collect();
+    let mut at_end = Substitution::new(|leaf| match leaf {
+        Leaf::Input(n) => inputs.iter().find(|(input, _)| *input == n).map(|(_, next)| *next),
+        _ => None,
+    });
+    operands.push(at_end.apply(graph, of.value));
+    Memory::whole(MemoryKind::LinearDelay, operands)
+}
+
+/// Returns the outputs of a model at the start of a step: delayed signals have their values at that instant. `memories` are those of the
+/// delayed signals, and gain those of the outputs.
+fn outputs_of(model: &Model, graph: &mut Graph, memories: &mut Vec<Memory>) -> Vec<Id> {
+    let values: Vec<Id> = model.outputs.iter().map(|output| output.value).collect();
+    let mut instants: Vec<(u16, Id)> = Vec::new();
+    for leaf in graph.leaves(&values) {
+        let Leaf::Memory(number) = leaf else { continue };
+        memories.push(Memory { substep: Substep::INSTANT, ..memories[usize::from(number)].clone() });
+        instants.push((number, memory(graph, memories.len() - 1)));
+    }
+    let mut at_instant = Substitution::new(|leaf| match leaf {
+        Leaf::Memory(n) => instants.iter().find(|(number, _)| *number == n).map(|(_, instant)| *instant),
+        _ => None,
+    });
+    let mut outputs = Vec::new();
+    for output in &model.outputs {
+        let value = at_instant.apply(graph, output.value);
+        outputs.push(match output.average {
+            None => value,
+            Some(window) => {
+                memories.push(Memory::whole(MemoryKind::Average, vec![value, window]));
+                memory(graph, memories.len() - 1)
+            }
+        });
+    }
+    outputs
 }
 
 impl Step {
@@ -50,19 +98,11 @@ impl Step {
             }
         });
         let initial: Vec<Id> = initial.collect();
-        let delays =
-            model.delayed.iter().map(|of| Memory::whole(MemoryKind::Delay, vec![of.value, of.delay, of.latency]));
-        let mut memories: Vec<Memory> = delays.collect();
-        let mut outputs = Vec::new();
-        for output in &model.outputs {
-            outputs.push(match output.average {
-                None => output.value,
-                Some(window) => {
-                    memories.push(Memory::whole(MemoryKind::Average, vec![output.value, window]));
-                    memory(&mut graph, memories.len() - 1)
-                }
-            });
+        let mut memories: Vec<Memory> = Vec::new();
+        for of in &model.delayed {
+            memories.push(delay_of(&mut graph, of, settings.is_first_order_hold));
         }
+        let outputs = outputs_of(model, &mut graph, &mut memories);
         let parameters = own + open.len();
         let affine = Affine::of(model, &mut graph);
         let (next, milestones) = (Vec::new(), Vec::new());
@@ -74,7 +114,7 @@ impl Step {
         step
     }
 
-    /// Returns the delayed signals of a model over a substep.
+    /// Returns the delayed signals of a model, their means over a substep.
     fn delayed(&mut self, model: &Model, substep: Substep) -> Vec<Id> {
         let own = model.delayed.len();
         if substep == Substep::WHOLE {
@@ -125,6 +165,7 @@ impl Step {
             let Memory { kind, operands, substep } = step.memories[number].clone();
             let kind = match kind {
                 MemoryKind::Delay | MemoryKind::DelayRate => MemoryKind::DelayRate,
+                MemoryKind::LinearDelay | MemoryKind::LinearDelayRate => MemoryKind::LinearDelayRate,
                 MemoryKind::Average | MemoryKind::AverageRate => MemoryKind::AverageRate,
             };
             let operands = operands.iter().flat_map(|id| [*id, direction.derivative(graph, *id)]).collect();

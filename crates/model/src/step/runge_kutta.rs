@@ -1,6 +1,7 @@
 //! The classical Runge–Kutta method of order 4.
 
 use super::affine::Affine;
+use super::coupling::add_coupling;
 use super::map::Step;
 use super::memories::Substep;
 use super::reaction::{StepEnd, react};
@@ -91,8 +92,9 @@ impl Step {
             milestones.extend(second.into_iter().chain(third_state).chain(fourth));
             if !model.reactions.is_empty() {
                 milestones.extend(&x);
-                let gains = series_gains(graph, affine, step);
+                let mut gains = series_gains(graph, affine, step);
                 let [begin, end] = [(&begin, &first), (&x, &last)].map(|(states, inputs)| StepEnd { states, inputs });
+                add_coupling(graph, affine, begin, step, &mut gains);
                 x = react(graph, model, begin, end, &gains);
             }
             if substep + 1 < substeps {
