@@ -13,6 +13,8 @@ mod programs;
 #[cfg(test)]
 mod reaction_tests;
 mod recording;
+#[cfg(test)]
+mod sampled_tests;
 mod space;
 mod stiffness;
 #[cfg(test)]

@@ -11,6 +11,7 @@ use super::map::Step;
 use super::memories::{Substep, parameter};
 use super::reaction::{StepEnd, react};
 use super::right_hand_sides::{InputsAt, right_hand_sides};
+use super::sampled;
 use super::settings::StepSettings;
 use crate::definition::Model;
 use crate::graph::{Graph, Id, Leaf};
@@ -78,10 +79,16 @@ impl Builder<'_> {
 }
 
 impl Step {
-    /// Makes the step with matrix exponentials.
-    pub(super) fn exponential(&mut self, model: &Model, affine: &Affine, step_s: f64, settings: &StepSettings) {
+    /// Makes the step with matrix exponentials; `held_first` are the sampled laws at its start.
+    pub(super) fn exponential(
+        &mut self,
+        model: &Model,
+        affine: &Affine,
+        (step_s, settings): (f64, &StepSettings),
+        held_first: &[Id],
+    ) {
         let is_zero = |graph: &Graph, ids: &[Id]| ids.iter().all(|id| graph.is_constant(*id, 0.0));
-        let inputs = model.inputs.len() + model.delayed.len();
+        let inputs = model.inputs.len() + model.delayed.len() + model.laws.len();
         let mut sources: Vec<(Source, Vec<Id>)> = (0..inputs)
             .map(|input| (Source::Input(input), affine.inputs.iter().map(|row| row[input]).collect()))
             .chain([(Source::Constant, affine.constant.clone())])
@@ -112,14 +119,19 @@ impl Step {
         let is_line = settings.is_first_order_hold;
         let end: Vec<Id> = (0..own).map(|n| if is_line { leaf(graph, Leaf::NextInput, n) } else { start[n] }).collect();
         let mut x: Vec<Id> = (0..model.states.len()).map(|n| leaf(graph, Leaf::State, n)).collect();
-        let mut milestones = Vec::new();
+        let (mut milestones, mut held) = (Vec::new(), held_first.to_vec());
         for (substep, delayed) in delayed.iter().enumerate() {
-            let at = |graph: &mut Graph, fraction: f64| {
+            let at = |graph: &mut Graph, fraction: f64, held: &[Id]| {
                 let mut all = between(graph, &start, &end, (count(substep) + fraction) / count(substeps));
-                all.extend(delayed);
+                all.extend(delayed.iter().chain(held));
                 InputsAt { all, inputs: own }
             };
-            let inputs = [0.0, 0.5, 1.0].map(|fraction| at(graph, fraction));
+            if substep > 0 {
+                let inputs = at(graph, 0.0, &[]);
+                held = sampled::held((model, settings), graph, substep, (&x, &inputs), &held);
+            }
+            milestones.extend(&held);
+            let inputs = [0.0, 0.5, 1.0].map(|fraction| at(graph, fraction, &held));
             let mut builder = Builder { graph, extras: &extras, first, inputs };
             let mut next = builder.affine(&x, false, 0);
             if !extras.rows.is_empty() {
@@ -143,6 +155,7 @@ impl Step {
             }
             x = next;
         }
+        x.extend(held);
         self.next = x;
         self.milestones = milestones;
         self.extras = Some(extras);

@@ -15,6 +15,7 @@ mod phi;
 mod reaction;
 mod right_hand_sides;
 mod runge_kutta;
+mod sampled;
 mod settings;
 
 pub use affine::Affine;
@@ -54,23 +55,37 @@ fn delay_of(graph: &mut Graph, of: &DelayedSignal, is_first_order_hold: bool) ->
     Memory::whole(MemoryKind::LinearDelay, operands)
 }
 
-/// Returns the outputs of a model at the start of a step: delayed signals have their values at that instant. `memories` are those of the
-/// delayed signals, and gain those of the outputs.
-fn outputs_of(model: &Model, graph: &mut Graph, memories: &mut Vec<Memory>) -> Vec<Id> {
-    let values: Vec<Id> = model.outputs.iter().map(|output| output.value).collect();
-    let mut instants: Vec<(u16, Id)> = Vec::new();
-    for leaf in graph.leaves(&values) {
-        let Leaf::Memory(number) = leaf else { continue };
-        memories.push(Memory { substep: Substep::INSTANT, ..memories[usize::from(number)].clone() });
-        instants.push((number, memory(graph, memories.len() - 1)));
+/// Makes the memories of delayed signals at the instant at the start of a step, after those over the step, and returns the sampled laws
+/// there, on which signals may depend.
+fn at_instant(model: &Model, graph: &mut Graph, memories: &mut Vec<Memory>, settings: &StepSettings) -> Vec<Id> {
+    let own = memories.len();
+    let held = sampled::held_first((model, settings), graph, own);
+    let mut substitution = Substitution::new(|leaf| match leaf {
+        Leaf::Memory(n) => usize::from(n).checked_sub(own).and_then(|law| held.get(law)).copied(),
+        _ => None,
+    });
+    for signal in memories.iter_mut() {
+        signal.operands[0] = substitution.apply(graph, signal.operands[0]);
     }
-    let mut at_instant = Substitution::new(|leaf| match leaf {
-        Leaf::Memory(n) => instants.iter().find(|(number, _)| *number == n).map(|(_, instant)| *instant),
+    for number in 0..own {
+        memories.push(Memory { substep: Substep::INSTANT, ..memories[number].clone() });
+    }
+    held
+}
+
+/// Returns the outputs of a model at the start of a step, with the delayed signals and the sampled laws there. `memories` gain those of the
+/// outputs.
+fn outputs_of(model: &Model, graph: &mut Graph, memories: &mut Vec<Memory>, held: &[Id]) -> Vec<Id> {
+    let own = model.delayed.len();
+    let mut there: Vec<Id> = (own..2 * own).map(|n| memory(graph, n)).collect();
+    there.extend(held);
+    let mut substitution = Substitution::new(|leaf| match leaf {
+        Leaf::Memory(n) => there.get(usize::from(n)).copied(),
         _ => None,
     });
     let mut outputs = Vec::new();
     for output in &model.outputs {
-        let value = at_instant.apply(graph, output.value);
+        let value = substitution.apply(graph, output.value);
         outputs.push(match output.average {
             None => value,
             Some(window) => {
@@ -97,19 +112,24 @@ impl Step {
                 graph.multiply(factor, value)
             }
         });
-        let initial: Vec<Id> = initial.collect();
+        let mut initial: Vec<Id> = initial.collect();
+        // The first sample is an instant of every law.
+        initial.extend(model.laws.iter().map(|_| graph.constant(0.0)));
         let mut memories: Vec<Memory> = Vec::new();
         for of in &model.delayed {
             memories.push(delay_of(&mut graph, of, settings.is_first_order_hold));
         }
-        let outputs = outputs_of(model, &mut graph, &mut memories);
+        let held = at_instant(model, &mut graph, &mut memories, settings);
+        let outputs = outputs_of(model, &mut graph, &mut memories, &held);
         let parameters = own + open.len();
         let affine = Affine::of(model, &mut graph);
         let (next, milestones) = (Vec::new(), Vec::new());
         let mut step = Self { graph, next, milestones, outputs, memories, initial, extras: None, parameters };
         match (settings.method, settings.step_s) {
-            (IntegrationMethod::Exponential, Some(step_s)) => step.exponential(model, &affine, step_s, settings),
-            _ => step.runge_kutta(model, &affine, settings),
+            (IntegrationMethod::Exponential, Some(step_s)) => {
+                step.exponential(model, &affine, (step_s, settings), &held);
+            }
+            _ => step.runge_kutta(model, &affine, settings, &held),
         }
         step
     }
