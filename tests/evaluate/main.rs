@@ -5,5 +5,6 @@ mod delays;
 mod extensions;
 mod models;
 mod motor;
+mod sampled_laws;
 #[path = "../support/mod.rs"]
 mod support;

@@ -142,15 +142,14 @@ impl<const C: usize> Memory<C> {
         let mut result = [Register::ZERO; 2];
         for lane in 0..Register::<C>::LANES {
             let d = delay[0].lane(lane).max(0.0);
-            let found = self.found[lane];
             let slope = delay[1].lane(lane);
-            let (start, begun) = self.integral((from - d, lane), &first, (found[1], is_linear));
+            let (start, begun) = self.integral((from - d, lane), &first, (self.found[lane][1], is_linear));
             let (mut mean, mut rate);
             if is_instant && is_linear {
                 self.found[lane][1] = begun;
                 (mean, rate) = (start.value, start.value_rate - start.slope * slope);
             } else {
-                let (end, ended) = self.integral((from + h - d, lane), &first, (found[0], is_linear));
+                let (end, ended) = self.integral((from + h - d, lane), &first, (self.found[lane][0], is_linear));
                 self.found[lane] = [ended, begun];
                 if is_instant {
                     // Of a jump within h the part after it; without one the value itself, free of the rounding of integrals. Its

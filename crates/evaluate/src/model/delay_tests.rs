@@ -116,7 +116,8 @@ fn a_state_follows_the_delayed_signal_with_both_holds() {
             .collect();
         for td in [0.0, 0.4, 1.2, 2.0] {
             let values = [2.0, td * STEP_S, 0.0, 0.02];
-            let expected = reference::simulate(&model, &values, &[], &[fine.clone()], STEP_S / count(FINE), 1);
+            let expected =
+                reference::simulate(&model, &values, &[], std::slice::from_ref(&fine), STEP_S / count(FINE), 1);
             let expected: Vec<f64> = expected[1].iter().step_by(FINE).copied().collect();
             for (method, substeps) in [(METHODS[0], 1), (METHODS[0], 4), (METHODS[1], 4)] {
                 let problem = problem(&time_s, is_first_order_hold, (method, substeps));

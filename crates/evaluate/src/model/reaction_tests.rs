@@ -61,8 +61,8 @@ x = {{ value = "x", unit = "m" }}
 fn a_slide_moves_as_far_with_its_mass_as_an_input() {
     for mass in ["input", "constant"] {
         let model = slide(mass);
-        for (method, step_s) in METHODS.into_iter().flat_map(|method| [1e-2, 2.5e-3].map(|step| (method, step))) {
-            let samples = (1.0_f64 / step_s).round() as usize + 1;
+        for (method, steps) in METHODS.into_iter().flat_map(|method| [100, 400].map(|steps| (method, steps))) {
+            let (samples, step_s) = (steps + 1, 1.0 / count(steps));
             let inputs = [vec![1.0; samples], vec![0.9; samples]];
             let inputs = &inputs[..model.inputs().len()];
             let found = simulated(&model, &[0.1, 0.5], (inputs, step_s), (method, 1));

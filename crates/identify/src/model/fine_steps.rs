@@ -129,6 +129,11 @@ fn objective(problem: &ModelProblem, refined: &ModelRefined) -> f64 {
     if refined.weights == ModelWeights::Signals {
         return squares(problem, refined);
     }
+    deviance(problem, refined)
+}
+
+/// Returns `Σ n ln σ²` over the outputs of the recordings.
+pub(super) fn deviance(problem: &ModelProblem, refined: &ModelRefined) -> f64 {
     let of = |(recording, rms): (usize, &Vec<Option<f64>>)| {
         let own = problem.recording(recording);
         let one = |(output, rms): (usize, &Option<f64>)| Some(2.0 * count(own.count(output)) * (*rms)?.ln());

@@ -7,6 +7,7 @@ mod fine_steps;
 mod islands;
 mod pipeline;
 mod result;
+mod sampled_law;
 mod tests_of_residuals;
 mod trust;
 

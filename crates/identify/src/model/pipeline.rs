@@ -5,6 +5,7 @@ use super::estimates::estimates;
 use super::fine_steps::{better_than, squares, with_fine_steps};
 use super::islands::islands;
 use super::result::{ModelIdentification, ModelSearch, ModelVerification};
+use super::sampled_law::add_sampled_law;
 use super::tests_of_residuals::{fitted, over_all};
 use super::trust::trust;
 use crate::device::{DeviceSpec, DeviceUsed, ModelDevice, PrecisionSpec};
@@ -159,7 +160,8 @@ pub fn identify_model(
         }
         false => (problem, None),
     };
-    let mut result = result(&problem, spec, (found, verification), refined);
+    let mut result = result(&problem, spec, (found, verification), refined.as_ref());
+    add_sampled_law(&problem, &mut result, refined.as_ref(), spec.estimates_initial);
     result.device = device.used();
     result.warnings.extend(device.warnings);
     result.seconds = begin.elapsed().as_secs_f64();
@@ -309,17 +311,17 @@ fn result(
     problem: &ModelProblem,
     spec: &ModelSpec,
     (found, verification): (Found, ModelVerification),
-    refined: Option<ModelRefined>,
+    refined: Option<&ModelRefined>,
 ) -> ModelIdentification {
-    let values = refined.as_ref().map_or_else(|| found.values.clone(), |refined| refined.values.clone());
-    let initial = refined.as_ref().map_or_else(|| found.start.1.clone(), |refined| refined.initial.clone());
+    let values = refined.map_or_else(|| found.values.clone(), |refined| refined.values.clone());
+    let initial = refined.map_or_else(|| found.start.1.clone(), |refined| refined.initial.clone());
     let fits: Vec<_> =
         (0..problem.recordings()).map(|recording| fitted(problem, &values, recording, &initial[recording])).collect();
     let (fit_percent, residual_sigma) = over_all(problem, &fits);
     let mut cost = [f64::INFINITY];
     // The length fits: the values are those of the space.
     let _ = problem.costs(Candidates::new(&values, values.len()), &mut cost);
-    let uncertainty = refined.as_ref().map(|refined| refined.uncertainty.clone());
+    let uncertainty = refined.map(|refined| refined.uncertainty.clone());
     let combinations: Vec<String> = uncertainty
         .iter()
         .flat_map(|uncertainty| &uncertainty.unidentifiable)
@@ -331,7 +333,7 @@ fn result(
     }
     let mut result = ModelIdentification {
         trust: Trust::default(),
-        estimates: estimates(problem, &values, refined.as_ref()),
+        estimates: estimates(problem, &values, refined),
         values,
         space: problem.space().clone(),
         method: *problem.method(),
@@ -339,7 +341,7 @@ fn result(
         cost: cost[0],
         uncertainty,
         combinations,
-        converged: refined.as_ref().is_none_or(|refined| refined.converged),
+        converged: refined.is_none_or(|refined| refined.converged),
         fit_percent,
         residual_sigma,
         fits,
@@ -348,7 +350,7 @@ fn result(
         verification,
         warnings,
         stop: found.stop,
-        evaluations: found.evaluations + refined.as_ref().map_or(0, |refined| refined.evaluations as u64),
+        evaluations: found.evaluations + refined.map_or(0, |refined| refined.evaluations as u64),
         history: found.history,
         seconds: 0.0,
         device: DeviceUsed::default(),

@@ -31,6 +31,13 @@ impl Builder<'_> {
         (from..from + self.extras.length(block)).map(|n| parameter(self.graph, n)).collect()
     }
 
+    /// Returns the change of the states over a step by a unit of each reaction, shape `[reactions, states]`.
+    fn gains(&mut self) -> Vec<Vec<Id>> {
+        let is_reaction = |n: &usize| matches!(self.extras.sources[*n], Source::Reaction(_));
+        let sources: Vec<usize> = (0..self.extras.sources.len()).filter(is_reaction).collect();
+        sources.into_iter().map(|n| self.column(Block::Start(n))).collect()
+    }
+
     /// Adds columns times factors to states.
     fn add(&mut self, x: &mut [Id], block: Block, factor: Option<Id>) {
         for (x, own) in x.iter_mut().zip(self.column(block)) {
@@ -140,10 +147,7 @@ impl Step {
             }
             if !model.reactions.is_empty() {
                 milestones.extend(&next);
-                let mut gains: Vec<Vec<Id>> = (0..extras.sources.len())
-                    .filter(|n| matches!(extras.sources[*n], Source::Reaction(_)))
-                    .map(|n| builder.column(Block::Start(n)))
-                    .collect();
+                let mut gains = builder.gains();
                 let [first, _, last] = &builder.inputs;
                 let [begin, end] = [(&x, first), (&next, last)].map(|(states, inputs)| StepEnd { states, inputs });
                 let h = builder.graph.constant(extras.step_s);
