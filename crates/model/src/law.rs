@@ -75,9 +75,9 @@ mod tests {
         let text = BuiltIn::ServoPendulum.model().unwrap().text().to_owned();
         let held = text.replace(
             "\"clamp(kp*(ref - q) - kd*w, -umax, umax)\"",
-            "\"hold(clamp(kp*(ref - q) - kd*w, -umax, umax), Ts)\"",
+            "\"hold(clamp(kp*(ref - q) - kd*w, -umax, umax), period)\"",
         );
-        let held = held.replace("[constants]", "[constants]\nTs = { value = 5, unit = \"ms\" }");
+        let held = held.replace("[constants]", "[constants]\nperiod = { value = 5, unit = \"ms\" }");
         let model = Model::parse(&held).unwrap();
         assert!(!model.has_continuous_law() && model.with_sampled_laws(1e-3).is_none());
         let sampled = Model::parse(&text).unwrap().with_sampled_laws(5e-3).unwrap();
