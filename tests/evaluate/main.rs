@@ -1,9 +1,11 @@
 //! Tests of motors, models and the evaluators of the CPU, against oracles.
 
 mod contract;
+mod delays;
 mod extensions;
 mod model_starts;
 mod models;
 mod motor;
+mod sampled_laws;
 #[path = "../support/mod.rs"]
 mod support;

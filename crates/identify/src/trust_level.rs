@@ -38,7 +38,7 @@ pub struct Trust {
 }
 
 /// The codes of reasons with their meanings.
-pub static REASONS: [(&str, &str); 37] = [
+pub static REASONS: [(&str, &str); 38] = [
     ("poor_fit", "The residuals of a channel are large and far above its noise."),
     ("recording_missed", "The model does not fit a channel of one recording of a joint fit."),
     ("search_stuck", "A better optimum is known."),
@@ -60,6 +60,7 @@ pub static REASONS: [(&str, &str); 37] = [
     ("late_voltage", "The outputs move before the recorded voltage changes."),
     ("between_samples", "The intersample behaviour of the voltage is not that of the discretization."),
     ("not_identifiable", "Not every parameter is identifiable."),
+    ("sampled_law", "A control law of a model fits as well if it is sampled, with other estimates."),
     ("few_samples", "There are few samples."),
     ("averaged_sensor", "A sensor averages over samples, and the model has no moving average."),
     ("current_clipped", "The current is clipped or limited."),

@@ -9,6 +9,7 @@ mod expression;
 mod file;
 mod formula;
 pub mod graph;
+mod law;
 mod library;
 pub mod program;
 #[doc(hidden)]

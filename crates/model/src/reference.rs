@@ -13,6 +13,8 @@ struct Simulation<'a> {
     values: &'a [f64],
     inputs: &'a [Vec<f64>],
     step_s: f64,
+    /// Held values of the sampled laws.
+    held: Vec<f64>,
     /// Working memory.
     memory: Vec<f64>,
 }
@@ -73,6 +75,18 @@ impl Simulation<'_> {
         delayed
     }
 
+    /// Computes the sampled laws that have an instant nearest to the start of a fine step.
+    fn sample(&mut self, at: Point<'_>, delayed: &[f64], step: usize, h: f64) {
+        let model = self.model;
+        for (n, law) in model.laws.iter().enumerate() {
+            let instant = (count(step) * h / law.period_s).round() * law.period_s;
+            if (instant - count(step) * h).abs() < 0.499 * h {
+                let known = [delayed, &self.held].concat();
+                self.held[n] = self.of(&[law.value], Point { delayed: &known, ..at })[0];
+            }
+        }
+    }
+
     /// Returns the states after a substep of `h` seconds by the classical Runge–Kutta method, with the reactions.
     fn stepped(&mut self, at: Point<'_>, h: f64) -> Vec<f64> {
         let right: Vec<Id> = self.model.states.iter().map(|state| state.derivative).collect();
@@ -114,17 +128,25 @@ pub fn simulate(
     step_s: f64,
     substeps: usize,
 ) -> Vec<Vec<f64>> {
-    let mut simulation = Simulation { model, values, inputs, step_s, memory: Vec::new() };
+    let mut simulation =
+        Simulation { model, values, inputs, step_s, held: vec![0.0; model.laws.len()], memory: Vec::new() };
     let outputs: Vec<Id> = model.outputs.iter().map(|output| output.value).collect();
     let mut x = simulation.initial(open);
     let h = step_s / count(substeps);
     let mut seen = vec![Vec::new(); outputs.len()];
     for n in 0..inputs.first().map_or(0, Vec::len) {
         let u = simulation.inputs(n);
-        let now = simulation.of(&outputs, Point { states: &x, inputs: &u, ..Point::default() });
+        let mut delayed = simulation.delayed(count(n) * step_s);
+        let at = Point { states: &x, inputs: &u, ..Point::default() };
+        simulation.sample(at, &delayed, n * substeps, h);
+        delayed.extend(&simulation.held);
+        let now = simulation.of(&outputs, Point { states: &x, inputs: &u, delayed: &delayed, ..Point::default() });
         seen.iter_mut().zip(now).for_each(|(seen, value)| seen.push(value));
         for substep in 0..substeps {
-            let delayed = simulation.delayed(count(n) * step_s + count(substep) * h);
+            let mut delayed = simulation.delayed(count(n) * step_s + count(substep) * h);
+            let at = Point { states: &x, inputs: &u, ..Point::default() };
+            simulation.sample(at, &delayed, n * substeps + substep, h);
+            delayed.extend(&simulation.held);
             x = simulation.stepped(Point { states: &x, inputs: &u, delayed: &delayed, ..Point::default() }, h);
         }
     }

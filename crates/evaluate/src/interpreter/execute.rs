@@ -82,7 +82,7 @@ pub(super) fn execute<const C: usize, const FMA: bool>(
     scalars: &[f64],
 ) {
     use Operation as Is;
-    let [a, b, c, d, e, f, g] = instruction.registers.map(usize::from);
+    let [a, b, c, d, e, f, g, _] = instruction.registers.map(usize::from);
     let to = usize::from(instruction.target);
     let scalar = |n: usize| scalars[usize::from(instruction.scalars[n])];
     // The scalars of an instruction are read once for all parts.
@@ -143,6 +143,12 @@ pub(super) fn execute<const C: usize, const FMA: bool>(
         Is::Scale2 => each!([k, l] p => scale_add::<FMA>(l, &r[b][p], &map(&r[a][p], |x| k * x))),
         Is::Function(function) => call::<C, FMA>(function, r, [a, to]),
         // Outputs and memories are handled by the loop over the samples.
-        Is::Output | Is::Delay | Is::DelayRate | Is::Average | Is::AverageRate => {}
+        Is::Output
+        | Is::Delay
+        | Is::DelayRate
+        | Is::LinearDelay
+        | Is::LinearDelayRate
+        | Is::Average
+        | Is::AverageRate => {}
     }
 }

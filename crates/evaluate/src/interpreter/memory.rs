@@ -1,7 +1,9 @@
 //! Operations with a memory: delays of signals and moving averages of sensors, lane by lane.
 //!
-//! A signal that is constant over each step has the integral S, which is linear between samples. Over a step, or a substep, from t of
-//! length h the signal with the delay d has the mean `(S(t+h−d) − S(t−d))/h`. Before the first sample a signal has its first value.
+//! A signal has the integral S, which is linear between samples if the signal is constant over each step, and quadratic if it is linear.
+//! Over a step, or a substep, from t of length h the signal with the delay d has the mean `(S(t+h−d) − S(t−d))/h`. At the instant t it
+//! has its value at t−d, where it is linear, and otherwise the mean over a short h, which is that value but just before a jump (see
+//! [`Substep::JUMP`]). Before the first sample a signal has its first value.
 //! With a latency it keeps that value until the latency after its first movement has passed too. A sensor's moving average is that
 //! of the DC motor (`motor/sensor.rs`).
 
@@ -41,6 +43,17 @@ impl Clock {
 struct Entry<const C: usize> {
     value: Register<C>,
     rate: Register<C>,
+}
+
+/// A signal at a time: its integral and value, the derivatives of both with respect to parameters, its slope over time, and the time since
+/// its sample \[s\].
+struct Reached {
+    sum: f64,
+    sum_rate: f64,
+    value: f64,
+    value_rate: f64,
+    slope: f64,
+    since: f64,
 }
 
 /// The memory of one operation.
@@ -96,14 +109,16 @@ impl<const C: usize> Memory<C> {
         sample & (self.past.len() - 1)
     }
 
-    /// Returns the mean over a substep of a delayed signal, and its derivative. `signal` and `delay` have a value and a rate each,
-    /// `latency` too.
+    /// Returns the mean over a substep of a delayed signal, or its value at an instant, and its derivative. `signal`, `delay`, `latency` and
+    /// `end` have a value and a rate each; `end` is a signal at the end of the step if it is linear over the step.
     pub fn delayed(
         &mut self,
         (clock, substep): (&Clock, Substep),
         [signal, delay, latency]: [[&Register<C>; 2]; 3],
+        end: Option<[&Register<C>; 2]>,
     ) -> [Register<C>; 2] {
         let entry = Entry { value: *signal[0], rate: *signal[1] };
+        let later = end.map_or(entry, |end| Entry { value: *end[0], rate: *end[1] });
         if self.first.is_none() {
             self.first = Some(entry);
             let largest = (0..Register::<C>::LANES).map(|lane| delay[0].lane(lane)).fold(0.0, f64::max);
@@ -113,26 +128,47 @@ impl<const C: usize> Memory<C> {
         let first = self.first.unwrap_or(entry);
         let at = self.place(self.n);
         let step = clock.step(self.n);
-        let h = step / f64::from(substep.of);
+        let is_instant = substep.of == 0;
+        let h = step / f64::from(if is_instant { Substep::JUMP } else { substep.of });
         let from = self.time + f64::from(substep.place) * h;
         self.past[at] = entry;
         self.integrals[at] = self.sums;
         self.times[at] = self.time;
+        if end.is_some() {
+            let next = self.place(self.n + 1);
+            (self.past[next], self.times[next]) = (later, self.time + step);
+        }
+        let is_linear = end.is_some();
         let mut result = [Register::ZERO; 2];
         for lane in 0..Register::<C>::LANES {
             let d = delay[0].lane(lane).max(0.0);
-            let found = self.found[lane];
-            let ([end, end_rate, end_value], ended) = self.integral((from + h - d, lane), &first, found[0]);
-            let ([start, start_rate, start_value], begun) = self.integral((from - d, lane), &first, found[1]);
-            self.found[lane] = [ended, begun];
-            let mut mean = (end - start) / h;
-            let mut rate = (end_rate - start_rate) / h - (end_value - start_value) / h * delay[1].lane(lane);
+            let slope = delay[1].lane(lane);
+            let (start, begun) = self.integral((from - d, lane), &first, (self.found[lane][1], is_linear));
+            let (mut mean, mut rate);
+            if is_instant && is_linear {
+                self.found[lane][1] = begun;
+                (mean, rate) = (start.value, start.value_rate - start.slope * slope);
+            } else {
+                let (end, ended) = self.integral((from + h - d, lane), &first, (self.found[lane][0], is_linear));
+                self.found[lane] = [ended, begun];
+                if is_instant {
+                    // Of a jump within h the part after it; without one the value itself, free of the rounding of integrals. Its
+                    // derivative is that of the held signal beside the jump: that of the jump would hold descents there.
+                    let part = (end.since / h).clamp(0.0, 1.0);
+                    mean = start.value + part * (end.value - start.value);
+                    rate = start.value_rate + part * (end.value_rate - start.value_rate);
+                } else {
+                    mean = (end.sum - start.sum) / h;
+                    rate = (end.sum_rate - start.sum_rate) / h - (end.value - start.value) / h * slope;
+                }
+            }
             let wait = latency[0].lane(lane);
             if wait > 0.0 {
                 let begin = clock.first_change_s + d + wait;
                 let held = ((begin - from) / h).clamp(0.0, 1.0);
                 if held > 0.0 {
-                    let slope = if held < 1.0 { (delay[1].lane(lane) + latency[1].lane(lane)) / h } else { 0.0 };
+                    let slope =
+                        if held < 1.0 && !is_instant { (delay[1].lane(lane) + latency[1].lane(lane)) / h } else { 0.0 };
                     rate = (1.0 - held) * rate + held * first.rate.lane(lane) - slope * (mean - first.value.lane(lane));
                     mean = (1.0 - held) * mean + held * first.value.lane(lane);
                 }
@@ -142,8 +178,12 @@ impl<const C: usize> Memory<C> {
         }
         for part in 0..C {
             for lane in 0..WIDTH {
-                self.sums.value.0[part][lane] += step * entry.value.0[part][lane];
-                self.sums.rate.0[part][lane] += step * entry.rate.0[part][lane];
+                let mean = |from: &Register<C>, to: &Register<C>| match is_linear {
+                    true => 0.5 * (from.0[part][lane] + to.0[part][lane]),
+                    false => from.0[part][lane],
+                };
+                self.sums.value.0[part][lane] += step * mean(&entry.value, &later.value);
+                self.sums.rate.0[part][lane] += step * mean(&entry.rate, &later.rate);
             }
         }
         self.n += 1;
@@ -151,27 +191,51 @@ impl<const C: usize> Memory<C> {
         result
     }
 
-    /// Returns the integral of the signal of a lane up to a time, that of its rate, and the signal at that time; then the sample there,
-    /// which is sought from the one `found` before. The present sample lasts on.
+    /// Returns the signal of a lane at a time; then the sample there, which is sought from the one `found` before. The present sample
+    /// lasts on.
     #[inline(always)]
-    fn integral(&self, (time, lane): (f64, usize), first: &Entry<C>, found: usize) -> ([f64; 3], usize) {
+    fn integral(
+        &self,
+        (time, lane): (f64, usize),
+        first: &Entry<C>,
+        (found, is_linear): (usize, bool),
+    ) -> (Reached, usize) {
         if time <= 0.0 {
-            let value = first.value.lane(lane);
-            return ([value * time, first.rate.lane(lane) * time, value], found);
+            let (value, value_rate) = (first.value.lane(lane), first.rate.lane(lane));
+            let (sum, sum_rate) = (value * time, value_rate * time);
+            return (Reached { sum, sum_rate, value, value_rate, slope: 0.0, since: 0.0 }, found);
         }
         let sample = self.sample_at(time + 1e-12 * self.time, found);
         let at = self.place(sample);
         let since = time - self.times[at];
         let (past, sums) = (&self.past[at], &self.integrals[at]);
-        let value = past.value.lane(lane);
-        ([sums.value.lane(lane) + since * value, sums.rate.lane(lane) + since * past.rate.lane(lane), value], sample)
+        let (value, value_rate) = (past.value.lane(lane), past.rate.lane(lane));
+        let (sum, sum_rate) = (sums.value.lane(lane) + since * value, sums.rate.lane(lane) + since * value_rate);
+        if !is_linear {
+            return (Reached { sum, sum_rate, value, value_rate, slope: 0.0, since }, sample);
+        }
+        let next = self.place(sample + 1);
+        let step = self.times[next] - self.times[at];
+        let [slope, slope_rate] =
+            [self.past[next].value.lane(lane) - value, self.past[next].rate.lane(lane) - value_rate]
+                .map(|change| change / step);
+        let reached = Reached {
+            sum: sum + 0.5 * since * since * slope,
+            sum_rate: sum_rate + 0.5 * since * since * slope_rate,
+            value: value + since * slope,
+            value_rate: value_rate + since * slope_rate,
+            slope,
+            since,
+        };
+        (reached, sample)
     }
 
     /// Returns the last sample of the ring that is not later than a time; the oldest if all are. With a delay that is constant it is the
     /// one found before, or the next.
     #[inline(always)]
     fn sample_at(&self, time: f64, found: usize) -> usize {
-        let oldest = self.n - self.n.min(self.past.len() - 1);
+        // The ring has at least four places; one is that of the next sample.
+        let oldest = self.n - self.n.min(self.past.len() - 2);
         let mut sample = found.max(oldest);
         if self.times[self.place(sample)] > time {
             return self.bisected(time, oldest);

@@ -172,8 +172,18 @@ fn remember<const C: usize>(
     let of = |n: usize| &registers[usize::from(instruction.registers[n])];
     let none = Register::ZERO;
     let result = match instruction.operation {
-        Operation::Delay => memory.delayed((clock, substep), [[of(0), &none], [of(1), &none], [of(2), &none]])[0],
-        Operation::DelayRate => memory.delayed((clock, substep), [[of(0), of(1)], [of(2), of(3)], [of(4), of(5)]])[1],
+        Operation::Delay => memory.delayed((clock, substep), [[of(0), &none], [of(1), &none], [of(2), &none]], None)[0],
+        Operation::DelayRate => {
+            memory.delayed((clock, substep), [[of(0), of(1)], [of(2), of(3)], [of(4), of(5)]], None)[1]
+        }
+        Operation::LinearDelay => {
+            let operands = [[of(0), &none], [of(1), &none], [of(2), &none]];
+            memory.delayed((clock, substep), operands, Some([of(3), &none]))[0]
+        }
+        Operation::LinearDelayRate => {
+            let operands = [[of(0), of(1)], [of(2), of(3)], [of(4), of(5)]];
+            memory.delayed((clock, substep), operands, Some([of(6), of(7)]))[1]
+        }
         Operation::Average => memory.averaged(clock, [[of(0), &none], [of(1), &none]])[0],
         _ => memory.averaged(clock, [[of(0), of(1)], [of(2), of(3)]])[1],
     };

@@ -8,9 +8,14 @@
 use super::recording::ModelRecording;
 use super::space::ModelSpace;
 use super::stiffness::{STIFFNESS_MAX, largest_rate};
-use motorfit_core::numeric::whole;
+use motorfit_core::numeric::{count, whole};
 use motorfit_model::step::Affine;
 use motorfit_model::{IntegrationMethod, Model};
+
+/// Returns true if a ratio is a whole number up to the accuracy of a clock.
+fn is_whole(ratio: f64) -> bool {
+    ratio.round() >= 1.0 && (ratio / ratio.round() - 1.0).abs() < 1e-9
+}
 
 /// Largest number of substeps.
 pub(super) const SUBSTEPS_MAX: usize = 64;
@@ -50,7 +55,8 @@ pub struct ModelMethod {
     pub is_rough: bool,
     /// The largest change of an estimate in the last halving of the steps; `None` where none was tried.
     pub change: Option<StepChange>,
-    /// True if the model has friction that sticks or delays, whose events within a step are exact to second order only.
+    /// True if the model has friction that sticks, delays, or laws that are sampled between samples, whose events within a step are exact to
+    /// second order only.
     pub has_events: bool,
 }
 
@@ -64,11 +70,18 @@ impl ModelMethod {
         let step = recordings.iter().map(ModelRecording::longest_step_s).fold(0.0, f64::max);
         let rate = if is_even && is_affine { 0.0 } else { largest_rate(model, space, recordings) };
         let stiffness = Stiffness { rate, per_step: step * rate, is_affine };
-        let has_events = model.reactions() > 0 || !model.delayed.is_empty();
+        let even = recordings.first().and_then(ModelRecording::regular_step_s);
+        let is_of_samples = |period: f64| even.is_some_and(|step| is_whole(period / step) || is_whole(step / period));
+        let is_sampled_between = !is_even || model.laws.iter().any(|law| !is_of_samples(law.period_s));
+        let has_laws = !model.laws.is_empty();
+        let has_events = model.reactions() > 0 || !model.delayed.is_empty() || has_laws && is_sampled_between;
+        // Laws that are sampled faster than the recording have their instants at substeps.
+        let of_laws = model.laws.iter().map(|law| (step / law.period_s - 1e-6).ceil()).fold(1.0, f64::max);
+        let of_laws = whole(of_laws.min(count(SUBSTEPS_MAX)));
         let change = None;
         let exponential = Self {
             method: IntegrationMethod::Exponential,
-            substeps: 1,
+            substeps: of_laws,
             stiffness,
             is_rough: false,
             change,
@@ -78,7 +91,7 @@ impl ModelMethod {
             return exponential;
         }
         let needed = whole((stiffness.per_step / STIFFNESS_MAX).ceil().min(1e6)).max(1);
-        let substeps = needed.min(SUBSTEPS_MAX);
+        let substeps = needed.next_multiple_of(of_laws).min(SUBSTEPS_MAX);
         let is_rough = needed > substeps;
         Self { method: IntegrationMethod::RungeKutta, substeps, stiffness, is_rough, change, has_events }
     }

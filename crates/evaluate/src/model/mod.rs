@@ -2,13 +2,19 @@
 
 #[cfg(test)]
 mod affine_tests;
+#[cfg(test)]
+mod delay_tests;
 mod evaluator;
 mod method;
 mod normal;
 mod prepared;
 mod problem;
 mod programs;
+#[cfg(test)]
+mod reaction_tests;
 mod recording;
+#[cfg(test)]
+mod sampled_tests;
 mod space;
 mod stiffness;
 #[cfg(test)]

@@ -54,7 +54,8 @@ pub(super) fn prepare(
         (_, true) => Loss::Squares,
         _ => Loss::WeightedSquares,
     };
-    let [own, of_tangent] = [&programs.program, &programs.tangent].map(|program| uniforms(program, model, &recording));
+    let [own, of_tangent] =
+        [&programs.program, &programs.tangent].map(|program| uniforms(program, (model, programs.substeps), &recording));
     let all = (0..samples).flat_map(|n| (0..outputs).map(move |output| (output, n)));
     let counts = |output: usize, n: usize| recording.measured[output].is_some() && recording.counts(output, n);
     let counts: Vec<f64> = match is_whole {
@@ -97,15 +98,22 @@ fn clock(recording: &ModelRecording) -> Clock {
 }
 
 /// Computes the uniforms of a program on a recording.
-fn uniforms(program: &Program, model: &Model, recording: &ModelRecording) -> Vec<f64> {
-    Rows::uniforms(&program.uniforms, recording.len(), &|n, leaf| input(model, recording, n, leaf))
+fn uniforms(program: &Program, (model, substeps): (&Model, usize), recording: &ModelRecording) -> Vec<f64> {
+    Rows::uniforms(&program.uniforms, recording.len(), &|n, leaf| input((model, substeps), recording, n, leaf))
 }
 
-/// Returns the value of an input at a sample, or at the next one.
-pub(super) fn input(model: &Model, recording: &ModelRecording, n: usize, leaf: Leaf) -> f64 {
+/// Returns the value of an input at a sample, or at the next one. The inputs are followed by the step, and by marks of the substeps that
+/// are instants of sampled laws.
+pub(super) fn input((model, substeps): (&Model, usize), recording: &ModelRecording, n: usize, leaf: Leaf) -> f64 {
     let value = |number: u16, n: usize| recording.inputs.get(usize::from(number)).map_or(0.0, |input| input[n]);
     match leaf {
         Leaf::Input(number) if usize::from(number) == model.inputs.len() => recording.step(n),
+        Leaf::Input(number) if usize::from(number) > model.inputs.len() => {
+            let mark = usize::from(number) - model.inputs.len() - 1;
+            let law = model.laws.get(mark / substeps);
+            let is_instant = law.is_some_and(|law| recording.is_instant(n, (mark % substeps, substeps), law.period_s));
+            f64::from(u8::from(is_instant))
+        }
         Leaf::Input(number) => value(number, n),
         Leaf::NextInput(number) => value(number, (n + 1).min(recording.len() - 1)),
         Leaf::Parameter(_) | Leaf::State(_) | Leaf::Reaction(_) | Leaf::Memory(_) => 0.0,

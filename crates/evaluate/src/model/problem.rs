@@ -194,7 +194,8 @@ impl ModelProblem {
 
     /// Returns the value of an input of a recording at a sample.
     pub(super) fn input(&self, recording: usize, n: usize, leaf: Leaf) -> f64 {
-        input(&self.model, &self.recordings[recording].recording, n, leaf)
+        let prepared = &self.recordings[recording];
+        input((&self.model, self.programs[prepared.programs].substeps), &prepared.recording, n, leaf)
     }
 
     /// Returns all parameters of up to [`LANES`] candidates on a recording, those of matrix exponentials included, shape

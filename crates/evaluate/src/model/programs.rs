@@ -10,6 +10,8 @@ use motorfit_model::step::{Step, StepSettings};
 #[derive(Debug, Clone)]
 pub struct Programs {
     pub step: Step,
+    /// Number of substeps.
+    pub substeps: usize,
     pub program: Program,
     pub matrices: Option<Program>,
     /// The step for the kernel of affine models, if it suits.
@@ -48,6 +50,7 @@ impl Programs {
             affine: AffineProgram::new(&mut step, model, settings),
             tangent: compiled(&mut tangent)?,
             tangent_matrices: matrices(&mut tangent, true)?,
+            substeps: settings.substeps.max(1),
             step,
         })
     }

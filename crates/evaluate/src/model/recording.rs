@@ -182,6 +182,17 @@ impl ModelRecording {
         Some(measured.iter().enumerate().filter(|(n, _)| self.counts(output, *n)).map(|(_, value)| *value).collect())
     }
 
+    /// Returns true if the start of a substep is the one nearest to a multiple of a period from the first sample on.
+    pub(super) fn is_instant(&self, n: usize, (substep, substeps): (usize, usize), period_s: f64) -> bool {
+        if n == 0 && substep == 0 {
+            return true;
+        }
+        let before = self.step(if substep == 0 { n - 1 } else { n }) / count(substeps);
+        let after = self.step(n) / count(substeps);
+        let at = self.elapsed(n) + count(substep) * after;
+        ((at + 0.5 * after) / period_s).floor() > ((at - 0.5 * before) / period_s).floor()
+    }
+
     /// Returns the time since the first sample \[s\].
     pub(super) fn elapsed(&self, n: usize) -> f64 {
         match self.regular_step_s() {

@@ -165,8 +165,13 @@ impl Walk<'_> {
 
     fn at(&mut self, roots: &[Id], x: &[f64], inputs: &[f64]) -> Vec<f64> {
         let signals: Vec<Id> = self.model.delayed.iter().map(|of| of.value).collect();
-        let delayed =
+        let mut delayed =
             if signals.is_empty() || inputs.is_empty() { Vec::new() } else { self.with(&signals, x, inputs, &[]) };
+        // Sampled laws as if this were one of their instants; later ones may use those before them.
+        for law in self.model.laws.iter().map(|law| law.value).filter(|_| !x.is_empty()) {
+            let value = self.with(&[law], x, inputs, &delayed)[0];
+            delayed.push(value);
+        }
         self.with(roots, x, inputs, &delayed)
     }
 

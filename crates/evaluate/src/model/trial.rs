@@ -106,7 +106,13 @@ fn tried(
         |method: ModelMethod| ModelProblem::with_method(model, space.clone(), part.clone(), (settings, method));
     let mut tries = vec![guess];
     let most = if model.reactions() > 0 { SUBSTEPS_STICKING } else { SUBSTEPS_TRIED };
-    for substeps in [2, 4, 8, 16].into_iter().filter(|substeps| *substeps > guess.substeps && *substeps <= most) {
+    // Instants of sampled laws remain at substeps.
+    let unit = if model.laws.is_empty() { 1 } else { guess.substeps };
+    for substeps in [2, 4, 8, 16]
+        .map(|substeps| substeps * unit)
+        .into_iter()
+        .filter(|substeps| *substeps > guess.substeps && *substeps <= most)
+    {
         tries.push(ModelMethod { substeps, ..guess });
     }
     let explicit = whole((guess.stiffness.per_step / STIFFNESS_MAX).ceil().min(1e6)).max(1);

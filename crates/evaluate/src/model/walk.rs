@@ -3,7 +3,7 @@
 use super::problem::ModelProblem;
 use crate::interpreter::{Loss, Memory, Register};
 use motorfit_model::graph::{Leaf, evaluate};
-use motorfit_model::step::MemoryKind;
+use motorfit_model::step::{MemoryKind, Step};
 
 impl ModelProblem {
     /// Returns the sum of the losses of each output of a candidate over the first `samples` samples of a recording.
@@ -13,11 +13,12 @@ impl ModelProblem {
         let (step, rows) = (&programs.step, &prepared.rows);
         let parameters: Vec<f64> = self.lanes(&[free], recording).iter().map(|of| of[0]).collect();
         let mut memories: Vec<Memory<1>> = step.memories.iter().map(|_| Memory::new()).collect();
+        let order = order_of(step);
         let mut values = Vec::new();
         let mut states: Vec<f64> = Vec::new();
         let mut sums = vec![0.0; step.outputs.len()];
         for n in 0..samples.min(rows.samples) {
-            let mut remembered: Vec<f64> = Vec::new();
+            let mut remembered = vec![0.0; step.memories.len()];
             let mut of = |ids: &[_], states: &[f64], remembered: &[f64]| {
                 evaluate(&step.graph, ids, &mut values, &|leaf| match leaf {
                     Leaf::Parameter(number) => parameters.get(usize::from(number)).copied().unwrap_or(0.0),
@@ -29,20 +30,25 @@ impl ModelProblem {
             if n == 0 {
                 states = of(&step.initial, &[], &[]);
             }
-            for (memory, own) in step.memories.iter().zip(&mut memories) {
+            for number in &order {
+                let (memory, own) = (&step.memories[*number], &mut memories[*number]);
                 let operands: Vec<Register<1>> =
                     of(&memory.operands, &states, &remembered).into_iter().map(Register::of).collect();
                 let zero = Register::ZERO;
                 let operand = |n: usize| [operands.get(n).unwrap_or(&zero), &zero];
                 let [value, _] = match memory.kind {
                     MemoryKind::Delay | MemoryKind::DelayRate => {
-                        own.delayed((&rows.clock, memory.substep), [operand(0), operand(1), operand(2)])
+                        own.delayed((&rows.clock, memory.substep), [operand(0), operand(1), operand(2)], None)
+                    }
+                    MemoryKind::LinearDelay | MemoryKind::LinearDelayRate => {
+                        let next = Some(operand(3));
+                        own.delayed((&rows.clock, memory.substep), [operand(0), operand(1), operand(2)], next)
                     }
                     MemoryKind::Average | MemoryKind::AverageRate => {
                         own.averaged(&rows.clock, [operand(0), operand(1)])
                     }
                 };
-                remembered.push(value.lane(0));
+                remembered[*number] = value.lane(0);
             }
             for (output, value) in of(&step.outputs, &states, &remembered).into_iter().enumerate() {
                 let at = n * sums.len() + output;
@@ -54,4 +60,28 @@ impl ModelProblem {
         }
         sums
     }
+}
+
+/// Returns the memories of a step in an order in which each follows those that it depends on.
+fn order_of(step: &Step) -> Vec<usize> {
+    let mut order: Vec<usize> = Vec::new();
+    let needs = |memory: usize| -> Vec<usize> {
+        let leaves = step.graph.leaves(&step.memories[memory].operands);
+        leaves
+            .into_iter()
+            .filter_map(|leaf| if let Leaf::Memory(n) = leaf { Some(usize::from(n)) } else { None })
+            .collect()
+    };
+    while order.len() < step.memories.len() {
+        let before = order.len();
+        for memory in 0..step.memories.len() {
+            if !order.contains(&memory) && needs(memory).iter().all(|other| order.contains(other)) {
+                order.push(memory);
+            }
+        }
+        if order.len() == before {
+            break;
+        }
+    }
+    order
 }

@@ -162,6 +162,49 @@ fn functions_of_shaders_are_those_of_the_interpreter() {
     }
 }
 
+/// A delayed signal in an output, and a law that is sampled every fourth sample.
+const LATE_AND_SAMPLED: &str = r#"
+format = 1
+name = "late and sampled"
+[inputs]
+v = { unit = "V" }
+[constants]
+Ts = { value = 4, unit = "ms" }
+[parameters]
+R  = { unit = "ohm", min = 0.1, max = 10 }
+td = { unit = "s", min = 0, max = 0.02 }
+T  = { unit = "s", min = 0.005, max = 0.1 }
+kp = { unit = "1", min = 0.1, max = 3 }
+[signals]
+vm = { value = "v", unit = "V", delay = "td" }
+[let]
+u = "hold(clamp(kp*(v - h), -v0, v0), Ts)"
+[states]
+h = { unit = "V", d = "(vm + u - h)/T", initial = 0 }
+[outputs]
+i = { value = "vm/R", unit = "A" }
+u = { value = "u", unit = "V" }
+h = { value = "h", unit = "V" }
+"#;
+
+#[test]
+fn late_signals_in_outputs_and_sampled_laws_are_those_of_the_interpreter() {
+    let text = LATE_AND_SAMPLED.replace("[constants]", "[constants]\nv0 = { value = 1, unit = \"V\" }");
+    let model = Model::parse(&text).unwrap();
+    // In f32 a delay near a jump has another value.
+    for (precision, limit) in [(ShaderPrecision::F64, 1e-10), (ShaderPrecision::F32, 1e-3)] {
+        let Some(mut gpu) = open(precision) else { return };
+        for (method, substeps) in IntegrationMethod::ALL.into_iter().flat_map(|method| [1, 3].map(|n| (method, n))) {
+            let settings = ModelSettings { method: Some((method, substeps)), ..ModelSettings::default() };
+            let problem = problem(&model, vec![recording(&model, 2500, 1e-3)], settings);
+            assert!(gpu.serves(&problem).unwrap());
+            let errors = errors(&mut gpu, &problem, 100);
+            let most = order_statistic(&mut errors.clone(), 0.95);
+            assert!(errors.len() == 100 && most < limit, "{method:?} {substeps} {precision:?}: {most:e}");
+        }
+    }
+}
+
 #[test]
 fn a_wrong_shader_is_refused() {
     let Some(gpu) = open(ShaderPrecision::F64) else { return };

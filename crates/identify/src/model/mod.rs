@@ -9,6 +9,7 @@ mod homogeneity;
 mod islands;
 mod pipeline;
 mod result;
+mod sampled_law;
 pub(crate) mod step_accuracy;
 mod tests_of_residuals;
 

@@ -7,6 +7,7 @@ use super::given_starts::{GivenStarts, add_responses_at_start, optima_beside, wi
 use super::homogeneity::homogeneity;
 use super::islands::islands;
 use super::result::{ModelIdentification, ModelSearch, ModelVerification};
+use super::sampled_law::add_sampled_law;
 use super::tests_of_residuals::{fitted, over_all};
 use crate::device::{DeviceSpec, DeviceUsed, ModelDevice, PrecisionSpec};
 use crate::method::Method;
@@ -154,7 +155,8 @@ pub fn identify_model(
         }
         false => (problem, None),
     };
-    let mut result = result(&problem, spec, (found, verification), refined);
+    let mut result = result(&problem, spec, (found, verification), refined.as_ref());
+    add_sampled_law(&problem, &mut result, refined.as_ref(), spec.estimates_initial);
     result.device = device.used();
     result.warnings.extend(device.warnings);
     result.seconds = begin.elapsed().as_secs_f64();
@@ -313,10 +315,10 @@ fn result(
     problem: &ModelProblem,
     spec: &ModelSpec,
     (found, verification): (Found, ModelVerification),
-    refined: Option<ModelRefined>,
+    refined: Option<&ModelRefined>,
 ) -> ModelIdentification {
-    let values = refined.as_ref().map_or_else(|| found.values.clone(), |refined| refined.values.clone());
-    let initial = refined.as_ref().map_or_else(|| found.start.1.clone(), |refined| refined.initial.clone());
+    let values = refined.map_or_else(|| found.values.clone(), |refined| refined.values.clone());
+    let initial = refined.map_or_else(|| found.start.1.clone(), |refined| refined.initial.clone());
     let mut fits: Vec<_> =
         (0..problem.recordings()).map(|recording| fitted(problem, &values, recording, &initial[recording])).collect();
     add_responses_at_start(problem, &spec.starts, &mut fits);
@@ -324,17 +326,17 @@ fn result(
     let mut cost = [f64::INFINITY];
     // The length fits: the values are those of the space. With the initial values that were estimated beside them.
     let _ = problem.with_open_initials(&initial).costs(Candidates::new(&values, values.len()), &mut cost);
-    let uncertainty = refined.as_ref().map(|refined| refined.uncertainty.clone());
+    let uncertainty = refined.map(|refined| refined.uncertainty.clone());
     let open = uncertainty.as_ref().map(|uncertainty| Open::new(problem, &values, uncertainty)).unwrap_or_default();
     let combinations = open.sentences();
     let mut warnings = Vec::new();
     for text in &combinations {
         warnings.push(Warning::new("not_identifiable", text.clone()));
     }
-    warnings.extend(refined.as_ref().and_then(|refined| homogeneity(problem, refined, spec.estimates_initial)));
+    warnings.extend(refined.and_then(|refined| homogeneity(problem, refined, spec.estimates_initial)));
     let mut result = ModelIdentification {
         trust: Trust::default(),
-        estimates: estimates(problem, &values, refined.as_ref()),
+        estimates: estimates(problem, &values, refined),
         values,
         space: problem.space().clone(),
         method: *problem.method(),
@@ -343,7 +345,7 @@ fn result(
         uncertainty,
         combinations,
         identified: open.identified(),
-        converged: refined.as_ref().is_none_or(|refined| refined.converged),
+        converged: refined.is_none_or(|refined| refined.converged),
         fit_percent,
         residual_sigma,
         fits,
@@ -352,7 +354,7 @@ fn result(
         verification,
         warnings,
         stop: found.stop,
-        evaluations: found.evaluations + refined.as_ref().map_or(0, |refined| refined.evaluations as u64),
+        evaluations: found.evaluations + refined.map_or(0, |refined| refined.evaluations as u64),
         history: found.history,
         seconds: 0.0,
         device: DeviceUsed::default(),

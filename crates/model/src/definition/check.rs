@@ -4,20 +4,27 @@ use super::document::{Document, Entry};
 use super::model::Model;
 use super::names::{Names, undelayed};
 use super::parts::InitialState;
-use crate::graph::{Dependency, Direction, Graph, Id, Leaf};
+use crate::graph::{Direction, Id, Leaf};
 use motorfit_core::Result;
 use motorfit_core::text::{listed, quoted};
 use std::collections::HashSet;
 
-/// Checks that a signal does not depend on states.
+/// Checks that a signal does not depend on states but by sampled laws.
 pub(super) fn signal(names: &Names<'_>, section: &str, entry: &Entry<'_>) -> Result<()> {
     let scope = &names.scope;
     let own = scope.names.get(&undelayed(entry.key)).or_else(|| scope.names.get(entry.key));
-    if section != "signals" || !own.is_some_and(|own| depends_on_states(&scope.graph, own.id)) {
+    let is_of_states = |leaf: &Leaf| match leaf {
+        Leaf::State(_) | Leaf::Reaction(_) => true,
+        Leaf::Memory(n) => usize::from(*n) < scope.delayed,
+        _ => false,
+    };
+    let depends_on_states = |id: Id| scope.graph.leaves(&[id]).iter().any(is_of_states);
+    if section != "signals" || !own.is_some_and(|own| depends_on_states(own.id)) {
         return Ok(());
     }
     let message = format!("the signal {} depends on states", quoted(entry.key));
-    let hint = "Signals are functions of inputs and parameters. Write what depends on states in [let].";
+    let hint =
+        "Signals are functions of inputs, parameters and sampled laws (hold). Write what depends on states in [let].";
     Err(names.document.error(entry.at, message, hint))
 }
 
@@ -94,6 +101,8 @@ fn effects(document: &Document<'_>, model: &Model) -> Result<()> {
                 Leaf::Memory(n) => {
                     let delayed = model.delayed.get(usize::from(n));
                     open.extend(delayed.iter().flat_map(|of| [of.value, of.delay, of.latency]));
+                    let law = usize::from(n).checked_sub(model.delayed.len()).and_then(|n| model.laws.get(n));
+                    open.extend(law.map(|law| law.value));
                 }
                 Leaf::Input(_) | Leaf::NextInput(_) => {}
                 Leaf::Parameter(_) => {}
@@ -107,9 +116,4 @@ fn effects(document: &Document<'_>, model: &Model) -> Result<()> {
     let outputs: Vec<&str> = model.outputs.iter().map(|output| output.name.as_str()).collect();
     let message = format!("{} has no effect on {}", quoted(&model.parameters[idle].name), listed(&outputs, "or"));
     Err(document.error(at, message, "Use it in an equation that the outputs depend on, or leave it out."))
-}
-
-/// Returns true if a node of a signal depends on states.
-fn depends_on_states(graph: &Graph, id: Id) -> bool {
-    graph.dependency(id).has(Dependency::STATES)
 }

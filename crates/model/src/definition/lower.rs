@@ -1,6 +1,6 @@
 //! From syntax trees to nodes of a graph, with the units of all quantities checked.
 
-use super::parts::Reaction;
+use super::parts::{Reaction, SampledLaw};
 use crate::expression::{Expression, Fault, Function, Kind, Operator};
 use crate::graph::{Binary, Comparison, Graph, Id, Leaf, Node, Unary};
 use motorfit_core::text::{nearest, quoted};
@@ -33,12 +33,17 @@ pub(super) struct Scope {
     pub graph: Graph,
     pub names: HashMap<String, Quantity>,
     pub reactions: Vec<Reaction>,
+    pub laws: Vec<SampledLaw>,
+    /// Number of delayed signals, whose memories precede those of the laws.
+    pub delayed: usize,
     /// True where a `stick` may stand: in the derivatives of states and in what they use.
     pub has_reactions: bool,
 }
 
 /// Largest number of nodes of a model.
 pub(crate) const NODES_MAX: usize = 20_000;
+/// Largest number of `hold` functions of a model.
+const LAWS_MAX: usize = 16;
 /// Largest number of `stick` functions of a model.
 const REACTIONS_MAX: usize = 16;
 
@@ -217,6 +222,7 @@ impl Scope {
                 return Ok(Quantity { id: self.choose(&condition, [a.id, b.id]), dimension });
             }
             Function::Stick => return self.stick(at, arguments),
+            Function::Hold => return self.hold(at, arguments),
             Function::Pow => {
                 let (base, exponent) = (self.quantity(&arguments[0])?, self.quantity(&arguments[1])?);
                 return self.power(at, base, exponent);
@@ -299,6 +305,30 @@ impl Scope {
                 self.choose(&both[0], [then, inner])
             }
         }
+    }
+
+    /// Lowers a sampled law to the memory that holds it.
+    fn hold(&mut self, at: usize, arguments: &[Expression]) -> Lowered<Quantity> {
+        let law = self.quantity(&arguments[0])?;
+        let period = self.quantity_of(&arguments[1], Dimension::TIME, "the period of hold")?;
+        let Some(period_s) = self.graph.value(period).filter(|period| *period > 0.0 && period.is_finite()) else {
+            let hint = "Declare it in [constants], as Ts = { value = 5, unit = \"ms\" }.";
+            return Err(Fault::new(arguments[1].at, "the period of hold is not a positive constant", hint));
+        };
+        if self.graph.leaves(&[law.id]).iter().any(|leaf| matches!(leaf, Leaf::Reaction(_))) {
+            let hint = "Reactions are known at the end of a step only. Give the law without the stick function.";
+            return Err(Fault::new(at, "a sampled law depends on stick", hint));
+        }
+        let new = SampledLaw { value: law.id, period_s };
+        let index = self.laws.iter().position(|known| *known == new).unwrap_or(self.laws.len());
+        if index >= LAWS_MAX {
+            return Err(Fault::new(at, format!("more than {LAWS_MAX} hold functions"), "Hold their sum in one."));
+        }
+        if index == self.laws.len() {
+            self.laws.push(new);
+        }
+        let number = u16::try_from(self.delayed + index).unwrap_or(u16::MAX);
+        Ok(Quantity { id: self.graph.leaf(Leaf::Memory(number)), dimension: law.dimension })
     }
 
     fn stick(&mut self, at: usize, arguments: &[Expression]) -> Lowered<Quantity> {

@@ -11,6 +11,7 @@ mod sections;
 
 pub(crate) use document::TEXT_MAX;
 pub use model::Model;
+pub(crate) use parts::{DelayedSignal, SampledLaw};
 pub use parts::{
     Equation, InitialState, ModelConstant, ModelInput, ModelOutput, ModelParameter, ModelState, NodeId, WrittenUnit,
 };

@@ -1,7 +1,7 @@
 //! A model: what its text declares, with its equations as a graph.
 
 use super::parts::{
-    DelayedSignal, Equation, ModelConstant, ModelInput, ModelOutput, ModelParameter, ModelState, Reaction,
+    DelayedSignal, Equation, ModelConstant, ModelInput, ModelOutput, ModelParameter, ModelState, Reaction, SampledLaw,
 };
 use crate::graph::{Binary, Graph, Id, Leaf, Node, Unary};
 use crate::role::Role;
@@ -20,6 +20,9 @@ pub struct Model {
     pub inputs: Vec<ModelInput>,
     #[doc(hidden)]
     pub delayed: Vec<DelayedSignal>,
+    /// Sampled laws; their leaves are memories with the numbers after those of the delayed signals.
+    #[doc(hidden)]
+    pub laws: Vec<SampledLaw>,
     #[doc(hidden)]
     pub states: Vec<ModelState>,
     pub(crate) reactions: Vec<Reaction>,

@@ -105,6 +105,15 @@ pub struct DelayedSignal {
     pub latency: Id,
 }
 
+/// A sampled law (`hold`): a value that is computed at multiples of its period and held between them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SampledLaw {
+    /// The law, in SI units.
+    pub value: Id,
+    /// Period \[s\], from the start of a recording.
+    pub period_s: f64,
+}
+
 /// An output of a model: a measured signal, in its unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelOutput {

@@ -44,6 +44,7 @@ impl Model {
             names.set(state.key, id, unit.dimension);
         }
         let delayed = definitions(&mut names)?;
+        names.scope.delayed = delayed.len();
         for section in ["signals", "let"] {
             for entry in document.section(section)? {
                 names.resolve(entry.key)?;
@@ -54,7 +55,7 @@ impl Model {
         let (outputs, measured) = outputs(&mut names)?;
         let states = states.iter().map(|entry| state(&mut names, entry, &measured)).collect::<Result<_>>()?;
         let roles = roles(&mut names)?;
-        let (graph, reactions) = (names.scope.graph, names.scope.reactions);
+        let (graph, reactions, laws) = (names.scope.graph, names.scope.reactions, names.scope.laws);
         let equations = equations(&document)?;
         let text = text.to_owned();
         let model = Self {
@@ -65,6 +66,7 @@ impl Model {
             parameters,
             inputs,
             delayed,
+            laws,
             states,
             reactions,
             outputs,

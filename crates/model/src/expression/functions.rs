@@ -41,6 +41,8 @@ named! {
         Deadzone = "deadzone" => 2,
         /// `stick(state, limit)`: set-valued friction. Over each step it is the constant reaction within ±limit that brings the state to zero, or the limit that opposes it.
         Stick = "stick" => 2,
+        /// `hold(x, period)`: a sampled law. It is computed at the multiples of a constant period from the start of the recording, and held between them.
+        Hold = "hold" => 2,
     }
 }
 

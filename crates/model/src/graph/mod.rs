@@ -14,7 +14,7 @@ mod sums;
 
 pub use derivative::Direction;
 pub use evaluate::evaluate;
-pub(crate) use node::{Binary, Comparison, Dependency, Node};
+pub(crate) use node::{Binary, Comparison, Node};
 pub use node::{Id, Leaf, Unary};
 pub use store::Graph;
 pub(crate) use substitute::Substitution;

@@ -16,6 +16,11 @@ impl<F: Fn(Leaf) -> Option<Id>> Substitution<F> {
         Self { with, known: HashMap::new() }
     }
 
+    /// Replaces a node in what is computed from now on.
+    pub fn replace(&mut self, node: Id, by: Id) {
+        self.known.insert(node, by);
+    }
+
     /// Returns a node with its leaves replaced.
     pub fn apply(&mut self, graph: &mut Graph, root: Id) -> Id {
         // In the order of the ids, which is topological, so that no recursion is needed.

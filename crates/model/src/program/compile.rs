@@ -201,7 +201,7 @@ impl Compiler<'_> {
     }
 
     fn put_to(&mut self, operation: Operation, target: u16, registers: &[u16], scalars: &[u16]) {
-        let mut instruction = Instruction { operation, target, registers: [0; 7], scalars: [0; 4] };
+        let mut instruction = Instruction { operation, target, registers: [0; 8], scalars: [0; 4] };
         instruction.registers[..registers.len()].copy_from_slice(registers);
         instruction.scalars[..scalars.len()].copy_from_slice(scalars);
         let list = if self.is_setup { &mut self.program.setup } else { &mut self.program.body };
@@ -232,6 +232,8 @@ impl Compiler<'_> {
         let operation = match memory.kind {
             MemoryKind::Delay => Operation::Delay,
             MemoryKind::DelayRate => Operation::DelayRate,
+            MemoryKind::LinearDelay => Operation::LinearDelay,
+            MemoryKind::LinearDelayRate => Operation::LinearDelayRate,
             MemoryKind::Average => Operation::Average,
             MemoryKind::AverageRate => Operation::AverageRate,
         };

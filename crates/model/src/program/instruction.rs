@@ -69,11 +69,15 @@ pub enum Operation {
     Scale2,
     /// Output number `target` has the value a.
     Output,
-    /// The mean over a substep of the signal a with the delay b and the latency c. Like the other operations with a memory it has the
-    /// number of its memory, the place of its substep and the number of substeps in the place of scalars.
+    /// The mean over a substep, or the value at an instant, of the signal a with the delay b and the latency c. Like the other operations
+    /// with a memory it has the number of its memory, the place of its substep and the number of substeps in the place of scalars.
     Delay,
     /// The derivative of a delay; operands and their derivatives alternate.
     DelayRate,
+    /// The same of a signal that is linear over each step, from a to d.
+    LinearDelay,
+    /// The derivative of a delay of a linear signal; operands and their derivatives alternate.
+    LinearDelayRate,
     /// The moving average of a over b samples.
     Average,
     /// The derivative of a moving average; operands and their derivatives alternate.
@@ -83,7 +87,11 @@ pub enum Operation {
 impl Operation {
     /// Returns true if the operation has a memory of earlier samples.
     pub fn has_memory(self) -> bool {
-        matches!(self, Self::Delay | Self::DelayRate | Self::Average | Self::AverageRate)
+        use Operation as Is;
+        matches!(
+            self,
+            Is::Delay | Is::DelayRate | Is::LinearDelay | Is::LinearDelayRate | Is::Average | Is::AverageRate
+        )
     }
 
     /// Returns the number of registers that are read.
@@ -110,10 +118,16 @@ impl Operation {
             | Self::Average
             | Self::Scale2 => 2,
             Self::AddProduct | Self::SubtractProduct | Self::Linear2 | Self::Delay => 3,
-            Self::SelectLess | Self::SelectLessEqual | Self::Products2 | Self::Linear3 | Self::AverageRate => 4,
+            Self::SelectLess
+            | Self::SelectLessEqual
+            | Self::Products2
+            | Self::Linear3
+            | Self::LinearDelay
+            | Self::AverageRate => 4,
             Self::AddProducts2 | Self::Linear4 => 5,
             Self::Products3 | Self::DelayRate => 6,
             Self::AddProducts3 => 7,
+            Self::LinearDelayRate => 8,
         }
     }
 
@@ -141,7 +155,7 @@ pub struct Instruction {
     /// The register of the result, or the number of the output.
     pub target: u16,
     /// The registers that are read, as many as the operation has; the others are 0.
-    pub registers: [u16; 7],
+    pub registers: [u16; 8],
     /// The numbers of the scalars that are read; the others are 0.
     pub scalars: [u16; 4],
 }

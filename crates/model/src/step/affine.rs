@@ -8,7 +8,7 @@ use crate::graph::{Direction, Graph, Id, Leaf, Node, Substitution};
 pub struct Affine {
     /// A, shape `[states, states]`.
     pub states: Vec<Vec<Id>>,
-    /// B, shape `[states, inputs]`, delayed signals after the inputs.
+    /// B, shape `[states, inputs]`, delayed signals and sampled laws after the inputs.
     pub inputs: Vec<Vec<Id>>,
     /// c, a value for each state.
     pub constant: Vec<Id>,
@@ -23,7 +23,7 @@ pub struct Affine {
 impl Affine {
     /// Separates the equations of a model.
     pub fn of(model: &Model, graph: &mut Graph) -> Self {
-        let (states, inputs) = (model.states.len(), model.inputs.len() + model.delayed.len());
+        let (states, inputs) = (model.states.len(), model.inputs.len() + model.delayed.len() + model.laws.len());
         let [zero, one] = [0.0, 1.0].map(|value| graph.constant(value));
         let derivatives: Vec<Id> = model.states.iter().map(|state| state.derivative).collect();
         let reactions = (0..model.reactions.len()).map(|number| {

@@ -52,13 +52,13 @@ pub struct AffineReaction {
 }
 
 impl Step {
-    /// Returns the layout for a kernel; `None` for a step with nonlinear terms, memories, limits that vary, outputs that are not states,
+    /// Returns the layout for a kernel; `None` for a step with nonlinear terms, memories, sampled laws, limits that vary, outputs that are not states,
     /// or too many states.
     pub fn affine_step(&self, model: &Model, substeps: usize) -> Option<AffineStep> {
         let extras = self.extras.as_ref().filter(|extras| extras.is_affine())?;
         let outputs = self.output_states()?;
         let number = model.states.len();
-        if !self.memories.is_empty() || number > STATES_MAX {
+        if !self.memories.is_empty() || !model.laws.is_empty() || number > STATES_MAX {
             return None;
         }
         let is_output = |state: &usize| outputs.contains(state);

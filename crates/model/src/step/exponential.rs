@@ -5,11 +5,13 @@
 //! twice, and `h (4φ₃−φ₂)` (S. M. Cox, P. C. Matthews, J. Comput. Phys. 176, 2002, Eqs. 26 to 29).
 
 use super::affine::Affine;
+use super::coupling::add_coupling;
 use super::extras::{Block, Extras, Source};
 use super::map::Step;
 use super::memories::{Substep, parameter};
 use super::reaction::{StepEnd, react};
 use super::right_hand_sides::{InputsAt, right_hand_sides};
+use super::sampled;
 use super::settings::StepSettings;
 use crate::definition::Model;
 use crate::graph::{Graph, Id, Leaf};
@@ -27,6 +29,13 @@ impl Builder<'_> {
     fn column(&mut self, block: Block) -> Vec<Id> {
         let from = self.first + self.extras.place(block);
         (from..from + self.extras.length(block)).map(|n| parameter(self.graph, n)).collect()
+    }
+
+    /// Returns the change of the states over a step by a unit of each reaction, shape `[reactions, states]`.
+    fn gains(&mut self) -> Vec<Vec<Id>> {
+        let is_reaction = |n: &usize| matches!(self.extras.sources[*n], Source::Reaction(_));
+        let sources: Vec<usize> = (0..self.extras.sources.len()).filter(is_reaction).collect();
+        sources.into_iter().map(|n| self.column(Block::Start(n))).collect()
     }
 
     /// Adds columns times factors to states.
@@ -77,10 +86,16 @@ impl Builder<'_> {
 }
 
 impl Step {
-    /// Makes the step with matrix exponentials.
-    pub(super) fn exponential(&mut self, model: &Model, affine: &Affine, step_s: f64, settings: &StepSettings) {
+    /// Makes the step with matrix exponentials; `held_first` are the sampled laws at its start.
+    pub(super) fn exponential(
+        &mut self,
+        model: &Model,
+        affine: &Affine,
+        (step_s, settings): (f64, &StepSettings),
+        held_first: &[Id],
+    ) {
         let is_zero = |graph: &Graph, ids: &[Id]| ids.iter().all(|id| graph.is_constant(*id, 0.0));
-        let inputs = model.inputs.len() + model.delayed.len();
+        let inputs = model.inputs.len() + model.delayed.len() + model.laws.len();
         let mut sources: Vec<(Source, Vec<Id>)> = (0..inputs)
             .map(|input| (Source::Input(input), affine.inputs.iter().map(|row| row[input]).collect()))
             .chain([(Source::Constant, affine.constant.clone())])
@@ -111,14 +126,19 @@ impl Step {
         let is_line = settings.is_first_order_hold;
         let end: Vec<Id> = (0..own).map(|n| if is_line { leaf(graph, Leaf::NextInput, n) } else { start[n] }).collect();
         let mut x: Vec<Id> = (0..model.states.len()).map(|n| leaf(graph, Leaf::State, n)).collect();
-        let mut milestones = Vec::new();
+        let (mut milestones, mut held) = (Vec::new(), held_first.to_vec());
         for (substep, delayed) in delayed.iter().enumerate() {
-            let at = |graph: &mut Graph, fraction: f64| {
+            let at = |graph: &mut Graph, fraction: f64, held: &[Id]| {
                 let mut all = between(graph, &start, &end, (count(substep) + fraction) / count(substeps));
-                all.extend(delayed);
+                all.extend(delayed.iter().chain(held));
                 InputsAt { all, inputs: own }
             };
-            let inputs = [0.0, 0.5, 1.0].map(|fraction| at(graph, fraction));
+            if substep > 0 {
+                let inputs = at(graph, 0.0, &[]);
+                held = sampled::held((model, settings), graph, substep, (&x, &inputs), &held);
+            }
+            milestones.extend(&held);
+            let inputs = [0.0, 0.5, 1.0].map(|fraction| at(graph, fraction, &held));
             let mut builder = Builder { graph, extras: &extras, first, inputs };
             let mut next = builder.affine(&x, false, 0);
             if !extras.rows.is_empty() {
@@ -127,12 +147,11 @@ impl Step {
             }
             if !model.reactions.is_empty() {
                 milestones.extend(&next);
-                let gains: Vec<Vec<Id>> = (0..extras.sources.len())
-                    .filter(|n| matches!(extras.sources[*n], Source::Reaction(_)))
-                    .map(|n| builder.column(Block::Start(n)))
-                    .collect();
+                let mut gains = builder.gains();
                 let [first, _, last] = &builder.inputs;
                 let [begin, end] = [(&x, first), (&next, last)].map(|(states, inputs)| StepEnd { states, inputs });
+                let h = builder.graph.constant(extras.step_s);
+                add_coupling(builder.graph, affine, begin, h, &mut gains);
                 next = react(builder.graph, model, begin, end, &gains);
             }
             if substep + 1 < substeps {
@@ -140,6 +159,7 @@ impl Step {
             }
             x = next;
         }
+        x.extend(held);
         self.next = x;
         self.milestones = milestones;
         self.extras = Some(extras);

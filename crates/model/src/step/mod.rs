@@ -6,6 +6,7 @@
 
 mod affine;
 mod affine_step;
+mod coupling;
 mod exponential;
 mod extras;
 mod map;
@@ -14,6 +15,7 @@ mod phi;
 mod reaction;
 mod right_hand_sides;
 mod runge_kutta;
+mod sampled;
 mod settings;
 
 pub use affine::Affine;
@@ -24,14 +26,75 @@ pub use memories::{Memory, MemoryKind, Substep};
 pub use phi::WithRate;
 pub use settings::{IntegrationMethod, StepSettings};
 
-use super::definition::{InitialState, Model};
-use super::graph::{Direction, Id, Leaf};
+use super::definition::{DelayedSignal, InitialState, Model};
+use super::graph::{Direction, Graph, Id, Leaf, Substitution};
 use memories::{memory, parameter};
 
 /// Returns the numbers of the states whose initial values are not functions of the parameters.
 pub fn open_states(model: &Model) -> Vec<usize> {
     let is_open = |n: &usize| !matches!(model.states[*n].initial, InitialState::Given(_));
     (0..model.states.len()).filter(is_open).collect()
+}
+
+/// Returns the delay of a signal over a whole step. A signal of another delayed signal is constant over each step.
+fn delay_of(graph: &mut Graph, of: &DelayedSignal, is_first_order_hold: bool) -> Memory {
+    let mut operands = vec![of.value, of.delay, of.latency];
+    if !is_first_order_hold || graph.leaves(&[of.value]).iter().any(|leaf| matches!(leaf, Leaf::Memory(_))) {
+        return Memory::whole(MemoryKind::Delay, operands);
+    }
+    let inputs: Vec<(u16, Id)> = graph
+        .leaves(&[of.value])
+        .into_iter()
+        .filter_map(|leaf| if let Leaf::Input(n) = leaf { Some((n, graph.leaf(Leaf::NextInput(n)))) } else { None })
+        .collect();
+    let mut at_end = Substitution::new(|leaf| match leaf {
+        Leaf::Input(n) => inputs.iter().find(|(input, _)| *input == n).map(|(_, next)| *next),
+        _ => None,
+    });
+    operands.push(at_end.apply(graph, of.value));
+    Memory::whole(MemoryKind::LinearDelay, operands)
+}
+
+/// Makes the memories of delayed signals at the instant at the start of a step, after those over the step, and returns the sampled laws
+/// there, on which signals may depend.
+fn at_instant(model: &Model, graph: &mut Graph, memories: &mut Vec<Memory>, settings: &StepSettings) -> Vec<Id> {
+    let own = memories.len();
+    let held = sampled::held_first((model, settings), graph, own);
+    let mut substitution = Substitution::new(|leaf| match leaf {
+        Leaf::Memory(n) => usize::from(n).checked_sub(own).and_then(|law| held.get(law)).copied(),
+        _ => None,
+    });
+    for signal in memories.iter_mut() {
+        signal.operands[0] = substitution.apply(graph, signal.operands[0]);
+    }
+    for number in 0..own {
+        memories.push(Memory { substep: Substep::INSTANT, ..memories[number].clone() });
+    }
+    held
+}
+
+/// Returns the outputs of a model at the start of a step, with the delayed signals and the sampled laws there. `memories` gain those of the
+/// outputs.
+fn outputs_of(model: &Model, graph: &mut Graph, memories: &mut Vec<Memory>, held: &[Id]) -> Vec<Id> {
+    let own = model.delayed.len();
+    let mut there: Vec<Id> = (own..2 * own).map(|n| memory(graph, n)).collect();
+    there.extend(held);
+    let mut substitution = Substitution::new(|leaf| match leaf {
+        Leaf::Memory(n) => there.get(usize::from(n)).copied(),
+        _ => None,
+    });
+    let mut outputs = Vec::new();
+    for output in &model.outputs {
+        let value = substitution.apply(graph, output.value);
+        outputs.push(match output.average {
+            None => value,
+            Some(window) => {
+                memories.push(Memory::whole(MemoryKind::Average, vec![value, window]));
+                memory(graph, memories.len() - 1)
+            }
+        });
+    }
+    outputs
 }
 
 impl Step {
@@ -49,32 +112,29 @@ impl Step {
                 graph.multiply(factor, value)
             }
         });
-        let initial: Vec<Id> = initial.collect();
-        let delays =
-            model.delayed.iter().map(|of| Memory::whole(MemoryKind::Delay, vec![of.value, of.delay, of.latency]));
-        let mut memories: Vec<Memory> = delays.collect();
-        let mut outputs = Vec::new();
-        for output in &model.outputs {
-            outputs.push(match output.average {
-                None => output.value,
-                Some(window) => {
-                    memories.push(Memory::whole(MemoryKind::Average, vec![output.value, window]));
-                    memory(&mut graph, memories.len() - 1)
-                }
-            });
+        let mut initial: Vec<Id> = initial.collect();
+        // The first sample is an instant of every law.
+        initial.extend(model.laws.iter().map(|_| graph.constant(0.0)));
+        let mut memories: Vec<Memory> = Vec::new();
+        for of in &model.delayed {
+            memories.push(delay_of(&mut graph, of, settings.is_first_order_hold));
         }
+        let held = at_instant(model, &mut graph, &mut memories, settings);
+        let outputs = outputs_of(model, &mut graph, &mut memories, &held);
         let parameters = own + open.len();
         let affine = Affine::of(model, &mut graph);
         let (next, milestones) = (Vec::new(), Vec::new());
         let mut step = Self { graph, next, milestones, outputs, memories, initial, extras: None, parameters };
         match (settings.method, settings.step_s) {
-            (IntegrationMethod::Exponential, Some(step_s)) => step.exponential(model, &affine, step_s, settings),
-            _ => step.runge_kutta(model, &affine, settings),
+            (IntegrationMethod::Exponential, Some(step_s)) => {
+                step.exponential(model, &affine, (step_s, settings), &held);
+            }
+            _ => step.runge_kutta(model, &affine, settings, &held),
         }
         step
     }
 
-    /// Returns the delayed signals of a model over a substep.
+    /// Returns the delayed signals of a model, their means over a substep.
     fn delayed(&mut self, model: &Model, substep: Substep) -> Vec<Id> {
         let own = model.delayed.len();
         if substep == Substep::WHOLE {
@@ -125,6 +185,7 @@ impl Step {
             let Memory { kind, operands, substep } = step.memories[number].clone();
             let kind = match kind {
                 MemoryKind::Delay | MemoryKind::DelayRate => MemoryKind::DelayRate,
+                MemoryKind::LinearDelay | MemoryKind::LinearDelayRate => MemoryKind::LinearDelayRate,
                 MemoryKind::Average | MemoryKind::AverageRate => MemoryKind::AverageRate,
             };
             let operands = operands.iter().flat_map(|id| [*id, direction.derivative(graph, *id)]).collect();

@@ -1,6 +1,6 @@
 //! Set-valued reactions at the end of a step.
 //!
-//! A unit of a reaction that is constant over a step changes the states by its gain g. The reaction takes the value within ±limit
+//! A unit of a reaction that is constant over a step changes the states by its gain g (`coupling.rs`). The reaction takes the value within ±limit
 //! that brings its own state to zero: it subtracts δ from its own state and `(g_other/g_own) δ` from the others, where δ is that
 //! state, clipped to ±limit |g_own|, so that a state at rest is exactly zero. Where a state passes zero within the step the reaction
 //! changes its sign there; formulas: `motor/friction.rs`. Reactions act in the order of their states.

@@ -1,10 +1,12 @@
 //! The classical Runge–Kutta method of order 4.
 
 use super::affine::Affine;
+use super::coupling::add_coupling;
 use super::map::Step;
 use super::memories::Substep;
 use super::reaction::{StepEnd, react};
 use super::right_hand_sides::{InputsAt, right_hand_sides};
+use super::sampled;
 use super::settings::StepSettings;
 use crate::definition::Model;
 use crate::graph::{Graph, Id, Leaf};
@@ -52,8 +54,8 @@ fn moved(graph: &mut Graph, x: &[Id], factor: Id, k: &[Id]) -> Vec<Id> {
 }
 
 impl Step {
-    /// Makes the step by the Runge–Kutta method.
-    pub(super) fn runge_kutta(&mut self, model: &Model, affine: &Affine, settings: &StepSettings) {
+    /// Makes the step by the Runge–Kutta method; `held_first` are the sampled laws at its start.
+    pub(super) fn runge_kutta(&mut self, model: &Model, affine: &Affine, settings: &StepSettings, held_first: &[Id]) {
         let substeps = settings.substeps.max(1);
         let delayed: Vec<Vec<Id>> =
             (0..substeps).map(|substep| self.delayed(model, Substep::new(substep, substeps))).collect();
@@ -67,13 +69,19 @@ impl Step {
         let step = graph.multiply(share, step);
         let mut x: Vec<Id> =
             (0..model.states.len()).map(|n| graph.leaf(Leaf::State(u16::try_from(n).unwrap_or(u16::MAX)))).collect();
-        let mut milestones = Vec::new();
+        let (mut milestones, mut held) = (Vec::new(), held_first.to_vec());
         for (substep, delayed) in delayed.iter().enumerate() {
             let begin = x.clone();
             let at = |fraction: f64| {
                 (motorfit_core::numeric::count(substep) + fraction) / motorfit_core::numeric::count(substeps)
             };
-            let [first, middle, last] = [0.0, 0.5, 1.0].map(|fraction| inputs.at(graph, at(fraction), delayed));
+            if substep > 0 {
+                let inputs = inputs.at(graph, at(0.0), delayed);
+                held = sampled::held((model, settings), graph, substep, (&x, &inputs), &held);
+            }
+            milestones.extend(&held);
+            let remembered: Vec<Id> = delayed.iter().chain(&held).copied().collect();
+            let [first, middle, last] = [0.0, 0.5, 1.0].map(|fraction| inputs.at(graph, at(fraction), &remembered));
             let [half, sixth, third] = [0.5, 1.0 / 6.0, 1.0 / 3.0].map(|share| {
                 let share = graph.constant(share);
                 graph.multiply(share, step)
@@ -91,14 +99,16 @@ impl Step {
             milestones.extend(second.into_iter().chain(third_state).chain(fourth));
             if !model.reactions.is_empty() {
                 milestones.extend(&x);
-                let gains = series_gains(graph, affine, step);
+                let mut gains = series_gains(graph, affine, step);
                 let [begin, end] = [(&begin, &first), (&x, &last)].map(|(states, inputs)| StepEnd { states, inputs });
+                add_coupling(graph, affine, begin, step, &mut gains);
                 x = react(graph, model, begin, end, &gains);
             }
             if substep + 1 < substeps {
                 milestones.extend(&x);
             }
         }
+        x.extend(held);
         self.next = x;
         self.milestones = milestones;
     }

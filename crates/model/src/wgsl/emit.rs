@@ -101,7 +101,13 @@ impl<'p> Emitter<'p> {
             Is::Affine2 => format!("fma({}, {}, fma({}, {}, {}))", k(2)?, r(1), k(1)?, r(0), k(0)?),
             Is::Scale1 => format!("{} * {}", k(0)?, r(0)),
             Is::Scale2 => format!("fma({}, {}, {} * {})", k(1)?, r(1), k(0)?, r(0)),
-            Is::Output | Is::Delay | Is::DelayRate | Is::Average | Is::AverageRate => return None,
+            Is::Output
+            | Is::Delay
+            | Is::DelayRate
+            | Is::LinearDelay
+            | Is::LinearDelayRate
+            | Is::Average
+            | Is::AverageRate => return None,
         })
     }
 
@@ -114,6 +120,7 @@ impl<'p> Emitter<'p> {
         let slice = self.slice(at, signal)?;
         let own = format!("{at}");
         let (_, Substep { place, of: parts }) = of.memory();
+        let parts = if parts == 0 { Substep::JUMP } else { parts };
         let [place, parts] = [place, parts].map(|number| format!("Scalar({number}.0)"));
         let _ = writeln!(
             self.text,

@@ -229,6 +229,8 @@ fn call(function: &str, arguments: &[Formula]) -> (u8, String) {
         ("select", [condition, then, otherwise]) => (0, format!("if {condition} then {then} else {otherwise}")),
         ("clamp", [value, low, high]) => (9, format!("max({low}, min({value}, {high}))")),
         ("deadzone", [value, gap]) => (4, format!("{} - max(-{}, min({value}, {gap}))", tight[0], tight[1])),
+        // Without its samples: continuous.
+        ("hold", [law, _]) => (5, format!("({law})")),
         ("stick", [speed, _]) => (5, format!("{}*tanh(({speed})/{CREEP})", tight[1])),
         ("pow", [_, _]) => (8, format!("{}^{}", tight[0], tight[1])),
         _ => (9, format!("{function}({})", whole.join(", "))),
