@@ -40,7 +40,7 @@ impl Block {
     }
 }
 
-/// What an estimator needs of a problem.
+/// A problem that is fitted: its parameters, recordings and derivatives.
 pub(crate) trait Fitted: Sync {
     /// Returns the coordinates of the free parameters.
     fn axes(&self) -> Vec<Coordinate>;

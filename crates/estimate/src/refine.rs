@@ -47,12 +47,6 @@ pub fn refine(records: &[Record], space: &Space, start: &[f64], options: &Refine
 /// that of the recordings.
 pub fn refine_on(problem: &Problem, start: &[f64], sigma: Option<&[[f64; 2]]>) -> Result<Refined> {
     check_plain(problem)?;
-    if sigma.is_some_and(|sigma| sigma.len() != problem.signals().len()) {
-        return Err(Error::usage(
-            "the number of σ pairs differs from that of the recordings",
-            "Give one pair for each recording.",
-        ));
-    }
     refine_problem(problem, start, sigma, Effort::Thorough)
 }
 
@@ -106,6 +100,12 @@ pub(super) fn refine_problem(
     effort: Effort,
 ) -> Result<Refined> {
     check_count(problem, start)?;
+    if sigma.is_some_and(|sigma| sigma.len() != problem.signals().len()) {
+        return Err(Error::usage(
+            "the number of σ pairs differs from that of the recordings",
+            "Give one pair for each recording.",
+        ));
+    }
     let fit = Fit::new(problem);
     let mut axes = problem.space().free().iter().zip(start);
     if let Some((axis, value)) = axes.find(|(axis, value)| !axis.parameter.admits(**value)) {

@@ -109,7 +109,7 @@ fn digests(record: &Compared<'_>) -> impl Iterator<Item = (usize, u64)> {
         signal.len().hash(&mut digest);
         for part in 0..DIGEST_SAMPLES {
             let at = signal.len() * part / DIGEST_SAMPLES;
-            let inputs = record.inputs.iter().map(|input| input[at]);
+            let inputs = record.inputs.iter().map(|input| input.get(at).copied().unwrap_or_default());
             // Adding zero gives −0 and +0 the same bits.
             inputs.chain([signal[at]]).for_each(|value| (value + 0.0).to_bits().hash(&mut digest));
         }

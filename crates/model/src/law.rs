@@ -13,6 +13,7 @@ impl Model {
 
     /// Returns the model with its continuous laws sampled with a period; `None` if it has none.
     #[must_use]
+    #[doc(hidden)]
     pub fn with_sampled_laws(&self, period_s: f64) -> Option<Self> {
         let laws = continuous_laws(self);
         if laws.is_empty() {

@@ -36,7 +36,7 @@ pub(crate) struct Compared {
 
 /// A joint fit with the fit of each recording alone.
 pub(crate) struct JointFit<'a> {
-    /// What the recordings are of, in messages: a motor or a machine.
+    /// Name of the machine in messages: motor or machine.
     pub machine: &'a str,
     /// Names of the recordings.
     pub names: &'a [String],

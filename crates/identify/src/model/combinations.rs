@@ -158,6 +158,7 @@ impl Open {
                 && (change(own).abs() / change(other).abs() - 1.0).abs() < SIMPLE
         };
         let other = self.members.iter().filter(|_| self.fixed.len() == 1).find(beside)?;
+        let (own, other) = if own.axis < other.axis { (own, other) } else { (other, own) };
         let sign = -(change(own) / change(other)).signum();
         let value = own.value + sign * other.value;
         let slopes = [(own, own.value * own.rate), (other, sign * other.value * other.rate)];
@@ -175,8 +176,9 @@ impl Open {
         let factor = if exponents.iter().all(|exponent| exponent.fract() == 0.0) { 1.0 } else { 2.0 };
         let of_fixed =
             self.fixed.iter().zip(&exponents).map(|(pivot, exponent)| (&self.members[*pivot], -factor * exponent));
-        let parts: Vec<(&Member, f64)> =
+        let mut parts: Vec<(&Member, f64)> =
             std::iter::once((own, factor)).chain(of_fixed.filter(|(_, exponent)| *exponent != 0.0)).collect();
+        parts.sort_by_key(|(of, _)| of.axis);
         let value = parts.iter().map(|(of, exponent)| of.value.powf(*exponent)).product::<f64>();
         let slopes: Vec<(&Member, f64)> = parts.iter().map(|(of, exponent)| (*of, exponent * of.rate)).collect();
         let relative = self.error(&slopes);

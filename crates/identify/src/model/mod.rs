@@ -10,8 +10,9 @@ mod islands;
 mod pipeline;
 mod result;
 mod sampled_law;
-pub(crate) mod step_accuracy;
+mod step_accuracy;
 mod tests_of_residuals;
+mod trust;
 
 pub use batch_costs::ModelCosts;
 pub use pipeline::{ModelProgress, ModelSpec, hold_out_model, identify_model};

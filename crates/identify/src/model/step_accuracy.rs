@@ -21,7 +21,7 @@ fn step_cause(problem: &ModelProblem) -> StepCause {
 }
 
 /// Describes how far the estimates moved with the steps, and why.
-pub(crate) fn inaccuracy(problem: &ModelProblem) -> String {
+pub(super) fn inaccuracy(problem: &ModelProblem) -> String {
     let cause = match step_cause(problem) {
         StepCause::Stick => "the moments at which friction sticks depend on the steps of the integration",
         StepCause::Corners => "the moments at which the equations switch depend on the steps of the integration",
@@ -37,7 +37,7 @@ pub(crate) fn inaccuracy(problem: &ModelProblem) -> String {
 }
 
 /// Returns the next step where the estimates depend on the steps of the integration, for a recording that exists.
-pub(crate) fn shorter_steps(problem: &ModelProblem) -> Text {
+pub(super) fn shorter_steps(problem: &ModelProblem) -> Text {
     let names = problem.space().names(problem.model());
     let moved = problem.method().change.and_then(|change| names.get(change.axis)).map_or("an estimate", String::as_str);
     match step_cause(problem) {

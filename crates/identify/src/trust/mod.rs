@@ -2,9 +2,8 @@
 //!
 //! A result is `good` if the residuals pass their tests, residuals at the level of the noise or a conclusive search confirm the
 //! optimum, and no finding about the recordings or the machine contradicts it. Each reason lowers the level to `check` or `poor`.
-//! The rules are the same for the DC motor (`motor.rs`) and for users' models (`model.rs`).
+//! The rules are the same for the DC motor (`motor.rs`) and for users' models (`model/trust.rs`).
 
-pub(super) mod model;
 pub(super) mod motor;
 
 use crate::analysis::{EXPLAINED_MIN, ResidualTest};
@@ -46,7 +45,7 @@ pub(super) const WARNINGS: [(&str, TrustLevel, &str); 21] = [
 /// A reason with its level.
 pub(super) type Reason = (TrustLevel, &'static str, Text);
 
-/// What is known about the result of an identification, of any machine.
+/// The facts about the result of an identification, of any machine.
 pub(super) struct Facts<'a> {
     /// Names of the outputs in sentences, as `the current` or `x`.
     pub outputs: Vec<String>,

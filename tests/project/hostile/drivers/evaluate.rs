@@ -389,6 +389,7 @@ pub fn gpus(calls: &mut Calls) {
 
 #[expect(clippy::too_many_lines, reason = "a list of calls")]
 pub fn estimates(calls: &mut Calls) {
+    use motorfit::estimate::model::ModelRefined;
     use motorfit::estimate::{
         RefineOptions, SmFailure, Whiteness, describe_direction, fit_problem, global_reference, initial_states, refine,
         refine_coarse, refine_on, residual_squares, robust_uncertainty, signal_deviations, steiglitz_mcbride,
@@ -442,6 +443,7 @@ pub fn estimates(calls: &mut Calls) {
             let Some(mut refined) = refined else { continue };
             drive!(calls, with;
                 "estimate::Refined::weighted" => (refined.weighted(&sigmas), refined.weighted(&[])),
+                "estimate::model::ModelRefined::from" => ModelRefined::from(&refined),
                 "estimate::Uncertainty::variance_inflation" => refined.uncertainty.variance_inflation(),
                 "estimate::robust_uncertainty" => robust_uncertainty(&problem, &refined),
             );

@@ -6,7 +6,7 @@ use crate::hostile::drivers::identify::{fitted, mangled as mangled_motors};
 use motorfit::candidates::Candidates;
 use motorfit::device::{DeviceSpec, ModelDevice, PrecisionSpec};
 use motorfit::estimate::model::{
-    ModelRefined, ModelStarts, model_ends, model_optima, refine_model, separate_model_fits, signal_sigma,
+    ModelRefined, ModelStarts, model_ends, model_optima, refine_model, separate_model_fits,
 };
 use motorfit::evaluate::model::{
     ModelAxis, ModelEvaluator, ModelProblem, ModelRecording, ModelSettings, ModelSimd, ModelSpace, signal_requests,
@@ -110,6 +110,7 @@ fn built_in(calls: &mut Calls, of: BuiltIn) {
         "model::Model::reactions" => model.reactions(),
         "model::Model::operations" => model.operations(),
         "model::Model::has_corners" => model.has_corners(),
+        "model::Model::has_continuous_law" => model.has_continuous_law(),
         "model::Model::has_feedthrough" => COUNTS.map(|number| model.has_feedthrough(number, number)),
         "model::Model::wgsl" => ShaderPrecision::ALL.map(|precision| model.wgsl(precision).is_ok()),
         "model::ShaderPrecision::bytes" => ShaderPrecision::ALL.map(ShaderPrecision::bytes),
@@ -356,7 +357,6 @@ fn refined(calls: &mut Calls, problem: &ModelProblem, middle: &[f64]) {
     let Ok(found) = refine_model(problem, middle, &[vec![0.0; 2]], (true, None)) else { return };
     let other = ModelRefined { values: Vec::new(), ..found.clone() };
     drive!(calls, found;
-        "estimate::model::signal_sigma" => signal_sigma(problem),
         "estimate::model::separate_model_fits" => separate_model_fits(problem, &found, true),
         "estimate::model::separate_model_fits" => separate_model_fits(problem, &found, false),
         "estimate::model::separate_model_fits" => separate_model_fits(problem, &other, true),

@@ -1,8 +1,8 @@
 //! The level of trust in a result with a user's model.
 
-use super::{Facts, Missed, Reason};
-use crate::model::ModelIdentification;
-use crate::model::step_accuracy::{inaccuracy, shorter_steps};
+use super::result::ModelIdentification;
+use super::step_accuracy::{inaccuracy, shorter_steps};
+use crate::trust::{Facts, Missed, Reason};
 use crate::trust_level::{Trust, TrustLevel};
 use motorfit_core::numeric::{noise_sigma, standard_deviation, upper_median};
 use motorfit_core::setting::{Text, text};
@@ -16,7 +16,7 @@ use TrustLevel::{Check, Poor};
 const SAMPLES_FEW: usize = 40;
 
 /// Determines the level of trust in a result.
-pub(crate) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_polished: bool) -> Trust {
+pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_polished: bool) -> Trust {
     let outlying = outliers(problem, found);
     let recording = |n: usize| problem.recording(n).name.clone().unwrap_or_else(|| format!("recording {}", n + 1));
     let facts = Facts {

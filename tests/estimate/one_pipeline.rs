@@ -1,0 +1,115 @@
+//! Proves: the DC motor as a user's model gives the values, standard errors, level of trust and reasons of the built-in motor, on good
+//! recordings and on spoiled ones; a recording that is given twice, and recordings of different motors, are found for both.
+//! Does not prove: checks that the built-in motor has alone, which are listed in `ALONE`.
+#![allow(clippy::unwrap_used, reason = "a test may stop")]
+
+use motorfit::criterion::Noise;
+use motorfit::evaluate::model::ModelRecording;
+use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
+use motorfit::identify::model::{ModelIdentification, ModelSpec, identify_model};
+use motorfit::identify::{Identification, IdentifySpec, TrustReason, identify};
+use motorfit::model::{BuiltIn, Model};
+use motorfit::motor::{Discretization, Parameters};
+use motorfit::numeric::count;
+use motorfit::record::{Record, Samples};
+use std::ops::ControlFlow;
+
+/// Reasons of checks that one of the two has alone.
+const ALONE: [&str; 4] = ["late_voltage", "model_incomplete", "outliers", "between_samples"];
+
+/// Returns a recording of a motor from rest, with noise of 40 dB.
+fn recorded(motor: &Parameters, (high, low): (f64, f64), seed: u64) -> Record {
+    let mut voltage: Vec<f64> = (0..1000).map(|n| if (n / 130) % 2 == 0 { high } else { low }).collect();
+    voltage[..50].fill(0.0);
+    let time_s = (0..1000).map(|n| 1e-3 * count(n)).collect();
+    let clean = simulated(motor, &Excitation { time_s, voltage, torque: None }, Discretization::Zoh).unwrap();
+    with_noise(&clean, noise_of(&clean, Noise::Decibels(40.0)), seed).unwrap()
+}
+
+/// Returns the recording with changed samples.
+fn changed(record: &Record, change: impl Fn(&mut Samples)) -> Record {
+    let mut samples = record.samples().clone();
+    change(&mut samples);
+    Record::new(samples).unwrap()
+}
+
+fn of_model(record: &Record) -> ModelRecording {
+    ModelRecording {
+        time_s: record.samples().time_s.clone(),
+        step_s: vec![record.period_s()],
+        inputs: vec![record.samples().voltage.clone(), vec![0.0; record.len()]],
+        measured: record.measured().map(|signal| signal.map(<[f64]>::to_vec)).to_vec(),
+        counting: Vec::new(),
+        effective_sample_ratio: 1.0,
+        name: None,
+    }
+}
+
+type Both = (motorfit::Result<Identification>, motorfit::Result<ModelIdentification>);
+
+/// Identifies the motor by both.
+fn both(records: &[Record]) -> Both {
+    // Both from rest, without initial states to estimate.
+    let model = Model::parse(&BuiltIn::DcMotor.source().replace("\"measured\"", "0")).unwrap();
+    let recordings: Vec<ModelRecording> = records.iter().map(of_model).collect();
+    let found = identify_model(&model, &recordings, &ModelSpec::default(), &mut |_| ControlFlow::Continue(()));
+    (identify(records, &IdentifySpec::default()), found)
+}
+
+fn codes(reasons: &[TrustReason]) -> Vec<&'static str> {
+    let mut codes: Vec<&str> = reasons.iter().map(|reason| reason.code).filter(|code| !ALONE.contains(code)).collect();
+    codes.sort_unstable();
+    codes
+}
+
+#[test]
+fn the_motor_as_a_model_is_judged_as_the_motor() {
+    let motor = Parameters::M2;
+    let other = Parameters { k: 1.05 * motor.k, ..motor };
+    let one = recorded(&motor, (8.0, -4.0), 3);
+    let coloured = |samples: &mut Samples| {
+        // A slow wave beside the noise: the model lacks it.
+        let wave = |(n, value): (usize, &mut f64)| *value += 2.0 * (0.02 * count(n)).sin();
+        samples.speed.iter_mut().flatten().enumerate().for_each(wave);
+    };
+    let late = |samples: &mut Samples| samples.voltage.rotate_right(4);
+    let cases = [
+        ("one recording", vec![one.clone()]),
+        ("two of one motor", vec![one.clone(), recorded(&motor, (5.0, -2.0), 4)]),
+        ("two motors", vec![one.clone(), recorded(&other, (5.0, -2.0), 4)]),
+        ("three, one of another motor", {
+            vec![one.clone(), recorded(&other, (5.0, -2.0), 4), recorded(&motor, (7.0, -3.0), 5)]
+        }),
+        ("a speed that is too large", {
+            let scale = |samples: &mut Samples| samples.speed.iter_mut().flatten().for_each(|w| *w *= 1.05);
+            vec![one.clone(), changed(&recorded(&motor, (5.0, -2.0), 4), scale)]
+        }),
+        ("a wave in the speed", vec![changed(&one, coloured)]),
+        ("a late voltage", vec![changed(&one, late)]),
+    ];
+    for (name, records) in cases {
+        let (own, found) = both(&records);
+        let (own, found) = (own.unwrap(), found.unwrap());
+        let reasons = [codes(&own.trust.reasons), codes(&found.trust.reasons)];
+        let errors = &own.uncertainty.as_ref().unwrap().std_error;
+        let of_model = &found.uncertainty.as_ref().unwrap().std_error;
+        for ((found, own), (of_model, error)) in found.values.iter().zip(&own.values).zip(of_model.iter().zip(errors)) {
+            let (of_model, error) = (of_model.unwrap(), error.unwrap());
+            // Both end within 1e-6 standard errors of the optimum of their weights, which rounds of weights leave at 1e-6 of σ. The
+            // sandwich estimate depends on an autoregression of the residuals.
+            assert!((found - own).abs() < 1e-3 * error, "{name}: {found} {own} ± {error}");
+            assert!((of_model / error - 1.0).abs() < 1e-2, "{name}: ± {of_model}, {error}");
+        }
+        assert_eq!(reasons[0], reasons[1], "{name}");
+        assert_eq!(own.trust.level, found.trust.level, "{name}: {:?} {:?}", own.trust, found.trust);
+    }
+}
+
+#[test]
+fn a_recording_that_is_given_twice_is_refused() {
+    let one = recorded(&Parameters::M2, (8.0, -4.0), 3);
+    let (own, found) = both(&[one.clone(), recorded(&Parameters::M2, (5.0, -2.0), 4), one]);
+    let [own, found] = [own.unwrap_err(), found.unwrap_err()];
+    assert_eq!((own.to_string(), own.kind()), (found.to_string(), found.kind()));
+    assert!(own.to_string().contains("recording 1 and recording 3 are the same recording"), "{own}");
+}
