@@ -6,6 +6,7 @@
 //! the covariance of the estimates; for correlated residuals [`super::sandwich`] widens it.
 
 use super::fit::Fit;
+use super::fitted::Fitted;
 use super::triangle::dot;
 use motorfit_core::coordinate::Coordinate;
 use motorfit_core::numeric::{count, peak};
@@ -100,7 +101,7 @@ const CHI2: f64 = 45.31;
 /// range of an extension parameter.
 const SPREAD_MAX: f64 = 1.0;
 /// Standard error along a direction whose information is rounding error.
-const SPREAD_OPEN: f64 = 100.0;
+const SPREAD_OPEN: f64 = 1e3;
 /// Ratio of the information of a direction to the largest at which it is rounding error and the direction unidentifiable.
 const INFORMATION_MIN: f64 = 1e-13;
 /// Ratio of residuals to the signal below which residuals are rounding errors.
@@ -169,7 +170,14 @@ pub(super) fn spread_matrix(matrix: &DMatrix<f64>, moving: &[usize], axes: usize
 /// Returns the magnitude of a value in its coordinate, by which steps of parameters with different coordinates are compared: 1 for a
 /// logarithm. A value near zero has the magnitude of its error with the others known.
 fn magnitude(axis: &Coordinate, value: f64, information: f64) -> f64 {
-    if axis.is_logarithmic { 1.0 } else { axis.of(value).abs().max(information.sqrt().recip()) }
+    if axis.is_logarithmic { 1.0 } else { axis.of(value).abs().max(information.sqrt().recip()).max(f64::MIN_POSITIVE) }
+}
+
+/// Returns true for each parameter that takes part in a direction.
+pub(super) fn takes_part_in(problem: &dyn Fitted, values: &[f64], direction: &[f64]) -> Vec<bool> {
+    let magnitudes: Vec<f64> =
+        problem.axes().iter().zip(values).map(|(axis, value)| magnitude(axis, *value, f64::INFINITY)).collect();
+    (0..direction.len()).map(|p| direction[p] != 0.0 && takes_part(direction, &magnitudes, p)).collect()
 }
 
 /// Returns true if a parameter takes part in a direction: by its coordinate, or by its own magnitude. A small value on a long linear

@@ -12,6 +12,6 @@ pub use crate::separate::Separate;
 #[doc(hidden)]
 pub use multistart::rounds_max;
 pub use multistart::{ModelEnd, ModelOptima, ModelStarts, Populations, model_ends, model_optima};
-pub use refine::{refine_model, separate_model_fits, signal_sigma};
+pub use refine::{open_flat, refine_model, separate_model_fits, signal_sigma};
 #[doc(hidden)]
 pub use search::ARRIVALS;

@@ -49,6 +49,14 @@ pub fn refine_model(
     Ok(ended)
 }
 
+/// Marks the parameters of a model with friction that sticks, or with corners such as those of a limit, as not identified where the
+/// likelihood leaves them open on one side.
+pub fn open_flat(problem: &ModelProblem, refined: &mut Ended, estimates_initial: bool) {
+    if problem.model().reactions() > 0 || problem.model().has_corners() {
+        crate::flat::open_flat(&FittedModel::new(problem, estimates_initial), refined);
+    }
+}
+
 /// Returns the fit of each recording of a joint fit of a model alone, from the joint optimum; `None` if one fails.
 #[must_use]
 pub fn separate_model_fits(problem: &ModelProblem, shared: &Ended, estimates_initial: bool) -> Option<Vec<Separate>> {

@@ -10,7 +10,9 @@ use motorfit_core::text::listed;
 use motorfit_estimate::{Uncertainty, student95};
 use motorfit_evaluate::model::{ModelAxis, ModelProblem};
 
-/// Exponent, relative to the largest, below which a parameter does not change with another.
+/// Exponent below which a parameter does not change with another: rounding of a direction.
+const APART: f64 = 1e-5;
+/// Relative difference of exponents that are equal in words.
 const PART: f64 = 0.02;
 /// Difference of an exponent from a simple number up to which it is that number: directions of exact groups agree far better.
 const SIMPLE: f64 = 1e-3;
@@ -60,7 +62,12 @@ impl Open {
         let weights: Vec<f64> = members.iter().map(|of| of.rate.abs().recip()).collect();
         let row = |direction: &Vec<f64>| members.iter().map(|of| direction[of.axis] * of.rate).collect();
         let mut rows: Vec<Vec<f64>> = uncertainty.unidentifiable.iter().map(row).collect();
-        let fixed = eliminated(&mut rows, &weights);
+        let mut fixed = eliminated(&mut rows, &weights);
+        if let ([row], [pivot]) = (&mut rows[..], &mut fixed[..]) {
+            *pivot = of_most(row, *pivot);
+            let divisor = row[*pivot];
+            row.iter_mut().for_each(|value| *value /= divisor);
+        }
         for (n, member) in members.iter_mut().enumerate() {
             member.exponents = rows[..fixed.len()].iter().map(|row| row[n]).collect();
         }
@@ -72,7 +79,7 @@ impl Open {
     fn groups(&self) -> Vec<(Vec<usize>, Vec<usize>)> {
         let mut groups: Vec<(Vec<usize>, Vec<usize>)> = Vec::new();
         for (place, pivot) in self.fixed.iter().enumerate() {
-            let own = (0..self.members.len()).filter(|n| self.members[*n].exponents[place].abs() > PART);
+            let own = (0..self.members.len()).filter(|n| self.members[*n].exponents[place].abs() > APART);
             let (mut members, mut fixed): (Vec<usize>, Vec<usize>) = (own.collect(), vec![*pivot]);
             let shares = |group: &(Vec<usize>, Vec<usize>)| group.0.iter().any(|n| members.contains(n));
             let (joined, apart): (Vec<_>, Vec<_>) = groups.into_iter().partition(shares);
@@ -110,8 +117,9 @@ impl Open {
                 format!("{} cannot be told apart{rest}", listed(&names, "and"))
             }
             (_, [pivot]) => {
+                let is_scale = |n: &usize| (self.members[*n].exponents[0].abs() - 1.0).abs() < PART;
                 let (scale, others): (Vec<usize>, Vec<usize>) =
-                    members.iter().partition(|n| *n == pivot || self.is_power(**n));
+                    members.iter().partition(|n| *n == pivot || is_scale(n));
                 let scale: Vec<&str> = scale.iter().map(name).collect();
                 let others: Vec<&str> = others.iter().map(name).collect();
                 let rest = match others.len() {
@@ -227,6 +235,12 @@ fn eliminated(rows: &mut Vec<Vec<f64>>, weights: &[f64]) -> Vec<usize> {
     }
     rows.truncate(pivots.len());
     pivots
+}
+
+/// Returns the member of a single direction whose exponent most others have too; the last of several.
+fn of_most(row: &[f64], pivot: usize) -> usize {
+    let alike = |n: usize| row.iter().filter(|other| ((*other / row[n]).abs() - 1.0).abs() < PART).count();
+    (0..row.len()).filter(|n| row[*n].abs() > PART).max_by_key(|n| alike(*n)).unwrap_or(pivot)
 }
 
 /// Returns the multiple of a half that an exponent is, up to 3; `None` if it is none.

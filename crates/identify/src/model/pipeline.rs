@@ -18,7 +18,7 @@ use motorfit_core::candidates::Candidates;
 use motorfit_core::clock::Instant;
 use motorfit_core::{Error, Result};
 use motorfit_estimate::model::{
-    ARRIVALS, ModelOptima, ModelRefined, ModelStarts, model_optima, refine_model, rounds_max, signal_sigma,
+    ARRIVALS, ModelOptima, ModelRefined, ModelStarts, model_optima, open_flat, refine_model, rounds_max, signal_sigma,
 };
 use motorfit_evaluate::criterion::Criterion;
 use motorfit_evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
@@ -151,7 +151,9 @@ pub fn identify_model(
             if is_of_given && matches!(verification.status, "agrees" | "reference_failed") {
                 verification = ModelVerification { status: "reference_failed", arrivals: 0, ..verification };
             }
-            (refined.0, Some(refined.1))
+            let (problem, mut refined) = refined;
+            open_flat(&problem, &mut refined, spec.estimates_initial);
+            (problem, Some(refined))
         }
         false => (problem, None),
     };

@@ -6,7 +6,7 @@ use crate::hostile::drivers::identify::{fitted, mangled as mangled_motors};
 use motorfit::candidates::Candidates;
 use motorfit::device::{DeviceSpec, ModelDevice, PrecisionSpec};
 use motorfit::estimate::model::{
-    ModelRefined, ModelStarts, model_ends, model_optima, refine_model, separate_model_fits,
+    ModelRefined, ModelStarts, model_ends, model_optima, open_flat, refine_model, separate_model_fits,
 };
 use motorfit::evaluate::model::{
     ModelAxis, ModelEvaluator, ModelProblem, ModelRecording, ModelSettings, ModelSimd, ModelSpace, signal_requests,
@@ -361,6 +361,8 @@ fn refined(calls: &mut Calls, problem: &ModelProblem, middle: &[f64]) {
         "estimate::model::separate_model_fits" => separate_model_fits(problem, &found, false),
         "estimate::model::separate_model_fits" => separate_model_fits(problem, &other, true),
         "estimate::model::ModelRefined::weighted" => found.weighted(&[]),
+        "estimate::model::open_flat" => open_flat(problem, &mut found.clone(), true),
+        "estimate::model::open_flat" => open_flat(problem, &mut other.clone(), false),
     );
 }
 
