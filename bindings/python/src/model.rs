@@ -7,7 +7,7 @@ use crate::spec::{Keywords, keywords};
 use motorfit::Error;
 use motorfit::evaluate::model::ModelRecording;
 use motorfit::model::{InitialState, ModelState};
-use motorfit::record::{Reading, Record, step_lengths};
+use motorfit::record::{Reading, Record};
 use motorfit::setting::Setting;
 use motorfit::settings::{self, READING};
 use pyo3::exceptions::PyTypeError;
@@ -93,19 +93,8 @@ impl Model {
             };
             return Err(Error::usage(message, "Give every input one value for each time.")).raise(py);
         }
-        let step_s = step_lengths(&time_s).raise(py)?;
-        // Outputs that vary, because a problem needs one; they are not used.
-        let measured = self.0.outputs().iter().map(|_| Some(time_s.clone())).collect();
         let inputs = inputs.into_iter().flatten().collect();
-        Ok(ModelRecording {
-            inputs,
-            measured,
-            step_s,
-            counting: Vec::new(),
-            effective_sample_ratio: 1.0,
-            name: None,
-            time_s,
-        })
+        ModelRecording::to_simulate(&self.0, time_s, inputs).raise(py)
     }
 
     /// Returns the initial values of the states that are measured or free, 0 where none is given.

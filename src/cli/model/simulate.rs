@@ -86,7 +86,7 @@ fn values(model: &Model, text: &str) -> Result<Vec<f64>> {
     Ok(values.into_iter().flatten().collect())
 }
 
-/// Returns the inputs of a simulation, with outputs of zero in place of measured ones.
+/// Returns the inputs of a simulation.
 fn recording(model: &Model, args: &SimulateArgs) -> Result<ModelRecording> {
     let is_file = Path::new(&args.input).exists();
     let (time_s, inputs) = if is_file || !args.input.contains("step:") {
@@ -105,18 +105,7 @@ fn recording(model: &Model, args: &SimulateArgs) -> Result<ModelRecording> {
     } else {
         steps(model, args)?
     };
-    let step_s = motorfit::record::step_lengths(&time_s)?;
-    // Outputs that vary, because a problem needs one; they are not used.
-    let measured = model.outputs().iter().map(|_| Some(time_s.clone())).collect();
-    Ok(ModelRecording {
-        inputs,
-        measured,
-        step_s,
-        counting: Vec::new(),
-        effective_sample_ratio: 1.0,
-        name: None,
-        time_s,
-    })
+    ModelRecording::to_simulate(model, time_s, inputs)
 }
 
 /// Returns the time and the inputs of steps, `NAME=step:VALUE@SECONDS,…`, or `step:VALUE@SECONDS` for the first input.

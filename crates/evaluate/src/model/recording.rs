@@ -7,7 +7,7 @@ use motorfit_core::{Error, Result};
 use motorfit_model::step::open_states;
 use motorfit_model::{InitialState, Model};
 use motorfit_record::warning::name_of;
-use motorfit_record::{Quantity, Record, SignalRequest};
+use motorfit_record::{Quantity, Record, SignalRequest, step_lengths};
 
 /// Returns the signals that the import reads for a model: its inputs, then its outputs.
 #[must_use]
@@ -100,6 +100,26 @@ impl ModelRecording {
         let effective_sample_ratio = record.effective_sample_ratio();
         let name = record.source().path.as_ref().map(|_| name_of(record));
         Ok(Self { time_s: samples.time_s.clone(), step_s, inputs, measured, counting, effective_sample_ratio, name })
+    }
+
+    /// Makes a recording for a simulation from its times \[s\] and the inputs of a model. Its outputs are the times: a problem needs some
+    /// that vary, and they are not used.
+    ///
+    /// # Errors
+    /// Returns the errors of [`step_lengths`].
+    #[doc(hidden)]
+    pub fn to_simulate(model: &Model, time_s: Vec<f64>, inputs: Vec<Vec<f64>>) -> Result<Self> {
+        let step_s = step_lengths(&time_s)?;
+        let measured = model.outputs().iter().map(|_| Some(time_s.clone())).collect();
+        let counting = Vec::new();
+        Ok(Self { time_s, step_s, inputs, measured, counting, effective_sample_ratio: 1.0, name: None })
+    }
+
+    /// Returns the name in messages of the recording with a number: its own, or `recording 1` for the first.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn label(&self, number: usize) -> String {
+        self.name.clone().unwrap_or_else(|| format!("recording {}", number + 1))
     }
 
     /// Returns the first samples.

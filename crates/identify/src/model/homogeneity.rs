@@ -21,8 +21,7 @@ pub(super) fn homogeneity(problem: &ModelProblem, refined: &ModelRefined, estima
         }
     };
     let axes: Vec<Compared> = problem.space().free.iter().zip(&refined.uncertainty.std_error).map(compared).collect();
-    let name = |n: usize| problem.recording(n).name.clone().unwrap_or_else(|| format!("recording {}", n + 1));
-    let names: Vec<String> = (0..problem.recordings()).map(name).collect();
+    let names: Vec<String> = (0..problem.recordings()).map(|n| problem.recording(n).label(n)).collect();
     let (rank, sigmas) = (refined.uncertainty.rank, &refined.sigmas);
     JointFit { machine: "machine", names: &names, axes: &axes, rank, sigmas, own: &own }.differing().map(|(of, _)| of)
 }

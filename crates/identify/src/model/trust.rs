@@ -18,10 +18,9 @@ const SAMPLES_FEW: usize = 40;
 /// Determines the level of trust in a result.
 pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_polished: bool) -> Trust {
     let outlying = outliers(problem, found);
-    let recording = |n: usize| problem.recording(n).name.clone().unwrap_or_else(|| format!("recording {}", n + 1));
     let facts = Facts {
         outputs: problem.model().outputs().iter().map(|output| output.name.clone()).collect(),
-        recordings: (0..problem.recordings()).map(recording).collect(),
+        recordings: (0..problem.recordings()).map(|n| problem.recording(n).label(n)).collect(),
         fit_percent: &found.fit_percent,
         missed: &missed(problem, found),
         tests: found.fits.iter().map(|fit| fit.residuals.clone()).collect(),
