@@ -57,7 +57,12 @@ fn problem(model: &Model, recording: ModelRecording, method: Option<IntegrationM
         Some(_) => Criterion { norm: Norm::Euclidean, scale: Scale::None, ..Criterion::default() },
         None => Criterion::default(),
     };
-    let settings = ModelSettings { criterion, method: method.map(|of| (of, 1)), ..ModelSettings::default() };
+    let settings = ModelSettings {
+        criterion,
+        method: method.map(|of| (of, 1)),
+        has_known_initial: true,
+        ..ModelSettings::default()
+    };
     ModelProblem::new(model, ModelSpace::new(model, 1), vec![recording], settings).unwrap()
 }
 
@@ -286,7 +291,7 @@ fn derivatives() {
         for _ in 0..ROUNDS {
             let plain = median((0..5).map(|_| seconds(|| drop(own.simulate(&start, 0, &initial[0])))).collect());
             let begin = Instant::now();
-            let found = refine_model(&own, &start, &initial, (false, Some(&signal_sigma(&own)))).unwrap();
+            let found = refine_model(&own, &start, &initial, Some(&signal_sigma(&own))).unwrap();
             // One more simulation tests the residuals.
             let time = begin.elapsed().as_secs_f64() / (found.evaluations + 1) as f64;
             ratios.push(time / plain);

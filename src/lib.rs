@@ -150,9 +150,10 @@ pub mod estimate {
     //! refinements of the same recordings share a problem made by [`fit_problem`].
 
     pub use motorfit_estimate::{
-        Estimate, Reference, ReferenceKind, RefineOptions, Refined, SmFailure, Uncertainty, Whiteness, descend,
-        describe_direction, fit_problem, global_reference, initial_states, model, refine, refine_coarse, refine_on,
-        residual_squares, robust_uncertainty, signal_deviations, steiglitz_mcbride, steiglitz_mcbride_on,
+        Block, Estimate, Fitted, Place, Point, Reference, ReferenceKind, RefineOptions, Refined, Separate, SmFailure,
+        Uncertainty, Whiteness, descend, describe_direction, fit_problem, global_reference, initial_states, model,
+        refine, refine_coarse, refine_on, residual_squares, robust_uncertainty, separate_fits, signal_deviations,
+        steiglitz_mcbride, steiglitz_mcbride_on,
     };
 }
 

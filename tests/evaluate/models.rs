@@ -176,8 +176,8 @@ fn intervals_cover_the_truth_with_noise_that_is_given_and_with_estimated_noise()
         let space = ModelSpace::new(&model, 1);
         let problem = ModelProblem::new(&model, space, vec![recording], ModelSettings::default()).unwrap();
         let given = vec![vec![0.1 * rms(current), 0.005 * rms(speed)]];
-        let refined = [Some(&given[..]), None]
-            .map(|sigma| refine_model(&problem, &truth, &[Vec::new()], (false, sigma)).unwrap());
+        let refined =
+            [Some(&given[..]), None].map(|sigma| refine_model(&problem, &truth, &[Vec::new()], sigma).unwrap());
         assert_eq!(refined[0].weights, given);
         for (covered, refined) in covered.iter_mut().zip(&refined) {
             let is_covered = |(n, truth): (usize, &f64)| {

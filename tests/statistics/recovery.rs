@@ -39,7 +39,7 @@ fn refined(record: &Record, space: &Space, start: [f64; 5], sigma: Option<[f64; 
         std::slice::from_ref(record),
         space,
         &start,
-        &RefineOptions { model: Model::default(), sigma: sigma.map(|s| vec![s]) },
+        &RefineOptions { model: Model::default(), sigma: sigma.map(|s| vec![s.to_vec()]) },
     )
     .unwrap()
 }
@@ -145,7 +145,7 @@ fn a_thousand_random_motors() {
             let sigma = &best.sigmas;
             let problem = fit_problem(std::slice::from_ref(&noisy), &Space::table2(), Model::default()).unwrap();
             let reference = global_reference(&problem, sigma);
-            let local = refined(&noisy, &Space::table2(), truth, Some(sigma[0]));
+            let local = refined(&noisy, &Space::table2(), truth, Some([sigma[0][0], sigma[0][1]]));
             let gap = reference.unwrap().refined.weighted(sigma) / local.weighted(sigma) - 1.0;
             (errors, apart, gap, knows)
         };
@@ -445,7 +445,7 @@ fn a_lower_optimum_with_a_smaller_region_is_found() {
         let motor = Extended::from(&Parameters { r, l, k, b, j }).with(Parameter::Coulomb, friction);
         let excitation = Excitation { time_s, voltage, torque: None };
         let record = simulated(motor, &excitation, Discretization::Zoh).unwrap();
-        let sigma = [record.measured().map(|signal| 0.05 * motorfit::numeric::rms(signal.unwrap()))];
+        let sigma = [record.measured().map(|signal| 0.05 * motorfit::numeric::rms(signal.unwrap())).to_vec()];
         let space = Space::table2_with(&[], &[(Parameter::R, r)]).unwrap();
         let problem = fit_problem(&[record], &space, Model::default()).unwrap();
         let found = global_reference(&problem, &sigma).unwrap();

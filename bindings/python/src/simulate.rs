@@ -200,7 +200,7 @@ pub fn refine<'py>(
     for (axis, error) in spec.space.free().iter().zip(&refined.uncertainty.std_error) {
         errors.set_item(axis.parameter.symbol(), error.unwrap_or(f64::NAN))?;
     }
-    result.set_item("parameters", named(py, &refined.parameters)?)?;
+    result.set_item("parameters", named(py, &spec.space.parameters(&refined.values, 0))?)?;
     result.set_item("std_errors", errors)?;
     result.set_item("converged", refined.converged)?;
     Ok(result)

@@ -2,9 +2,9 @@
 
 use super::descent::Descent;
 use super::fit::Fit;
-use super::fitted::{Fitted, Sigma};
-use super::refined::{EVALUATIONS_MAX, STEP_MAX};
-use super::uncertainty::{Uncertainty, uncertainty, whiteness};
+use super::fitted::Sigma;
+use super::refined::{EVALUATIONS_MAX, Refined, STEP_MAX};
+use super::uncertainty::{uncertainty, whiteness};
 use super::weights::{balanced, is_far, is_sacrificed, maximum_likelihood, residual_sigma};
 use motorfit_core::numeric::count;
 
@@ -30,53 +30,6 @@ enum Weighting {
     Balanced,
     /// Maximum-likelihood weights.
     MaximumLikelihood,
-}
-
-/// A refined estimate: the maximum-likelihood estimate where the residuals are noise.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Ended {
-    /// Values of the free parameters, in the order of the space.
-    pub values: Vec<f64>,
-    /// Initial states of each recording, estimated where they are unknown.
-    pub initial: Vec<Vec<f64>>,
-    /// σ of the residuals of each output over all recordings; `None` for one that was not measured.
-    pub pooled: Vec<Option<f64>>,
-    /// σ of the residuals of each recording and output; 1 for one that was not measured.
-    pub sigmas: Sigma,
-    /// σ that the residuals were divided by.
-    pub weights: Sigma,
-    /// Sum of squared residuals of each recording and output.
-    pub squares: Sigma,
-    /// Bound that each free parameter ended at.
-    pub at_bound: Vec<Option<&'static str>>,
-    /// Standard errors, confidence intervals and correlations.
-    pub uncertainty: Uncertainty,
-    /// True if the last step was far below a standard error.
-    pub converged: bool,
-    /// Number of simulations with derivatives.
-    pub evaluations: usize,
-}
-
-impl Ended {
-    /// Returns true if all lists have the lengths of a problem.
-    pub(super) fn suits(&self, problem: &dyn Fitted) -> bool {
-        let (axes, recordings, outputs) = (problem.axes().len(), problem.recordings(), problem.outputs());
-        let of = &self.uncertainty;
-        let lists = [self.values.len(), self.at_bound.len(), of.std_error.len(), of.ci95.len(), of.correlation.len()];
-        let is_table = |table: &Sigma| table.len() == recordings && table.iter().all(|row| row.len() == outputs);
-        let starts = self.initial.iter().enumerate().all(|(n, own)| own.len() == problem.initial(n).len());
-        lists.into_iter().chain(of.correlation.iter().map(Vec::len)).all(|length| length == axes)
-            && [&self.sigmas, &self.weights, &self.squares].into_iter().all(is_table)
-            && self.initial.len() == recordings
-            && starts
-    }
-
-    /// Returns the sum of squared residuals in units of `sigma`², a value for each recording and output.
-    #[must_use]
-    pub fn weighted(&self, sigma: &[Vec<f64>]) -> f64 {
-        let pairs = self.squares.iter().flatten().zip(sigma.iter().flatten());
-        pairs.map(|(squares, sigma)| squares / (sigma * sigma)).sum()
-    }
 }
 
 impl<'a> Descent<'a> {
@@ -156,7 +109,7 @@ impl<'a> Descent<'a> {
     }
 
     /// Returns the estimate that the descent reached; the residuals are tested for whiteness if `is_tested`.
-    pub(super) fn finish(self, converged: bool, is_tested: bool) -> Ended {
+    pub(super) fn finish(self, converged: bool, is_tested: bool) -> Refined {
         let Self { fit, at, normal, evaluations, .. } = &self;
         // Filtered samples are not independent: the effective sample size is smaller.
         let informing = effective(fit, &self.sigma);
@@ -174,8 +127,8 @@ impl<'a> Descent<'a> {
         if is_tested {
             uncertainty.whiteness = whiteness(fit, &values, &initial);
         }
-        Ended {
-            pooled: self.pooled_sigma(),
+        Refined {
+            sigma: self.pooled_sigma(),
             sigmas: self.residual_sigma(),
             weights: self.sigma.clone(),
             squares: normal.all_squares(),

@@ -6,15 +6,17 @@ use motorfit_evaluate::noise_share;
 use nalgebra::{DMatrix, DVector};
 
 /// An output of a recording: the number of the recording and that of the output.
-pub(crate) type Place = (usize, usize);
+pub type Place = (usize, usize);
 
 /// Standard deviation of each output of each recording; 1 for one that was not measured.
 pub(crate) type Sigma = Vec<Vec<f64>>;
 
 /// A candidate with the initial states of each recording.
 #[derive(Debug, Clone)]
-pub(crate) struct Point {
+pub struct Point {
+    /// Values of the free parameters.
     pub values: Vec<f64>,
+    /// Initial states of each recording.
     pub initial: Vec<Vec<f64>>,
 }
 
@@ -22,26 +24,31 @@ pub(crate) struct Point {
 /// unknowns are those of the recording: the coordinates of its parameters in the order of the space, then its initial states if they
 /// are unknown.
 #[derive(Debug, Clone)]
-pub(crate) struct Block {
+pub struct Block {
+    /// Products of the sensitivities with each other.
     pub matrix: DMatrix<f64>,
+    /// Products of the sensitivities with the residuals.
     pub gradient: DVector<f64>,
+    /// Sum of squared residuals.
     pub squares: f64,
 }
 
 impl Block {
     /// Returns the sums of an output that was not measured.
+    #[must_use]
     pub fn none(unknowns: usize) -> Self {
         Self { matrix: DMatrix::zeros(unknowns, unknowns), gradient: DVector::zeros(unknowns), squares: 0.0 }
     }
 
     /// Returns true if all sums are finite, that is, the machine did not diverge.
+    #[must_use]
     pub fn is_finite(&self) -> bool {
         self.squares.is_finite() && self.matrix.iter().chain(&self.gradient).all(|value| value.is_finite())
     }
 }
 
 /// A problem that is fitted: its parameters, recordings and derivatives.
-pub(crate) trait Fitted: Sync {
+pub trait Fitted: Sync {
     /// Returns the coordinates of the free parameters.
     fn axes(&self) -> Vec<Coordinate>;
     /// Returns true if a free parameter acts on a recording.

@@ -4,9 +4,9 @@
 //! The estimate is moved along the least known direction by some standard errors to either side. Where the information then has a
 //! direction that is known far less, the direction is open.
 
-use super::ended::Ended;
 use super::fit::Fit;
 use super::fitted::Fitted;
+use super::refined::Refined;
 use super::uncertainty::{marginal, takes_part_in};
 use motorfit_core::coordinate::Coordinate;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -19,20 +19,22 @@ const LONGEST: f64 = 1.0;
 const RATIO: f64 = 0.02;
 
 /// Marks the parameters of the least known direction as not identified where it is known on one side only.
-pub(super) fn open_flat(problem: &dyn Fitted, ended: &mut Ended) {
-    if !ended.suits(problem) {
+pub(super) fn open_flat(problem: &dyn Fitted, refined: &mut Refined) {
+    if !refined.suits(problem) {
         return;
     }
-    let Some((own, direction)) = information(problem, ended, &ended.values).and_then(|of| least(&of)) else { return };
-    let beside = [-1.0, 1.0].map(|side| least_beside(problem, ended, &direction, side / own.sqrt()));
+    let Some((own, direction)) = information(problem, refined, &refined.values).and_then(|of| least(&of)) else {
+        return;
+    };
+    let beside = [-1.0, 1.0].map(|side| least_beside(problem, refined, &direction, side / own.sqrt()));
     if !beside.iter().flatten().any(|other| *other < RATIO * own) {
         return;
     }
-    let of = &mut ended.uncertainty;
+    let of = &mut refined.uncertainty;
     for (a, row) in of.covariance.iter_mut().enumerate() {
         row.iter_mut().zip(direction.iter()).for_each(|(entry, b)| *entry -= direction[a] * b / own);
     }
-    let parts = takes_part_in(problem, &ended.values, direction.as_slice());
+    let parts = takes_part_in(problem, &refined.values, direction.as_slice());
     for (n, _) in parts.iter().enumerate().filter(|(_, takes_part)| **takes_part) {
         of.forget(n);
         of.open[n] = true;
@@ -43,17 +45,17 @@ pub(super) fn open_flat(problem: &dyn Fitted, ended: &mut Ended) {
 
 /// Returns the information on the least known direction beside an estimate, at [`STEP`] times an error along a direction; `None` beyond a
 /// bound.
-fn least_beside(problem: &dyn Fitted, ended: &Ended, direction: &DVector<f64>, error: f64) -> Option<f64> {
+fn least_beside(problem: &dyn Fitted, refined: &Refined, direction: &DVector<f64>, error: f64) -> Option<f64> {
     let longest = LONGEST / direction.amax();
     let by = (STEP * error).clamp(-longest, longest);
     let moved = |(n, axis): (usize, &Coordinate)| {
-        let at = axis.of(ended.values[n]) + by * direction[n];
+        let at = axis.of(refined.values[n]) + by * direction[n];
         let value = axis.value(at);
         let is_inside = (axis.of(value) - at).abs() <= 1e-9 * at.abs().max(1.0);
         is_inside.then_some(value)
     };
     let values = problem.axes().iter().enumerate().map(moved).collect::<Option<Vec<f64>>>()?;
-    least(&information(problem, ended, &values)?).map(|(information, _)| information)
+    least(&information(problem, refined, &values)?).map(|(information, _)| information)
 }
 
 /// The information on the parameters that are identified and not at a bound.
@@ -66,11 +68,11 @@ struct Known {
 }
 
 /// Returns the information on the parameters that are identified and not at a bound; `None` if the machine diverges.
-fn information(problem: &dyn Fitted, ended: &Ended, values: &[f64]) -> Option<Known> {
+fn information(problem: &dyn Fitted, refined: &Refined, values: &[f64]) -> Option<Known> {
     let fit = Fit::new(problem);
-    let (matrix, _) = fit.weighted(&fit.normal(&fit.at(values, &ended.initial))?, &ended.weights);
+    let (matrix, _) = fit.weighted(&fit.normal(&fit.at(values, &refined.initial))?, &refined.weights);
     let axes = fit.axes.len();
-    let is_known = |n: &usize| ended.at_bound[*n].is_none() && !ended.uncertainty.open[*n];
+    let is_known = |n: &usize| refined.at_bound[*n].is_none() && !refined.uncertainty.open[*n];
     let moving: Vec<usize> = (0..axes).filter(is_known).collect();
     let (own, _) = marginal(&matrix, &moving, &(axes..fit.unknowns).collect::<Vec<_>>());
     let is_finite = own.iter().all(|value| value.is_finite());

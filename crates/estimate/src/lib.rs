@@ -48,8 +48,8 @@ mod triangle;
 mod uncertainty;
 mod weights;
 
-pub use ended::Ended;
 pub use failure::SmFailure;
+pub use fitted::{Block, Fitted, Place, Point};
 pub use gram::Products;
 pub use initial::initial_states;
 pub use local_search::descend;

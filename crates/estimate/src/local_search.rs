@@ -5,7 +5,7 @@
 
 use super::descent::Descent;
 use super::fit::Fit;
-use super::motor::Sigma;
+use super::fitted::Sigma;
 use motorfit_core::numeric::{count, index};
 use motorfit_evaluate::{Problem, Scalar, Signals};
 use std::sync::Arc;
@@ -29,8 +29,7 @@ pub fn descend(problem: &Problem, start: &[f64], evaluations: u64) -> (Vec<f64>,
     let problem = problem.with_known_initial();
     let fit = Fit::new(&problem);
     let sigma = scales(&problem);
-    let divisors = sigma.iter().map(|of| of.to_vec()).collect();
-    let Some(descent) = Descent::new(&fit, &fit.start(start), &divisors) else { return failed(each) };
+    let Some(descent) = Descent::new(&fit, &fit.start(start), &sigma) else { return failed(each) };
     let mut descent = descent.at_most(index(simulations - 1));
     descent.run(TOLERANCE * signal_length(&problem, &sigma));
     let (values, simulations) = (fit.values(&descent.at), descent.evaluations);
@@ -48,12 +47,12 @@ fn scales(problem: &Problem) -> Sigma {
         true => 1.0 / factor.sqrt(),
         false => 1.0,
     };
-    problem.signals().iter().map(|signals| signals.factor.map(divisor)).collect()
+    problem.signals().iter().map(|signals| signals.factor.map(divisor).to_vec()).collect()
 }
 
 /// Returns the root of the squares of the measured signals, weighted as the residuals.
 fn signal_length(problem: &Problem, sigma: &Sigma) -> f64 {
-    let one = |(signals, sigma): (&Arc<Signals>, &[f64; 2])| {
+    let one = |(signals, sigma): (&Arc<Signals>, &Vec<f64>)| {
         let channel = |channel: usize| {
             let length = signals.rms(channel) / sigma[channel];
             if signals.has(channel) { length * length * count(signals.count(channel)) } else { 0.0 }

@@ -11,9 +11,6 @@ use motorfit_evaluate::{Problem, Signals};
 use motorfit_motor::Axis;
 use nalgebra::{DMatrix, DVector};
 
-/// σ of current \[A\] and speed \[rad/s\] of each recording.
-pub(super) type Sigma = Vec<[f64; 2]>;
-
 /// Returns the state `[i, ω]` of a list.
 pub(super) fn state(initial: &[f64]) -> [f64; 2] {
     [0, 1].map(|n| initial.get(n).copied().unwrap_or_default())

@@ -9,7 +9,6 @@
 //! the lowest optimum of a linear motor is searched, every second block is a single point, because the best points tend to the largest region. With extensions, every other start is first improved by a coordinate search along the extension axes; each of these searches begins with
 //! the next of the delay-like axes.
 
-use super::motor::Sigma;
 use super::refine::{Effort, refine_problem};
 use super::refined::Refined;
 use super::rough::{RoughProblem, is_same};
@@ -51,7 +50,7 @@ pub(super) struct Ends {
 /// # Errors
 /// Returns a usage error if no parameter is free, and propagates the errors of the batch evaluation and of
 /// [`super::refine`].
-pub(super) fn multistart(problem: &Problem, sigma: &Sigma) -> Result<Ends> {
+pub(super) fn multistart(problem: &Problem, sigma: &[Vec<f64>]) -> Result<Ends> {
     let starts = starts(problem, sigma, problem.features().is_linear())?;
     let rough = RoughProblem::new(problem);
     let near: Vec<Refined> = starts.par_iter().filter_map(|start| rough.approach(start, sigma).ok()).collect();
@@ -69,15 +68,14 @@ pub(super) fn multistart(problem: &Problem, sigma: &Sigma) -> Result<Ends> {
 ///
 /// # Errors
 /// Returns a usage error if no parameter is free, and propagates the errors of the batch evaluation.
-pub fn optima(problem: &Problem, sigma: &[[f64; 2]], limit: f64) -> Result<Vec<Refined>> {
-    let sigma = &sigma.to_vec();
+pub fn optima(problem: &Problem, sigma: &[Vec<f64>], limit: f64) -> Result<Vec<Refined>> {
     let (starts, rough) = (starts(problem, sigma, false)?, RoughProblem::new(problem));
     let ends = starts.par_iter().filter_map(|start| rough.refine(start, sigma).ok());
     Ok(ends.filter(|end| end.weighted(sigma) <= limit).collect())
 }
 
 /// Returns the lowest weighted sum of squares of the optima and the number of refinements that ended there.
-fn lowest(ends: &[(Refined, usize)], sigma: &Sigma) -> (f64, usize) {
+fn lowest(ends: &[(Refined, usize)], sigma: &[Vec<f64>]) -> (f64, usize) {
     let costs: Vec<(f64, usize)> = ends.iter().map(|(end, count)| (end.weighted(sigma), *count)).collect();
     let lowest = costs.iter().map(|(cost, _)| *cost).fold(f64::INFINITY, f64::min);
     let arrivals = costs.iter().filter(|(cost, _)| is_same(*cost, lowest)).map(|(_, count)| count).sum();
@@ -85,7 +83,7 @@ fn lowest(ends: &[(Refined, usize)], sigma: &Sigma) -> (f64, usize) {
 }
 
 /// Returns the best point of each block of a Latin hypercube; with `any`, every second block is a single point.
-fn starts(problem: &Problem, sigma: &Sigma, any: bool) -> Result<Vec<Vec<f64>>> {
+fn starts(problem: &Problem, sigma: &[Vec<f64>], any: bool) -> Result<Vec<Vec<f64>>> {
     if problem.space().free().is_empty() {
         let message = "every parameter is fixed: there is no box to search";
         return Err(motorfit_core::Error::usage(message, "Leave at least one parameter free."));

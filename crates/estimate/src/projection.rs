@@ -7,7 +7,6 @@
 //!
 //! The basis functions `s/(…)` and `1/(…)` are current and speed of the motor with R = c₁, L = 1, K = J = c₀, B = 0.
 
-use super::motor::Sigma;
 use super::projection_sums::{LANES, SUMS, sums};
 use motorfit_evaluate::{Problem, Signals};
 use motorfit_motor::{Discretization, Parameters};
@@ -29,7 +28,7 @@ pub(super) fn applies(problem: &Problem) -> bool {
 }
 
 /// Returns the sum of squares of each channel that counts, in units of σ².
-pub(super) fn power(problem: &Problem, sigma: &Sigma) -> [f64; 2] {
+pub(super) fn power(problem: &Problem, sigma: &[Vec<f64>]) -> [f64; 2] {
     let mut power = [0.0; 2];
     for (signals, sigma) in problem.signals().iter().zip(sigma) {
         for (n, y) in signals.measured.iter().enumerate() {
@@ -43,7 +42,12 @@ pub(super) fn power(problem: &Problem, sigma: &Sigma) -> [f64; 2] {
 }
 
 /// Returns the cost and (p, q, r) at up to [`LANES`] points, given the power of the measured values.
-pub(super) fn project(problem: &Problem, points: &[[f64; 2]], sigma: &Sigma, power: [f64; 2]) -> Vec<(f64, [f64; 3])> {
+pub(super) fn project(
+    problem: &Problem,
+    points: &[[f64; 2]],
+    sigma: &[Vec<f64>],
+    power: [f64; 2],
+) -> Vec<(f64, [f64; 3])> {
     // Sums over both channels in units of their σ; φ₀² has a sum for each channel.
     let mut totals = [[0.0; LANES]; SUMS];
     for (signals, sigma) in problem.signals().iter().zip(sigma) {
@@ -52,7 +56,7 @@ pub(super) fn project(problem: &Problem, points: &[[f64; 2]], sigma: &Sigma, pow
         let c0: [f64; LANES] = std::array::from_fn(|lane| point(lane)[1]);
         let motors = [c1, [1.0; LANES], c0, [0.0; LANES], c0];
         let sums = sums(signals, &motors, problem.model().discretization);
-        let [current, speed] = sigma.map(|s| 1.0 / (s * s));
+        let [current, speed] = [0, 1].map(|channel: usize| 1.0 / (sigma[channel] * sigma[channel]));
         let weights = [current, current, current, current, current, speed, speed];
         for (total, (weight, sum)) in totals.iter_mut().zip(weights.iter().zip(&sums)) {
             total.iter_mut().zip(sum).for_each(|(total, sum)| *total += weight * sum);
@@ -105,7 +109,7 @@ mod tests {
         assert!(applies(&problem));
         let Parameters { r, l, k, b, j } = Parameters::M2;
         let point = [r / l + b / j, (r * b + k * k) / (l * j)];
-        let sigma = vec![[0.01, 1.0]];
+        let sigma = vec![vec![0.01, 1.0]];
         project(&problem, &[point], &sigma, power(&problem, &sigma))[0].0
     }
 

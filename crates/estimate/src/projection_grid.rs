@@ -1,6 +1,5 @@
 //! The grid of the variable projection, and its minima.
 
-use super::motor::Sigma;
 use super::projection::{motor, power, project};
 use super::projection_sums::LANES;
 use motorfit_core::numeric::count;
@@ -46,7 +45,7 @@ impl Basin {
 /// Every second point in each direction is evaluated first. From the minima of these, at most twice `most`, the search goes on to
 /// the lowest point within two points until none is lower. A valley across the grid, which has a lowest point in every row, is then
 /// one minimum.
-pub(super) fn basins(problem: &Problem, sigma: &Sigma, most: usize) -> Vec<Basin> {
+pub(super) fn basins(problem: &Problem, sigma: &[Vec<f64>], most: usize) -> Vec<Basin> {
     let mut grid = Grid::new(problem, sigma);
     let first: Vec<Place> = (0..GRID).step_by(2).flat_map(|row| (0..GRID).step_by(2).map(move |n| [row, n])).collect();
     grid.evaluate(&first);
@@ -78,7 +77,7 @@ fn near([row, column]: Place) -> impl Iterator<Item = Place> {
 /// The costs and (p, q, r) at points of the grid.
 struct Grid<'a> {
     problem: Problem,
-    sigma: &'a Sigma,
+    sigma: &'a [Vec<f64>],
     power: [f64; 2],
     ranges: [[f64; 2]; 2],
     /// Logarithms of the ratios of coordinates of neighbouring points.
@@ -87,7 +86,7 @@ struct Grid<'a> {
 }
 
 impl<'a> Grid<'a> {
-    fn new(problem: &Problem, sigma: &'a Sigma) -> Self {
+    fn new(problem: &Problem, sigma: &'a [Vec<f64>]) -> Self {
         let ranges = ranges(problem);
         let spacing = ranges.map(|[low, high]| (high / low).ln() / count(GRID - 1));
         Self {

@@ -1,14 +1,12 @@
 //! Global reference: the lowest weighted sum of squares that a search over the complete box finds.
 
 use super::fit::Fit;
-use super::motor::{Sigma, state};
 use super::multistart::{ARRIVALS, Ends, multistart};
 use super::projection;
 use super::projection_grid::{Basin, basins};
-use super::refine::{Effort, check_count, refine_problem};
+use super::refine::{Effort, check_count, check_sigma, refine_problem};
 use super::refined::Refined;
 use super::starts::best_start;
-use motorfit_core::text::counted;
 use motorfit_core::{Error, Result};
 use motorfit_evaluate::Problem;
 use motorfit_motor::Axis;
@@ -55,9 +53,9 @@ const BASINS: usize = 4;
 /// # Errors
 /// Returns the errors of [`super::refine`]; `Usage` if a σ is not positive and finite, the number of pairs differs from
 /// that of the recordings, or no parameter is free; `NotIdentified` if the motor diverges everywhere.
-pub fn global_reference(problem: &Problem, sigma: &[[f64; 2]]) -> Result<Reference> {
-    check_sigma(problem, sigma)?;
-    search(problem, &sigma.to_vec(), None)
+pub fn global_reference(problem: &Problem, sigma: &[Vec<f64>]) -> Result<Reference> {
+    check_positive(problem, sigma)?;
+    search(problem, sigma, None)
 }
 
 /// Searches the complete box like [`global_reference`], given a fit under the weights `sigma`. The basin of the fit, and basins
@@ -65,12 +63,12 @@ pub fn global_reference(problem: &Problem, sigma: &[[f64; 2]]) -> Result<Referen
 ///
 /// # Errors
 /// Returns the errors of [`global_reference`].
-pub fn reference_beside(problem: &Problem, sigma: &[[f64; 2]], fit: &Refined) -> Result<Reference> {
-    check_sigma(problem, sigma)?;
-    search(problem, &sigma.to_vec(), Some(fit))
+pub fn reference_beside(problem: &Problem, sigma: &[Vec<f64>], fit: &Refined) -> Result<Reference> {
+    check_positive(problem, sigma)?;
+    search(problem, sigma, Some(fit))
 }
 
-fn search(problem: &Problem, sigma: &Sigma, fit: Option<&Refined>) -> Result<Reference> {
+fn search(problem: &Problem, sigma: &[Vec<f64>], fit: Option<&Refined>) -> Result<Reference> {
     let scattered = || -> Result<Reference> {
         let Ends { refined, starts, arrivals } = multistart(problem, sigma)?;
         Ok(Reference { kind: ReferenceKind::MultiStart, refined, starts, arrivals })
@@ -91,18 +89,18 @@ fn search(problem: &Problem, sigma: &Sigma, fit: Option<&Refined>) -> Result<Ref
 }
 
 /// Returns the lowest optimum of the basins of the projection, and the number of basins.
-fn projected(problem: &Problem, sigma: &Sigma, fit: Option<&Refined>) -> Result<(Refined, usize)> {
+fn projected(problem: &Problem, sigma: &[Vec<f64>], fit: Option<&Refined>) -> Result<(Refined, usize)> {
     let mut basins = basins(problem, sigma, BASINS);
     let starts = basins.len();
     // Costs at rounded times are not those of the fit.
     let is_exact = !problem.signals().iter().any(|signals| signals.has_many_steps());
     let own = fit.filter(|fit| is_exact && fit.converged).filter(|fit| {
-        let holds = |basin: &Basin| basin.holds(&fit.parameters, fit.weighted(sigma));
+        let holds = |basin: &Basin| basin.holds(&problem.parameters(&fit.values, 0), fit.weighted(sigma));
         basins.iter().filter(|basin| holds(basin)).count() == 1
     });
     if let Some(own) = own {
         let cost = own.weighted(sigma);
-        basins.retain(|basin| !basin.holds(&own.parameters, cost) && basin.may_reach(cost));
+        basins.retain(|basin| !basin.holds(&problem.parameters(&own.values, 0), cost) && basin.may_reach(cost));
     }
     let axes = problem.space().free();
     let in_order = |basin: &Basin| axes.iter().map(|axis| basin.motor[axis.parameter as usize]).collect();
@@ -124,26 +122,17 @@ fn middle(problem: &Problem) -> Vec<f64> {
 ///
 /// # Errors
 /// Returns `Usage` if the number of `values` is not that of the free parameters.
-pub fn residual_squares(problem: &Problem, values: &[f64]) -> Result<Vec<[f64; 2]>> {
+pub fn residual_squares(problem: &Problem, values: &[f64]) -> Result<Vec<Vec<f64>>> {
     check_count(problem, values)?;
     let fit = Fit::new(problem);
     let squares = fit.normal(&fit.start(values)).map(|normal| normal.all_squares());
-    Ok(squares.map_or_else(
-        || vec![[f64::INFINITY; 2]; problem.signals().len()],
-        |squares| squares.iter().map(|of| state(of)).collect(),
-    ))
+    Ok(squares.unwrap_or_else(|| vec![vec![f64::INFINITY; 2]; problem.signals().len()]))
 }
 
-/// Returns an error if a standard deviation is not positive and finite, or there is not one pair for each
-/// recording.
-fn check_sigma(problem: &Problem, sigma: &[[f64; 2]]) -> Result<()> {
-    let recordings = problem.signals().len();
-    if sigma.len() != recordings {
-        let message =
-            format!("found {} of σ, expected {recordings}, one for each recording", counted(sigma.len(), "pair"));
-        return Err(Error::usage(message, "Give one pair for each recording, in the order of the recordings."));
-    }
-    if let Some(wrong) = sigma.as_flattened().iter().find(|sigma| !(sigma.is_finite() && **sigma > 0.0)) {
+/// Returns an error if a standard deviation is not positive and finite, or there is not one pair for each recording.
+fn check_positive(problem: &Problem, sigma: &[Vec<f64>]) -> Result<()> {
+    check_sigma(problem, sigma)?;
+    if let Some(wrong) = sigma.iter().flatten().find(|sigma| !(sigma.is_finite() && **sigma > 0.0)) {
         let message = format!("found a σ of {wrong:?}, expected a finite one above 0");
         return Err(Error::usage(
             message,

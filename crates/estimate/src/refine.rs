@@ -6,9 +6,8 @@
 //! sacrifice a channel, where balanced weights are kept ([`super::weights`]).
 
 use super::descent::Descent;
-use super::ended::{Ended, STEP_MAX_ROUND};
+use super::ended::STEP_MAX_ROUND;
 use super::fit::Fit;
-use super::motor::state;
 use super::refined::{Refined, STEP_MAX};
 use super::weights::first_sigma;
 use motorfit_core::setting::text;
@@ -25,7 +24,7 @@ pub struct RefineOptions {
     /// The simulation model.
     pub model: Model,
     /// Noise σ of current \[A\] and speed \[rad/s\] of each recording; `None` estimates it from the residuals.
-    pub sigma: Option<Vec<[f64; 2]>>,
+    pub sigma: Option<Vec<Vec<f64>>>,
 }
 
 /// Largest number of simulations of a rough refinement.
@@ -45,7 +44,7 @@ pub fn refine(records: &[Record], space: &Space, start: &[f64], options: &Refine
 /// # Errors
 /// Returns the errors of [`refine`], and `Usage` if the problem has another criterion or the number of σ pairs differs from
 /// that of the recordings.
-pub fn refine_on(problem: &Problem, start: &[f64], sigma: Option<&[[f64; 2]]>) -> Result<Refined> {
+pub fn refine_on(problem: &Problem, start: &[f64], sigma: Option<&[Vec<f64>]>) -> Result<Refined> {
     check_plain(problem)?;
     refine_problem(problem, start, sigma, Effort::Thorough)
 }
@@ -96,16 +95,11 @@ pub(super) fn check_count(problem: &Problem, values: &[f64]) -> Result<()> {
 pub(super) fn refine_problem(
     problem: &Problem,
     start: &[f64],
-    sigma: Option<&[[f64; 2]]>,
+    sigma: Option<&[Vec<f64>]>,
     effort: Effort,
 ) -> Result<Refined> {
     check_count(problem, start)?;
-    if sigma.is_some_and(|sigma| sigma.len() != problem.signals().len()) {
-        return Err(Error::usage(
-            "the number of σ pairs differs from that of the recordings",
-            "Give one pair for each recording.",
-        ));
-    }
+    sigma.map_or(Ok(()), |sigma| check_sigma(problem, sigma))?;
     let fit = Fit::new(problem);
     let mut axes = problem.space().free().iter().zip(start);
     if let Some((axis, value)) = axes.find(|(axis, value)| !axis.parameter.admits(**value)) {
@@ -114,62 +108,40 @@ pub(super) fn refine_problem(
             format!("found {value:?} as the start of {}, expected a {} value", parameter.symbol(), parameter.domain());
         return Err(Error::usage(message, "Give one value per free parameter, positive for R, L, K, B and J."));
     }
-    let first = sigma.map_or_else(|| first_sigma(&fit), |sigma| sigma.iter().map(|of| of.to_vec()).collect());
+    let first = sigma.map_or_else(|| first_sigma(&fit), <[_]>::to_vec);
     let Some(search) = Descent::new(&fit, &fit.start(start), &first) else {
         return Err(Error::not_identified(
             "the simulated motor diverges at the start of the refinement",
             text!("Start elsewhere, or use " [Discretization = "zoh"] ", which is stable for every motor."),
         ));
     };
-    let ended = match (effort, sigma) {
+    Ok(match (effort, sigma) {
         (Effort::Thorough, None) => {
             let (search, converged) = search.weighed();
             search.finish(converged, true)
         }
         (Effort::Thorough, Some(_)) => under(search, STEP_MAX, true),
         (Effort::Rough, _) => under(search.at_most(EVALUATIONS_ROUGH), STEP_MAX_ROUND, false),
-    };
-    Ok(refined(problem, ended))
+    })
 }
 
 /// Descends under the present weights.
-fn under(mut search: Descent<'_>, tolerance: f64, is_tested: bool) -> Ended {
+fn under(mut search: Descent<'_>, tolerance: f64, is_tested: bool) -> Refined {
     let converged = search.run(tolerance);
     search.finish(converged, is_tested)
 }
 
-/// Returns an estimate of the motor.
-fn refined(problem: &Problem, ended: Ended) -> Refined {
-    let states = |of: &[Vec<f64>]| of.iter().map(|of| state(of)).collect();
-    Refined {
-        parameters: problem.parameters(&ended.values, 0),
-        sigma: [0, 1].map(|channel: usize| ended.pooled[channel]),
-        sigmas: states(&ended.sigmas),
-        weights: states(&ended.weights),
-        squares: states(&ended.squares),
-        initial: states(&ended.initial),
-        at_bound: ended.at_bound,
-        uncertainty: ended.uncertainty,
-        values: ended.values,
-        converged: ended.converged,
-        evaluations: ended.evaluations,
+/// Returns an error if there is not one pair of standard deviations for each recording.
+pub(super) fn check_sigma(problem: &Problem, sigma: &[Vec<f64>]) -> Result<()> {
+    let recordings = problem.signals().len();
+    if sigma.len() != recordings {
+        let message =
+            format!("found {} of σ, expected {recordings}, one for each recording", counted(sigma.len(), "pair"));
+        return Err(Error::usage(message, "Give one pair for each recording, in the order of the recordings."));
     }
-}
-
-impl From<&Refined> for Ended {
-    fn from(refined: &Refined) -> Self {
-        let lists = |of: &[[f64; 2]]| of.iter().map(|of| of.to_vec()).collect();
-        Self {
-            values: refined.values.clone(),
-            initial: lists(&refined.initial),
-            pooled: refined.sigma.to_vec(),
-            sigmas: lists(&refined.sigmas),
-            weights: lists(&refined.weights),
-            squares: lists(&refined.squares),
-            at_bound: refined.at_bound.clone(),
-            uncertainty: refined.uncertainty.clone(),
-            converged: refined.converged,
-            evaluations: refined.evaluations,
-        }
+    if let Some(wrong) = sigma.iter().find(|of| of.len() != 2) {
+        let message = format!("found {} of σ for a recording, expected 2", counted(wrong.len(), "value"));
+        return Err(Error::usage(message, "Give the standard deviations of current and speed."));
     }
+    Ok(())
 }

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 ///
 /// # Errors
 /// Propagates the errors of [`super::refine_on`].
-pub fn refine_coarse(problem: &Problem, start: &[f64], sigma: &[[f64; 2]]) -> Result<Refined> {
+pub fn refine_coarse(problem: &Problem, start: &[f64], sigma: &[Vec<f64>]) -> Result<Refined> {
     check_plain(problem)?;
     RoughProblem::new(problem).refine(start, sigma)
 }
@@ -52,13 +52,13 @@ impl<'a> RoughProblem<'a> {
     ///
     /// # Errors
     /// Propagates the errors of [`super::refine`].
-    pub(super) fn approach(&self, start: &[f64], sigma: &[[f64; 2]]) -> Result<Refined> {
+    pub(super) fn approach(&self, start: &[f64], sigma: &[Vec<f64>]) -> Result<Refined> {
         refine_problem(self.coarse.as_ref().unwrap_or(self.problem), start, Some(sigma), Effort::Rough)
     }
 
     /// Refines estimates on the recorded times, once for all that ended in the same optimum, and returns each optimum with
     /// the number of its starts. Optima far above the lowest are discarded.
-    pub(super) fn ends(&self, near: &[Refined], sigma: &[[f64; 2]]) -> Vec<(Refined, usize)> {
+    pub(super) fn ends(&self, near: &[Refined], sigma: &[Vec<f64>]) -> Vec<(Refined, usize)> {
         if self.coarse.is_none() {
             return near.iter().map(|end| (end.clone(), 1)).collect();
         }
@@ -84,7 +84,7 @@ impl<'a> RoughProblem<'a> {
     ///
     /// # Errors
     /// Propagates the errors of [`super::refine`].
-    pub(super) fn refine(&self, start: &[f64], sigma: &[[f64; 2]]) -> Result<Refined> {
+    pub(super) fn refine(&self, start: &[f64], sigma: &[Vec<f64>]) -> Result<Refined> {
         let near = self.approach(start, sigma)?;
         if self.coarse.is_none() {
             return Ok(near);

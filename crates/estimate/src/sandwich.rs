@@ -8,13 +8,11 @@
 //! and K. D. West (1987) weight sample autocovariances. Residuals of the two channels and of different recordings are taken as
 //! independent.
 
-use super::ended::Ended;
 use super::fit::Fit;
-use super::fitted::Sigma;
+use super::fitted::{Fitted, Sigma};
 use super::refined::Refined;
 use super::uncertainty::{EFFECTIVE_RATIO_MIN, Uncertainty, invert, marginal, spread_matrix, student95};
 use motorfit_core::numeric::autoregression;
-use motorfit_evaluate::Problem;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -32,33 +30,33 @@ const OTHER_WEIGHTS: f64 = 1e-2;
 /// correlated residuals. `problem` is the one that it was refined on. No standard error decreases. The uncertainty is
 /// returned unchanged if the residuals pass the whiteness test, were not tested, or no standard error grows.
 #[must_use]
-pub fn robust_uncertainty(problem: &Problem, refined: &Refined) -> Uncertainty {
-    robust(&Fit::new(problem), &refined.into())
+pub fn robust_uncertainty(problem: &dyn Fitted, refined: &Refined) -> Uncertainty {
+    robust(&Fit::new(problem), refined)
 }
 
 /// Returns the uncertainty of an estimate that holds for correlated residuals and for weights other than those of maximum likelihood.
-pub(super) fn robust(fit: &Fit<'_>, ended: &Ended) -> Uncertainty {
-    let own = &ended.uncertainty;
-    if !ended.suits(fit.problem) {
+pub(super) fn robust(fit: &Fit<'_>, refined: &Refined) -> Uncertainty {
+    let own = &refined.uncertainty;
+    if !refined.suits(fit.problem) {
         return own.clone();
     }
     let is_colored = own.whiteness.iter().flatten().any(|of| !of.is_white);
-    let pairs = ended.weights.iter().flatten().zip(ended.sigmas.iter().flatten());
+    let pairs = refined.weights.iter().flatten().zip(refined.sigmas.iter().flatten());
     let is_other = pairs.into_iter().any(|(weight, sigma)| (weight / sigma - 1.0).abs() > OTHER_WEIGHTS);
-    (is_colored || is_other).then(|| sandwich(fit, ended)).flatten().unwrap_or_else(|| own.clone())
+    (is_colored || is_other).then(|| sandwich(fit, refined)).flatten().unwrap_or_else(|| own.clone())
 }
 
 /// Returns the uncertainty by the sandwich estimate; `None` if no standard error grows or the covariance is not finite.
-fn sandwich(fit: &Fit<'_>, ended: &Ended) -> Option<Uncertainty> {
-    let Ended { values, uncertainty: own, at_bound, .. } = ended;
+fn sandwich(fit: &Fit<'_>, refined: &Refined) -> Option<Uncertainty> {
+    let Refined { values, uncertainty: own, at_bound, .. } = refined;
     let space = &fit.axes;
     let moves = |n: &usize| at_bound[*n].is_none() || space[*n].is_idle(values[*n]);
     let moving: Vec<usize> = (0..space.len()).filter(moves).collect();
     let states: Vec<usize> = (space.len()..fit.unknowns).collect();
-    let (matrix, _) = fit.weighted(&fit.normal(&fit.at(values, &ended.initial))?, &ended.weights);
+    let (matrix, _) = fit.weighted(&fit.normal(&fit.at(values, &refined.initial))?, &refined.weights);
     let (information, gain) = marginal(&matrix, &moving, &states);
     let inverse = invert(&information).known;
-    let middle = middle(fit, ended);
+    let middle = middle(fit, refined);
     // Subtracts from the sensitivities of the parameters their projection onto those of the initial states.
     let elimination =
         DMatrix::from_fn(moving.len(), fit.unknowns, |row, column| match column.checked_sub(space.len()) {
@@ -92,10 +90,10 @@ fn sandwich(fit: &Fit<'_>, ended: &Ended) -> Option<Uncertainty> {
 }
 
 /// Returns Ω, the inner matrix of the sandwich, for all unknowns.
-fn middle(fit: &Fit<'_>, ended: &Ended) -> DMatrix<f64> {
-    let Ended { values, sigmas, weights, .. } = ended;
+fn middle(fit: &Fit<'_>, refined: &Refined) -> DMatrix<f64> {
+    let Refined { values, sigmas, weights, .. } = refined;
     let of = |recording: usize| {
-        let initial = &ended.initial[recording];
+        let initial = &refined.initial[recording];
         let noise = noise(fit, (values, initial), recording, sigmas);
         let filters: Vec<Vec<f64>> = noise.iter().map(|noise| noise.0.clone()).collect();
         let products = fit.problem.shaped(values, recording, initial, &filters);

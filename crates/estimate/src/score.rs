@@ -1,10 +1,9 @@
 //! Score test (C. R. Rao, 1948) for a parameter that the model lacks. The derivatives at the optimum suffice; nothing is
 //! fitted again.
 
-use super::ended::Ended;
 use super::fit::Fit;
+use super::fitted::Fitted;
 use super::refined::Refined;
-use motorfit_evaluate::Problem;
 use nalgebra::{DMatrix, DVector};
 
 /// The score of a parameter that a model lacks.
@@ -30,9 +29,8 @@ const EXCLUDED: f64 = 2.0;
 /// Returns the scores of the free axes `tested` of a problem made by [`super::fit_problem`]. At `values` these axes have no
 /// effect, and the others have the values of the optimum `of`. The statistic is zero if the bounds exclude the step or the
 /// parameter is not separable.
-pub fn scores(problem: &Problem, values: &[f64], of: &Refined, tested: &[usize]) -> Vec<Score> {
+pub fn scores(problem: &dyn Fitted, values: &[f64], of: &Refined, tested: &[usize]) -> Vec<Score> {
     let fit = Fit::new(problem);
-    let of: Ended = of.into();
     let Some(normal) = fit.normal(&fit.at(values, &of.initial)) else { return Vec::new() };
     let (matrix, gradient) = fit.weighted(&normal, &of.sigmas);
     let kept: Vec<usize> = (0..fit.unknowns).filter(|n| !tested.contains(n) && matrix[(*n, *n)] > 0.0).collect();
@@ -41,7 +39,7 @@ pub fn scores(problem: &Problem, values: &[f64], of: &Refined, tested: &[usize])
     let own = DMatrix::from_fn(kept.len(), kept.len(), |a, b| matrix[(kept[a], kept[b])] / (scale[a] * scale[b]));
     let Some(own) = own.cholesky() else { return Vec::new() };
     let errors = own.inverse().map_diagonal(|v| v.sqrt());
-    let axes = problem.space().free();
+    let axes = problem.axes();
     let score = |&axis: &usize| {
         let row =
             DVector::from_iterator(kept.len(), kept.iter().zip(scale.iter()).map(|(n, s)| matrix[(axis, *n)] / s));
@@ -53,8 +51,8 @@ pub fn scores(problem: &Problem, values: &[f64], of: &Refined, tested: &[usize])
         let is_separable = information > SEPARABLE * matrix[(axis, axis)];
         let is_parameter = |n: &usize| kept[*n] < axes.len();
         let per_step = (0..kept.len()).filter(is_parameter).map(|n| (moved[n] / errors[n]).abs()).fold(0.0, f64::max);
-        let at = axes[axis].coordinate(values[axis]);
-        let room = [axes[axis].min, axes[axis].max].map(|bound| axes[axis].coordinate(bound) - at);
+        let at = axes[axis].of(values[axis]);
+        let room = [axes[axis].min, axes[axis].max].map(|bound| axes[axis].of(bound) - at);
         let open = |by: f64, room: f64| if is_separable { by.clamp(0.0, room) } else { room };
         let error = EXCLUDED / information.sqrt();
         let largest_undetected_shift = per_step * open(step + error, room[1]).max(open(error - step, -room[0]));

@@ -1,14 +1,12 @@
 //! Fits of single recordings of a joint fit, each from the joint optimum, and what they gain.
 
 use super::descent::Descent;
-use super::ended::Ended;
 use super::fit::Fit;
 use super::fitted::Fitted;
 use super::part::Part;
 use super::refined::Refined;
 use super::weights::first_sigma;
 use motorfit_core::numeric::count;
-use motorfit_evaluate::Problem;
 use rayon::prelude::*;
 
 /// The fit of one recording alone.
@@ -17,26 +15,21 @@ pub struct Separate {
     /// The free parameters of the joint fit that act on the recording.
     pub axes: Vec<usize>,
     /// Estimate of these; its only recording is this one.
-    pub refined: Ended,
+    pub refined: Refined,
     /// Twice the log-likelihood ratio of the separate fit to the joint one.
     pub gain: f64,
     /// Variance inflation by the correlation of the residuals.
     pub inflation: f64,
 }
 
-/// Returns the fit of each recording of a joint fit of the motor alone, from the joint optimum; `None` if one fails.
+/// Returns the fit of each recording of a joint fit alone, from the joint optimum; `None` if one fails.
 #[must_use]
-pub fn separate_fits(problem: &Problem, shared: &Refined) -> Option<Vec<Separate>> {
-    separate(problem, &shared.into())
-}
-
-/// Returns the fit of each recording alone, from the joint optimum; `None` if one fails.
-pub(crate) fn separate(problem: &dyn Fitted, shared: &Ended) -> Option<Vec<Separate>> {
+pub fn separate_fits(problem: &dyn Fitted, shared: &Refined) -> Option<Vec<Separate>> {
     let all = || (0..problem.recordings()).into_par_iter().map(|n| alone(problem, shared, n)).collect();
     if shared.suits(problem) { all() } else { None }
 }
 
-fn alone(problem: &dyn Fitted, shared: &Ended, recording: usize) -> Option<Separate> {
+fn alone(problem: &dyn Fitted, shared: &Refined, recording: usize) -> Option<Separate> {
     let axes: Vec<usize> = (0..shared.values.len()).filter(|axis| problem.acts(*axis, recording)).collect();
     let only = Part { problem, recording: Some(recording), axes: &axes, values: &shared.values };
     let fit = Fit::new(&only);

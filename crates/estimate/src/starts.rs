@@ -202,17 +202,17 @@ const STARTS_MAX: usize = 6;
 /// Returns the standard deviation of current \[A\] and speed \[rad/s\] of each recording: the root mean square for a
 /// constant channel, and 1 for a channel that was not measured or is zero.
 #[must_use]
-pub fn signal_deviations(records: &[Record]) -> Vec<[f64; 2]> {
+pub fn signal_deviations(records: &[Record]) -> Vec<Vec<f64>> {
     let of = |signal: Option<&[f64]>| {
         let Some(signal) = signal else { return 1.0 };
         [standard_deviation(signal), rms(signal), 1.0].into_iter().find(|v| *v > 0.0).unwrap_or(1.0)
     };
-    records.iter().map(|record| record.measured().map(of)).collect()
+    records.iter().map(|record| record.measured().map(of).to_vec()).collect()
 }
 
 /// Returns the best of the rough refinements of some starts, with the residuals of each channel divided by its `sigma`;
 /// `None` if all fail.
-pub fn best_start(plain: &Problem, starts: &[Vec<f64>], sigma: &[[f64; 2]]) -> Option<Refined> {
+pub fn best_start(plain: &Problem, starts: &[Vec<f64>], sigma: &[Vec<f64>]) -> Option<Refined> {
     use rayon::prelude::*;
     let rough = RoughProblem::new(plain);
     let found: Vec<Result<Refined>> = starts.par_iter().map(|start| rough.approach(start, sigma)).collect();

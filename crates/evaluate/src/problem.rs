@@ -100,10 +100,11 @@ impl Problem {
 
     /// Returns the problem with other initial states, one per recording. Initial states that are not free are kept.
     #[must_use]
-    pub fn starting_from(mut self, initial: &[[f64; 2]]) -> Self {
+    pub fn starting_from(mut self, initial: &[impl AsRef<[f64]>]) -> Self {
         for (signals, initial) in self.signals.iter_mut().zip(initial) {
             if signals.initial_is_free {
-                Arc::make_mut(signals).initial = *initial;
+                let state = &mut Arc::make_mut(signals).initial;
+                state.iter_mut().zip(initial.as_ref()).for_each(|(own, given)| *own = *given);
             }
         }
         self
@@ -122,12 +123,13 @@ impl Problem {
     /// Returns the same problem with the squared errors of each recording and channel divided by σ². `sigma` has one pair per
     /// recording. The problem must have unit weights.
     #[doc(hidden)]
-    pub fn weighted_by(&self, sigma: &[[f64; 2]]) -> Self {
+    pub fn weighted_by(&self, sigma: &[impl AsRef<[f64]>]) -> Self {
         let mut weighted = self.clone();
         for (signals, sigma) in weighted.signals.iter_mut().zip(sigma) {
             let signals = Arc::make_mut(signals);
             for channel in (0..2).filter(|channel| self.input == Input::Voltage || *channel == 1) {
-                signals.factor[channel] /= sigma[channel] * sigma[channel];
+                let sigma = sigma.as_ref().get(channel).copied().unwrap_or(1.0);
+                signals.factor[channel] /= sigma * sigma;
             }
         }
         weighted

@@ -113,7 +113,7 @@ fn fits_all(chosen: &Chosen<'_>, records: &[Record]) -> bool {
     let Some(best) = &chosen.selection.best else { return false };
     let problem = chosen.prepared.fitted(&best.space);
     let fits = |(n, record): (usize, &Record)| {
-        let (model, counting) = (problem.simulate(&best.refined.values, n, best.refined.initial[n]), record.counting());
+        let (model, counting) = (problem.simulate(&best.refined.values, n, best.refined.state(n)), record.counting());
         let fitted = chosen.prepared.records[n].counting();
         record.measured().iter().zip(&model).enumerate().all(|(channel, (measured, model))| {
             let Some(measured) = measured else { return true };

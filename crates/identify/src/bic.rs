@@ -65,9 +65,9 @@ const ROUNDING: f64 = 1e-8;
 impl Residuals {
     fn of(problem: &Problem, refined: &Refined) -> Self {
         let mut all = Vec::new();
-        for (recording, initial) in refined.initial.iter().enumerate() {
+        for recording in 0..refined.initial.len() {
             let signals = &problem.signals()[recording];
-            let model = problem.simulate(&refined.values, recording, *initial);
+            let model = problem.simulate(&refined.values, recording, refined.state(recording));
             for channel in (0..2).filter(|channel| signals.has(*channel)) {
                 let residuals = signals.measured(channel).zip(&model[channel]).enumerate();
                 let own = residuals.filter(|(n, _)| signals.is_measured(channel, *n));
@@ -125,7 +125,7 @@ pub(super) fn gain(from: &Fit, to: &Fit) -> f64 {
 
 /// Returns true if the residuals of some channel are far above its noise, so that a better optimum may exist.
 pub(super) fn is_far(problem: &Problem, refined: &Refined) -> bool {
-    let far = |(signals, sigma): (&Arc<Signals>, &[f64; 2])| {
+    let far = |(signals, sigma): (&Arc<Signals>, &Vec<f64>)| {
         (0..2).any(|channel| signals.is_above_noise(channel, sigma[channel]))
     };
     problem.signals().iter().zip(&refined.sigmas).any(far)

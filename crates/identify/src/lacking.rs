@@ -37,7 +37,7 @@ pub(super) fn lacking(prepared: &Prepared<'_>, fit: &Fit) -> Lacking {
     // inactive.
     let is_tested = |e: &Extension| !e.is_delay_like() && *e != Extension::Saturation;
     let more: Vec<Extension> = candidates(records, &fit.space).into_iter().filter(is_tested).collect();
-    let motor = Parameter::ALL.map(|p| fit.refined.parameters.get(p));
+    let motor = fit.motor();
     let space = extended_space(records, spec, &fit.space, (&more, &motor));
     let Ok(space) = space else { return Lacking::default() };
     let problem = prepared.searched(space.clone());

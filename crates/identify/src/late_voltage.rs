@@ -75,7 +75,7 @@ pub(super) fn late_voltage(prepared: &Prepared<'_>, fit: &Fit) -> Option<LateVol
 
 /// Returns the space of a fit with a dead time between minus one period and zero, and the index of that axis.
 fn with_early_input(prepared: &Prepared<'_>, fit: &Fit, period_s: f64) -> Option<(Space, usize)> {
-    let motor = Parameter::ALL.map(|p| fit.refined.parameters.get(p));
+    let motor = fit.motor();
     let list = [Extension::DeadTime];
     let space = extended_space(prepared.records, &prepared.spec, &fit.space, (&list, &motor)).ok()?;
     let index = space.free().iter().position(|axis| axis.parameter == Parameter::DeadTime)?;

@@ -70,7 +70,7 @@ impl Models<'_> {
     /// with the bounds of the motor's parameters.
     pub(super) fn thorough(
         &self,
-        (base, sigma): (&Space, &[[f64; 2]]),
+        (base, sigma): (&Space, &[Vec<f64>]),
         with: &[Extension],
         starts: impl Fn(&Arc<Problem>) -> Result<Vec<Vec<f64>>>,
     ) -> Result<Fit> {
@@ -111,8 +111,11 @@ impl Models<'_> {
         let mut starts = vec![warm_start(&problem, there)?];
         starts.extend(warm_start_with_delays(&problem, there).transpose()?);
         if with_delay_starts && with.iter().any(|e| e.is_delay_like() && !from.with.contains(e)) {
-            starts
-                .extend(delay_starts(&problem, &[from.refined.parameters.to_array()])?.into_iter().take(DELAY_STARTS));
+            starts.extend(
+                delay_starts(&problem, &[from.space.parameters(&from.refined.values, 0).to_array()])?
+                    .into_iter()
+                    .take(DELAY_STARTS),
+            );
         }
         let refined = best_start(&plain, &starts, sigma).ok_or_else(no_start)?;
         Ok(Fit::new(with, &plain, refined))

@@ -25,7 +25,7 @@ pub(super) struct Prepared<'a> {
     /// Problem of the fit, with unit weights until the errors are divided by σ.
     fitted: Problem,
     /// Standard deviations of the signals, computed on first use.
-    deviations: OnceLock<Vec<[f64; 2]>>,
+    deviations: OnceLock<Vec<Vec<f64>>>,
 }
 
 impl<'a> Prepared<'a> {
@@ -85,7 +85,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// Returns the standard deviations of current \[A\] and speed \[rad/s\] of each recording.
-    pub(super) fn deviations(&self) -> &[[f64; 2]] {
+    pub(super) fn deviations(&self) -> &[Vec<f64>] {
         self.deviations.get_or_init(|| signal_deviations(self.records))
     }
 

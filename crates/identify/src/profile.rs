@@ -56,7 +56,7 @@ struct Profile<'a> {
     /// Axes of the free parameters of the fit, automatic bounds widened.
     others: Vec<Axis>,
     fixed: Vec<(Parameter, Scope, f64)>,
-    sigma: &'a [[f64; 2]],
+    sigma: &'a [Vec<f64>],
     /// Weighted sum of squares at the start of the profile.
     lowest: f64,
     /// Largest increase of the weighted sum of squares.

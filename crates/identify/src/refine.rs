@@ -30,6 +30,11 @@ pub(super) struct Fit {
 }
 
 impl Fit {
+    /// Returns R, L, K, B and J of the first recording.
+    pub(super) fn motor(&self) -> [f64; 5] {
+        self.space.parameters(&self.refined.values, 0).to_array()
+    }
+
     /// Returns true if a parameter of the motor is at a bound, or the fit of some channel is below 50 %.
     fn is_poor(&self, prepared: &Prepared<'_>) -> bool {
         let fit = fit_percent(prepared.records, &self.refined);
@@ -41,7 +46,7 @@ impl Fit {
 
     /// Returns `other`, which comes from a population search, if its sum of squares in units of `sigma` is lower by more than the
     /// tolerance: an optimum that both reach is that of the estimate.
-    fn or_lower(mut self, other: Self, sigma: &[[f64; 2]]) -> Self {
+    fn or_lower(mut self, other: Self, sigma: &[Vec<f64>]) -> Self {
         /// Relative difference of sums of squares at the same optimum, after refinements from two starts.
         const SAME: f64 = 1e-6;
         self.found.has_population = true;

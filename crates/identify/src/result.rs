@@ -145,7 +145,9 @@ impl Identification {
         };
         let converged = refined.as_ref().is_none_or(|refined| refined.converged);
         let (values, residual_sigma, uncertainty) = match refined {
-            Some(refined) => (refined.values, refined.sigma, Some(refined.uncertainty)),
+            Some(refined) => {
+                (refined.values, [0, 1].map(|channel: usize| refined.sigma[channel]), Some(refined.uncertainty))
+            }
             None => (found.values, [None; 2], None),
         };
         Self {

@@ -20,7 +20,7 @@ pub(super) struct SharedReference {
     problem: Arc<Problem>,
     estimate: Option<Estimate>,
     /// Weights of the reference, and the reference under these weights; `None` if no fit succeeds.
-    found: Option<(Vec<[f64; 2]>, References)>,
+    found: Option<(Vec<Vec<f64>>, References)>,
 }
 
 impl SharedReference {

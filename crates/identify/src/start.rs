@@ -133,7 +133,7 @@ fn near(prepared: &Prepared<'_>) -> Result<(Vec<[f64; 5]>, Space)> {
     if motors.is_empty() {
         let linear = linear(&spec.space)?;
         let found = global_reference(&prepared.fitted(&linear), prepared.deviations())?;
-        motors.push(found.refined.parameters.to_array());
+        motors.push(linear.parameters(&found.refined.values, 0).to_array());
     }
     let space = around(spec, &motors)?;
     Ok((motors, space))

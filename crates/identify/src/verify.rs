@@ -180,7 +180,7 @@ pub(super) struct References {
 
 /// Searches the complete box of a problem for the lowest sum of squares weighted by `sigma`, and refines the Steiglitz–McBride
 /// estimate of a claim; `None` if both fail.
-pub(super) fn references(plain: &Problem, sigma: &[[f64; 2]], claim: &Claim<'_>) -> Option<References> {
+pub(super) fn references(plain: &Problem, sigma: &[Vec<f64>], claim: &Claim<'_>) -> Option<References> {
     let Claim { space, refined, searched, estimate, .. } = *claim;
     let inside = |axis: &Axis| Some(estimate?.parameters.get(axis.parameter).clamp(axis.min, axis.max));
     let start: Option<Vec<f64>> = space.free().iter().map(inside).collect();
@@ -201,7 +201,7 @@ pub(super) fn references(plain: &Problem, sigma: &[[f64; 2]], claim: &Claim<'_>)
 /// Compares a claim with references under the weights `sigma` of the claim's refinement.
 pub(super) fn compared(
     prepared: &Prepared<'_>,
-    (plain, sigma): (&Problem, &[[f64; 2]]),
+    (plain, sigma): (&Problem, &[Vec<f64>]),
     claim: &Claim<'_>,
     references: Option<&References>,
 ) -> Verified {
@@ -214,10 +214,10 @@ pub(super) fn compared(
     let relative = |cost: f64| (cost - lowest) / lowest.max(1.0);
     let start = LazyCell::new(|| {
         // Values that cannot be simulated have an infinite misfit.
-        residual_squares(plain, searched).unwrap_or_else(|_| vec![[f64::INFINITY; 2]; plain.signals().len()])
+        residual_squares(plain, searched).unwrap_or_else(|_| vec![vec![f64::INFINITY; 2]; plain.signals().len()])
     });
     let deviations = prepared.deviations();
-    let misfit = |squares: &[[f64; 2]]| weighted(squares, deviations).sqrt();
+    let misfit = |squares: &[Vec<f64>]| weighted(squares, deviations).sqrt();
     let count = misfit_of_mean(prepared.records);
     let is_far = || misfit(&start) > MISFIT_TIMES * misfit(&best.squares) + MISFIT_MORE * count;
     let status = match relative(own) {
@@ -225,11 +225,12 @@ pub(super) fn compared(
         gap if gap < -EQUAL || !is_conclusive => Status::ReferenceFailed,
         _ => Status::Agrees,
     };
+    let is_own = status == Status::ReferenceFailed;
     let of_search = !prepared.spec.is_polished() || status == Status::SearchStuck;
     let verification = Verification {
         status,
         steiglitz_mcbride: estimate.map(|e| e.parameters),
-        levenberg_marquardt: Some(if status == Status::ReferenceFailed { refined.parameters } else { best.parameters }),
+        levenberg_marquardt: Some(plain.parameters(if is_own { &refined.values } else { &best.values }, 0)),
         reference: searched_box.map(|(kind, ..)| kind),
         starts: searched_box.map_or(0, |(_, starts, _)| starts),
         arrivals: searched_box.map_or(0, |(.., arrivals)| arrivals),
@@ -240,17 +241,19 @@ pub(super) fn compared(
 }
 
 /// Returns the total of the sums of squares in units of `sigma²`.
-fn weighted(squares: &[[f64; 2]], sigma: &[[f64; 2]]) -> f64 {
+fn weighted(squares: &[Vec<f64>], sigma: &[Vec<f64>]) -> f64 {
     squares.iter().flatten().zip(sigma.iter().flatten()).map(|(square, sigma)| square / (sigma * sigma)).sum()
 }
 
 /// Returns the standard deviations by which the refinement weighted each recording, limited from below by rounding.
-pub(super) fn sigmas(records: &[Record], refined: &Refined) -> Vec<[f64; 2]> {
-    let of = |(record, sigma): (&Record, &[f64; 2])| {
-        [0, 1].map(|channel| {
-            let smallest = record.measured()[channel].map_or(0.0, |signal| ROUNDING * rms(signal));
-            sigma[channel].max(smallest).max(f64::MIN_POSITIVE.sqrt())
-        })
+pub(super) fn sigmas(records: &[Record], refined: &Refined) -> Vec<Vec<f64>> {
+    let of = |(record, sigma): (&Record, &Vec<f64>)| {
+        [0, 1]
+            .map(|channel| {
+                let smallest = record.measured()[channel].map_or(0.0, |signal| ROUNDING * rms(signal));
+                sigma[channel].max(smallest).max(f64::MIN_POSITIVE.sqrt())
+            })
+            .to_vec()
     };
     records.iter().zip(&refined.weights).map(of).collect()
 }

@@ -80,7 +80,7 @@ fn wrong_numbers_of_values_are_rejected() {
     refused(residual_squares(&plain, &[1.0; 6]), "found 6 values");
     assert!(residual_squares(&plain, &motor).unwrap()[0].iter().all(|sum| *sum < 1e-12));
     for wrong in [f64::NAN, 0.0, -1.0, f64::INFINITY] {
-        refused(global_reference(&plain, &[[1.0, wrong]]), "found a \u{3c3} of");
+        refused(global_reference(&plain, &[vec![1.0, wrong]]), "found a \u{3c3} of");
     }
     refused(global_reference(&plain, &[]), "found 0 pairs of \u{3c3}");
     let found = identify(&[record], &IdentifySpec::default()).unwrap();

@@ -21,19 +21,19 @@ pub(super) fn search_around(search: &mut Search<'_>, is_ended: &mut dyn FnMut(us
     let mut numbers = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(search.seed ^ 0x5eed);
     for round in 0..ROUNDS {
         // Descents with friction that sticks end where the cost has kinks, and do not agree on what leaves more than noise.
-        let has_kinks = |search: &Search<'_>| search.fit.problem.model().reactions() > 0 && !search.explains();
+        let has_kinks = |search: &Search<'_>| search.problem.model().reactions() > 0 && !search.explains();
         if search.ends.is_empty() || search.is_conclusive() || has_kinks(search) {
             break;
         }
         let moving = moving(search);
-        let axes = &search.fit.problem.space().free;
+        let axes = &search.problem.space().free;
         let starts: Vec<SearchPoint> = moving
             .iter()
             .flat_map(|n| std::iter::repeat_n(&search.ends[*n].at, DESCENTS))
             .map(|end| around(end, axes, &mut numbers))
             .collect();
         // Descents from around different ends are compared at their own ends, so none stops early because of another.
-        let (found, simulations) = descend(&search.fit, &starts, false);
+        let (found, simulations) = descend(search.problem, &starts, false);
         search.evaluations += simulations;
         for (n, found) in moving.into_iter().zip(found.chunks(DESCENTS)) {
             let best = found.iter().flatten().min_by(|a, b| a.cost.total_cmp(&b.cost));

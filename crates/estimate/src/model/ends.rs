@@ -1,11 +1,11 @@
 //! Descents of a search side by side, from their starts to their ends.
 
-use super::fitted::FittedModel;
 use crate::descent::Descent;
 use crate::fit::Fit;
 use crate::fitted::Fitted as _;
 use crate::weights::deviations;
 use motorfit_core::numeric::count;
+use motorfit_evaluate::model::ModelProblem;
 
 /// Relative difference of costs within which descents ended in the same optimum.
 const SAME: f64 = 1e-4;
@@ -43,7 +43,7 @@ impl End {
 
 /// Descends from each start, all side by side; a start from which the model diverges has no end. With `are_compared` descents that
 /// may stall end when they cannot come down to the lowest of the others. Returns the number of simulations too.
-pub(super) fn descend(fitted: &FittedModel<'_>, starts: &[SearchPoint], are_compared: bool) -> (Vec<Option<End>>, u64) {
+pub(super) fn descend(fitted: &ModelProblem, starts: &[SearchPoint], are_compared: bool) -> (Vec<Option<End>>, u64) {
     let fit = &Fit::new(fitted);
     let begun: Vec<_> = starts.iter().map(|start| fit.at(&start.values, &start.initial)).collect();
     let mut descents: Vec<Option<Descent<'_>>> = Descent::all(fit, &begun, &deviations(fit));

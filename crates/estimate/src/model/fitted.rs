@@ -3,144 +3,104 @@
 use crate::fitted::{Block, Fitted, Place, Point};
 use crate::shaped::shaped_rows;
 use motorfit_core::coordinate::Coordinate;
-use motorfit_core::numeric::{noise_sigma, peak, rms, standard_deviation};
 use motorfit_core::{Error, Result};
 use motorfit_evaluate::criterion::COST_MAX;
 use motorfit_evaluate::model::{ModelAxis, ModelProblem, OutputSums, Point as OfRecording, Unknown};
 use nalgebra::{DMatrix, DVector};
-use std::sync::OnceLock;
 
-/// Smallest deviation of an output that is zero throughout.
-const DEVIATION_MIN: f64 = 1e-9;
-
-/// A problem of a model with the unknowns of a fit.
-pub(super) struct FittedModel<'a> {
-    pub problem: &'a ModelProblem,
-    /// True if the initial values of open states are unknown.
-    pub estimates_initial: bool,
-    signals: OnceLock<Vec<Vec<Option<Signal>>>>,
+/// Checks values of the free parameters and initial values of the recordings.
+pub(super) fn check(problem: &ModelProblem, values: &[f64], initial: &[Vec<f64>]) -> Result<()> {
+    let open = problem.open_initial(0).len();
+    let axes = problem.space().free.len();
+    if values.len() == axes
+        && initial.len() == problem.recordings()
+        && initial.iter().all(|own| own.len() == open)
+        && values.iter().chain(initial.iter().flatten()).all(|value| value.is_finite())
+    {
+        return Ok(());
+    }
+    let message = format!("a start of {} parameters and {} recordings", values.len(), initial.len());
+    let hint = format!(
+        "Give {axes} finite values, and {open} initial values for each of {} recordings.",
+        problem.recordings()
+    );
+    Err(Error::usage(message, hint))
 }
 
-/// Statistics of a measured output.
-struct Signal {
-    rms: f64,
-    noise: f64,
-    deviation: f64,
+/// Returns the directions of the unknowns that a recording depends on.
+fn directions(problem: &ModelProblem, values: &[f64], recording: usize) -> Vec<Unknown> {
+    let axes = problem.space().free.iter().zip(values);
+    let own = axes.filter(|(axis, _)| axis.recording.is_none_or(|of| of == recording));
+    let parameters = own.map(|(axis, value)| Unknown::Parameter(axis.parameter, axis.range().slope(*value)));
+    parameters.chain((0..problem.states(recording)).map(Unknown::Initial)).collect()
 }
 
-impl<'a> FittedModel<'a> {
-    pub fn new(problem: &'a ModelProblem, estimates_initial: bool) -> Self {
-        Self { problem, estimates_initial, signals: OnceLock::new() }
-    }
-
-    /// Checks values of the free parameters and initial values of the recordings.
-    pub fn check(&self, values: &[f64], initial: &[Vec<f64>]) -> Result<()> {
-        let open = self.problem.open_initial(0).len();
-        let axes = self.problem.space().free.len();
-        if values.len() == axes
-            && initial.len() == self.problem.recordings()
-            && initial.iter().all(|own| own.len() == open)
-            && values.iter().chain(initial.iter().flatten()).all(|value| value.is_finite())
-        {
-            return Ok(());
-        }
-        let message = format!("a start of {} parameters and {} recordings", values.len(), initial.len());
-        let hint = format!(
-            "Give {axes} finite values, and {open} initial values for each of {} recordings.",
-            self.problem.recordings()
-        );
-        Err(Error::usage(message, hint))
-    }
-
-    fn signal(&self, (recording, output): Place) -> Option<&Signal> {
-        let of = |recording: usize| {
-            let one = |output: usize| {
-                let values = self.problem.recording(recording).counted(output)?;
-                let deviation = standard_deviation(&values);
-                let deviation = if deviation > 0.0 { deviation } else { peak(&values).max(DEVIATION_MIN) };
-                Some(Signal { rms: rms(&values), noise: noise_sigma(&values), deviation })
-            };
-            (0..self.outputs()).map(one).collect()
-        };
-        let all = self.signals.get_or_init(|| (0..self.problem.recordings()).map(of).collect());
-        all[recording][output].as_ref()
-    }
-
-    /// Returns the directions of the unknowns that a recording depends on.
-    fn directions(&self, values: &[f64], recording: usize) -> Vec<Unknown> {
-        let axes = self.problem.space().free.iter().zip(values);
-        let own = axes.filter(|(axis, _)| axis.recording.is_none_or(|of| of == recording));
-        let parameters = own.map(|(axis, value)| Unknown::Parameter(axis.parameter, axis.range().slope(*value)));
-        parameters.chain((0..self.states(recording)).map(Unknown::Initial)).collect()
-    }
-}
-
-impl Fitted for FittedModel<'_> {
+impl Fitted for ModelProblem {
     fn axes(&self) -> Vec<Coordinate> {
-        self.problem.space().free.iter().map(ModelAxis::range).collect()
+        self.space().free.iter().map(ModelAxis::range).collect()
     }
 
     fn acts(&self, axis: usize, recording: usize) -> bool {
-        self.problem.space().free[axis].recording.is_none_or(|of| of == recording)
+        self.space().free[axis].recording.is_none_or(|of| of == recording)
     }
 
     fn recordings(&self) -> usize {
-        self.problem.recordings()
+        Self::recordings(self)
     }
 
     fn outputs(&self) -> usize {
-        self.problem.model().outputs().len()
+        self.model().outputs().len()
     }
 
     fn has(&self, (recording, output): Place) -> bool {
-        self.problem.recording(recording).measured[output].is_some()
+        self.recording(recording).measured[output].is_some()
     }
 
     fn samples(&self, recording: usize) -> usize {
-        self.problem.recording(recording).len()
+        self.recording(recording).len()
     }
 
     fn count(&self, (recording, output): Place) -> usize {
-        self.problem.recording(recording).count(output)
+        self.recording(recording).count(output)
     }
 
     fn rms(&self, of: Place) -> f64 {
-        self.signal(of).map_or(0.0, |signal| signal.rms)
+        self.statistics(of).map_or(0.0, |signal| signal.rms)
     }
 
     fn noise(&self, of: Place) -> f64 {
-        self.signal(of).map_or(0.0, |signal| signal.noise)
+        self.statistics(of).map_or(0.0, |signal| signal.noise)
     }
 
     fn deviation(&self, of: Place) -> f64 {
-        self.signal(of).map_or(1.0, |signal| signal.deviation)
+        self.statistics(of).map_or(1.0, |signal| signal.deviation)
     }
 
     fn effective_sample_ratio(&self, recording: usize) -> f64 {
-        self.problem.recording(recording).effective_sample_ratio
+        self.recording(recording).effective_sample_ratio
     }
 
     fn initial(&self, recording: usize) -> Vec<f64> {
-        self.problem.open_initial(recording).to_vec()
+        self.open_initial(recording).to_vec()
     }
 
     fn states(&self, recording: usize) -> usize {
-        if self.estimates_initial { self.problem.open_initial(recording).len() } else { 0 }
+        if self.settings().has_known_initial { 0 } else { self.open_initial(recording).len() }
     }
 
     fn has_kinks(&self) -> bool {
-        self.problem.model().reactions() > 0
+        self.model().reactions() > 0
     }
 
     fn side_by_side(&self) -> usize {
-        let own = (0..self.problem.space().free.len()).filter(|axis| self.acts(*axis, 0)).count();
-        ModelProblem::side_by_side(own + self.states(0))
+        let own = (0..self.space().free.len()).filter(|axis| self.acts(*axis, 0)).count();
+        Self::side_by_side(own + self.states(0))
     }
 
     fn blocks(&self, points: &[Point], recording: usize) -> Vec<Option<Vec<Block>>> {
-        let space = self.problem.space();
+        let space = self.space();
         let unknowns: Vec<Vec<Unknown>> =
-            points.iter().map(|point| self.directions(&point.values, recording)).collect();
+            points.iter().map(|point| directions(self, &point.values, recording)).collect();
         let values: Vec<Vec<f64>> = points.iter().map(|point| space.values(&point.values, recording)).collect();
         let lane =
             |n: usize| OfRecording { values: &values[n], open: &points[n].initial[recording], unknowns: &unknowns[n] };
@@ -154,12 +114,12 @@ impl Fitted for FittedModel<'_> {
             }
             all.iter().all(|block| block.is_finite() && block.squares <= COST_MAX).then_some(all)
         };
-        self.problem.normal_sums(recording, &lanes).into_iter().map(blocks).collect()
+        self.normal_sums(recording, &lanes).into_iter().map(blocks).collect()
     }
 
     fn residuals(&self, values: &[f64], recording: usize, initial: &[f64]) -> Vec<Vec<f64>> {
-        let own = self.problem.recording(recording);
-        let simulated = self.problem.simulate(values, recording, initial).outputs;
+        let own = self.recording(recording);
+        let simulated = self.simulate(values, recording, initial).outputs;
         let of = |(output, (measured, simulated)): (usize, (&Option<Vec<f64>>, &Vec<f64>))| {
             let Some(measured) = measured else { return Vec::new() };
             (0..own.len()).filter(|n| own.counts(output, *n)).map(|n| measured[n] - simulated[n]).collect()
@@ -168,9 +128,9 @@ impl Fitted for FittedModel<'_> {
     }
 
     fn shaped(&self, values: &[f64], recording: usize, initial: &[f64], filters: &[Vec<f64>]) -> Vec<DMatrix<f64>> {
-        let own = self.problem.recording(recording);
-        let unknowns = self.directions(values, recording);
-        let trajectory = self.problem.trajectory(values, recording, initial, &unknowns);
+        let own = self.recording(recording);
+        let unknowns = directions(self, values, recording);
+        let trajectory = self.trajectory(values, recording, initial, &unknowns);
         let width = unknowns.len();
         let of = |output: usize| {
             let Some(rows) = trajectory.sensitivities.get(output).filter(|_| self.has((recording, output))) else {

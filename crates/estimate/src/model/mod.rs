@@ -7,11 +7,9 @@ mod multistart;
 mod refine;
 mod search;
 
-pub use crate::ended::Ended as ModelRefined;
-pub use crate::separate::Separate;
 #[doc(hidden)]
 pub use multistart::rounds_max;
 pub use multistart::{ModelEnd, ModelOptima, ModelStarts, Populations, model_ends, model_optima};
-pub use refine::{open_flat, refine_model, separate_model_fits, signal_sigma};
+pub use refine::{open_flat, refine_model, signal_sigma};
 #[doc(hidden)]
 pub use search::ARRIVALS;

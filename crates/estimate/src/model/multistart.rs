@@ -4,7 +4,7 @@
 
 use super::around::{ROUNDS as ROUNDS_AROUND, search_around};
 use super::ends::{End, SearchPoint, descend};
-use super::fitted::FittedModel;
+use super::fitted::check;
 use super::search::Search;
 use motorfit_core::candidates::Candidates;
 use motorfit_core::{Error, Result};
@@ -67,11 +67,11 @@ pub struct ModelStarts<'a> {
 pub fn model_optima(
     problem: &ModelProblem,
     evaluator: &mut dyn ModelEvaluator,
-    (estimates_initial, seed): (bool, u64),
+    seed: u64,
     starts: ModelStarts<'_>,
     observe: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
 ) -> Result<ModelOptima> {
-    let mut search = Search::new(FittedModel::new(problem, estimates_initial), seed);
+    let mut search = Search::new(problem, seed);
     let is_interrupted = rounds(&mut search, evaluator, starts, observe)?;
     let Some(best) = search.lowest() else {
         let hint = "Check units and bounds of the parameters: within them the simulated machine grows without limit.";
@@ -97,12 +97,11 @@ pub struct ModelEnd {
 ///
 /// # Errors
 /// Returns `Usage` if a start does not fit the space.
-pub fn model_ends(problem: &ModelProblem, estimates_initial: bool, given: &[Vec<f64>]) -> Result<(Vec<ModelEnd>, u64)> {
-    let fit = FittedModel::new(problem, estimates_initial);
+pub fn model_ends(problem: &ModelProblem, given: &[Vec<f64>]) -> Result<(Vec<ModelEnd>, u64)> {
     let initial = problem.open_initials();
-    given.iter().try_for_each(|start| fit.check(start, &initial))?;
+    given.iter().try_for_each(|start| check(problem, start, &initial))?;
     let start = |values: &Vec<f64>| SearchPoint { values: values.clone(), initial: initial.clone(), is_given: true };
-    let (ends, simulations) = descend(&fit, &given.iter().map(start).collect::<Vec<_>>(), false);
+    let (ends, simulations) = descend(problem, &given.iter().map(start).collect::<Vec<_>>(), false);
     let end = |End { at: SearchPoint { values, initial, .. }, cost }: End| ModelEnd { values, initial, cost };
     Ok((ends.into_iter().flatten().map(end).collect(), simulations))
 }
@@ -114,10 +113,10 @@ fn rounds(
     ModelStarts { given, populations }: ModelStarts<'_>,
     observe: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
 ) -> Result<bool> {
-    let problem = search.fit.problem;
+    let problem = search.problem;
     let initial = problem.open_initials();
     for start in given {
-        search.fit.check(start, &initial)?;
+        check(problem, start, &initial)?;
     }
     let has_stick = problem.model().reactions() > 0;
     let screened = problem.with_fewer_samples(SAMPLES_SCREENED)?;
@@ -128,7 +127,7 @@ fn rounds(
     for round in 0..rounds {
         let mut all = if round == 0 { given.to_vec() } else { Vec::new() };
         let given = all.len();
-        let number = (CANDIDATES_PER_AXIS * search.fit.problem.space().free.len()).clamp(CANDIDATES[0], CANDIDATES[1]);
+        let number = (CANDIDATES_PER_AXIS * search.problem.space().free.len()).clamp(CANDIDATES[0], CANDIDATES[1]);
         let round_seed = search.seed.wrapping_mul(ROUNDS as u64).wrapping_add(round as u64);
         let has_populations = (round == 0) == has_stick;
         if !has_populations || is_affine {
@@ -142,14 +141,14 @@ fn rounds(
         }
         let start = |(n, values)| SearchPoint { values, initial: initial.clone(), is_given: n < given };
         let starts: Vec<SearchPoint> = all.into_iter().enumerate().map(start).collect();
-        let (found, simulations) = descend(&search.fit, &starts, true);
+        let (found, simulations) = descend(search.problem, &starts, true);
         search.evaluations += simulations;
         search.ends.extend(found.into_iter().flatten());
         if observe(round + 1, all_rounds).is_break() {
             return Ok(true);
         }
         // One more round where several descents agree on an optimum that leaves more than noise.
-        if search.is_conclusive() && (search.fit.problem.space().free.is_empty() || round > 0 || search.explains()) {
+        if search.is_conclusive() && (search.problem.space().free.is_empty() || round > 0 || search.explains()) {
             break;
         }
     }

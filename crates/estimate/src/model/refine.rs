@@ -1,13 +1,12 @@
 //! Refinement of a model.
 
-use super::fitted::FittedModel;
+use super::fitted::check;
 use crate::descent::Descent;
-use crate::ended::{Ended, STALLED};
+use crate::ended::STALLED;
 use crate::fit::Fit;
 use crate::fitted::{Fitted as _, Sigma};
-use crate::refined::STEP_MAX;
+use crate::refined::{Refined, STEP_MAX};
 use crate::sandwich::robust;
-use crate::separate::{Separate, separate};
 use crate::weights::first_sigma;
 use motorfit_core::{Error, Result};
 use motorfit_evaluate::model::ModelProblem;
@@ -23,20 +22,19 @@ pub fn refine_model(
     problem: &ModelProblem,
     start: &[f64],
     initial: &[Vec<f64>],
-    (estimates_initial, sigma): (bool, Option<&[Vec<f64>]>),
-) -> Result<Ended> {
-    let fitted = FittedModel::new(problem, estimates_initial);
-    fitted.check(start, initial)?;
+    sigma: Option<&[Vec<f64>]>,
+) -> Result<Refined> {
+    check(problem, start, initial)?;
     if let Some(sigma) = sigma {
-        check_sigma(&fitted, sigma)?;
+        check_sigma(problem, sigma)?;
     }
-    let fit = Fit::new(&fitted);
+    let fit = Fit::new(problem);
     let first: Sigma = sigma.map_or_else(|| first_sigma(&fit), <[_]>::to_vec);
     let mut search = Descent::new(&fit, &fit.at(start, initial), &first).ok_or_else(|| {
         let hint = "Start elsewhere, or narrow the bounds.";
         Error::not_identified("the model diverges at the start of the refinement", hint)
     })?;
-    search.stall = fitted.has_kinks().then_some(STALLED);
+    search.stall = problem.has_kinks().then_some(STALLED);
     let (search, converged) = match sigma {
         None => search.weighed(),
         Some(_) => {
@@ -51,26 +49,19 @@ pub fn refine_model(
 
 /// Marks the parameters of a model with friction that sticks, or with corners such as those of a limit, as not identified where the
 /// likelihood leaves them open on one side.
-pub fn open_flat(problem: &ModelProblem, refined: &mut Ended, estimates_initial: bool) {
+pub fn open_flat(problem: &ModelProblem, refined: &mut Refined) {
     if problem.model().reactions() > 0 || problem.model().has_corners() {
-        crate::flat::open_flat(&FittedModel::new(problem, estimates_initial), refined);
+        crate::flat::open_flat(problem, refined);
     }
 }
 
-/// Returns the fit of each recording of a joint fit of a model alone, from the joint optimum; `None` if one fails.
-#[must_use]
-pub fn separate_model_fits(problem: &ModelProblem, shared: &Ended, estimates_initial: bool) -> Option<Vec<Separate>> {
-    let fitted = FittedModel::new(problem, estimates_initial);
-    separate(&fitted, shared)
-}
-
-fn check_sigma(fitted: &FittedModel<'_>, sigma: &[Vec<f64>]) -> Result<()> {
-    let fits = sigma.len() == fitted.recordings() && sigma.iter().all(|of| of.len() == fitted.outputs());
+fn check_sigma(problem: &ModelProblem, sigma: &[Vec<f64>]) -> Result<()> {
+    let fits = sigma.len() == problem.recordings() && sigma.iter().all(|of| of.len() == problem.outputs());
     if fits && sigma.iter().flatten().all(|sigma| sigma.is_finite() && *sigma > 0.0) {
         return Ok(());
     }
     let message = format!("standard deviations of {} recordings", sigma.len());
-    let (outputs, recordings) = (fitted.outputs(), fitted.recordings());
+    let (outputs, recordings) = (problem.outputs(), problem.recordings());
     let hint = format!(
         "Give {outputs} positive ones for each of {recordings} recordings; 1 for an output that was not measured."
     );
@@ -81,5 +72,5 @@ fn check_sigma(fitted: &FittedModel<'_>, sigma: &[Vec<f64>]) -> Result<()> {
 #[doc(hidden)]
 #[must_use]
 pub fn signal_sigma(problem: &ModelProblem) -> Sigma {
-    crate::weights::deviations(&Fit::new(&FittedModel::new(problem, false)))
+    crate::weights::deviations(&Fit::new(problem))
 }

@@ -1,9 +1,9 @@
 //! State of a search for the lowest optimum, and the evidence that it is the lowest.
 
 use super::ends::End;
-use super::fitted::FittedModel;
 use crate::fitted::Fitted as _;
 use motorfit_core::numeric::rms;
+use motorfit_evaluate::model::ModelProblem;
 
 /// Starts over the bounds that must reach the lowest optimum.
 #[doc(hidden)]
@@ -11,15 +11,15 @@ pub const ARRIVALS: usize = 3;
 
 /// A search: the lowest end from each start that has one.
 pub(super) struct Search<'a> {
-    pub fit: FittedModel<'a>,
+    pub problem: &'a ModelProblem,
     pub seed: u64,
     pub ends: Vec<End>,
     pub evaluations: u64,
 }
 
 impl<'a> Search<'a> {
-    pub fn new(fit: FittedModel<'a>, seed: u64) -> Self {
-        Self { fit, seed, ends: Vec::new(), evaluations: 0 }
+    pub fn new(problem: &'a ModelProblem, seed: u64) -> Self {
+        Self { problem, seed, ends: Vec::new(), evaluations: 0 }
     }
 
     pub fn lowest(&self) -> Option<&End> {
@@ -43,21 +43,22 @@ impl<'a> Search<'a> {
 
     /// Returns true if an end has the cost of another.
     pub fn is_same(&self, end: &End, other: &End) -> bool {
-        end.is_at(other.cost, self.fit.problem.counted())
+        end.is_at(other.cost, self.problem.counted())
     }
 
     /// Returns true if enough starts reached the lowest optimum, or there is nothing to search.
     pub fn is_conclusive(&self) -> bool {
-        self.fit.problem.space().free.is_empty() || self.arrivals() >= ARRIVALS
+        self.problem.space().free.is_empty() || self.arrivals() >= ARRIVALS
     }
 
     /// Returns true if the lowest optimum leaves no more than noise of every output. Many descents may end in one that does not: on a
     /// plateau, where an effect does not act.
     pub fn explains(&self) -> bool {
         let Some(End { at, .. }) = self.lowest() else { return false };
-        (0..self.fit.recordings()).all(|recording| {
-            let residuals = self.fit.residuals(&at.values, recording, &at.initial[recording]);
-            let is_noise = |(output, of): (usize, &Vec<f64>)| !self.fit.is_above_noise((recording, output), rms(of));
+        (0..self.problem.recordings()).all(|recording| {
+            let residuals = self.problem.residuals(&at.values, recording, &at.initial[recording]);
+            let is_noise =
+                |(output, of): (usize, &Vec<f64>)| !self.problem.is_above_noise((recording, output), rms(of));
             residuals.iter().enumerate().all(is_noise)
         })
     }

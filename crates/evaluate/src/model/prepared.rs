@@ -5,10 +5,11 @@ use super::recording::{ModelRecording, open_initial};
 use crate::affine::AffineRows;
 use crate::criterion::{Criterion, Scale};
 use crate::interpreter::{Clock, Loss, Rows};
-use motorfit_core::numeric::{count, peak, standard_deviation};
+use motorfit_core::numeric::{count, noise_sigma, peak, rms, standard_deviation};
 use motorfit_model::Model;
 use motorfit_model::graph::Leaf;
 use motorfit_model::program::Program;
+use std::sync::OnceLock;
 
 /// A recording with what its evaluation needs.
 #[derive(Debug, Clone)]
@@ -26,6 +27,33 @@ pub struct Prepared {
     pub factors: Vec<f64>,
     /// Initial values of the open states, in their units.
     pub open: Vec<f64>,
+    /// Statistics of the outputs, computed on first use.
+    pub(super) statistics: OnceLock<Vec<Option<Statistics>>>,
+}
+
+/// Statistics of a measured output over the samples that count.
+#[derive(Debug, Clone, Copy)]
+#[doc(hidden)]
+pub struct Statistics {
+    /// Root mean square.
+    pub rms: f64,
+    /// Standard deviation of the noise, estimated from the output alone.
+    pub noise: f64,
+    /// Standard deviation; the largest magnitude of an output that is constant.
+    pub deviation: f64,
+}
+
+/// Smallest deviation of an output that is zero throughout.
+const DEVIATION_MIN: f64 = 1e-9;
+
+impl Statistics {
+    /// Returns the statistics of an output; `None` for one that was not measured.
+    pub(super) fn of(recording: &ModelRecording, output: usize) -> Option<Self> {
+        let values = recording.counted(output)?;
+        let deviation = standard_deviation(&values);
+        let deviation = if deviation > 0.0 { deviation } else { peak(&values).max(DEVIATION_MIN) };
+        Some(Self { rms: rms(&values), noise: noise_sigma(&values), deviation })
+    }
 }
 
 /// Makes rows, factors and initial values of a recording.
@@ -86,6 +114,7 @@ pub(super) fn prepare(
         programs: index,
         factors,
         open,
+        statistics: OnceLock::new(),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::method::ModelMethod;
 use super::prepared::input;
-use super::prepared::{Prepared, prepare};
+use super::prepared::{Prepared, Statistics, prepare};
 use super::programs::Programs;
 use super::recording::ModelRecording;
 use super::space::ModelSpace;
@@ -27,6 +27,8 @@ pub struct ModelSettings {
     pub is_first_order_hold: bool,
     /// Integration method and number of substeps; `None` chooses them.
     pub method: Option<(IntegrationMethod, usize)>,
+    /// True if states that are measured or free start as they are measured, or from zero; false if a fit estimates their initial values.
+    pub has_known_initial: bool,
 }
 
 /// Lanes of a block of candidates.
@@ -88,6 +90,11 @@ impl ModelProblem {
         })
     }
 
+    /// Returns the problem with a number of its own, as one that differs from others.
+    pub(super) fn renumbered(self) -> Self {
+        Self { number: NUMBERS.fetch_add(1, Ordering::Relaxed), ..self }
+    }
+
     /// Returns the model.
     #[must_use]
     pub fn model(&self) -> &Model {
@@ -125,6 +132,16 @@ impl ModelProblem {
     #[must_use]
     pub fn recording(&self, n: usize) -> &ModelRecording {
         &self.recordings[n].recording
+    }
+
+    /// Returns statistics of an output of a recording; `None` for one that was not measured.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn statistics(&self, (recording, output): (usize, usize)) -> Option<&Statistics> {
+        let prepared = self.recordings.get(recording)?;
+        let of = |output| Statistics::of(&prepared.recording, output);
+        let all = prepared.statistics.get_or_init(|| (0..prepared.recording.measured.len()).map(of).collect());
+        all.get(output)?.as_ref()
     }
 
     /// Returns the number of recordings.

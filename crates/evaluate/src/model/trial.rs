@@ -55,6 +55,15 @@ impl ModelProblem {
         Ok(problem)
     }
 
+    /// Returns the problem with another search space and the same steps.
+    ///
+    /// # Errors
+    /// Returns `Usage` if the space does not suit the model.
+    pub fn with_space(&self, space: ModelSpace) -> Result<Self> {
+        check_space(self.model(), &space, self.recordings())?;
+        Ok(Self { space, ..self.clone().renumbered() })
+    }
+
     /// Returns the problem with another number of substeps.
     ///
     /// # Errors

@@ -10,7 +10,7 @@ use super::friction::{FRICTION, friction_differs};
 use motorfit_core::coordinate::Coordinate;
 use motorfit_core::numeric::chi_square_limit;
 use motorfit_core::text::significant;
-use motorfit_estimate::{Ended, Refined, Separate, separate_fits};
+use motorfit_estimate::{Refined, Separate, separate_fits};
 use motorfit_evaluate::Problem;
 use motorfit_motor::{Axis, Parameter, Scope};
 use motorfit_record::Record;
@@ -79,10 +79,9 @@ pub(crate) fn homogeneity(records: &[Record], plain: &Problem, shared: &Refined,
         None => format!("recording {}", n + 1),
     };
     let names: Vec<String> = records.iter().enumerate().map(named).collect();
-    let sigmas = Ended::from(shared).sigmas;
     let Some(own) = separate_fits(plain, shared) else { return warnings };
     let rank = shared.uncertainty.rank;
-    let fit = JointFit { machine: "motor", names: &names, axes: &axes, rank, sigmas: &sigmas, own: &own };
+    let fit = JointFit { machine: "motor", names: &names, axes: &axes, rank, sigmas: &shared.sigmas, own: &own };
     let Some((warning, differing)) = fit.differing() else { return warnings };
     let is_friction = |n: &usize| FRICTION.contains(&plain.space().free()[*n].parameter);
     if warnings.is_empty() || !differing.iter().all(is_friction) {

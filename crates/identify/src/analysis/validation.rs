@@ -154,7 +154,7 @@ fn settle(record: &Record, found: &FittedMotor<'_>, model: Model, criterion: Cri
         let problem = Arc::new(Problem::new(alone, model, space, criterion)?);
         let starts = delay_starts(&problem, &[found.parameters.to_array()])?;
         let settled = best_start(&plain, &starts, &signal_deviations(alone));
-        initial = settled.as_ref().map(|settled| settled.initial.clone());
+        initial = settled.as_ref().map(|settled| vec![settled.state(0)]);
         let of_own = settled.map(|settled| settled.values).or_else(|| starts.into_iter().next()).unwrap_or_default();
         estimated = own.iter().map(|axis| axis.parameter).zip(of_own).collect();
         fixed.extend(estimated.iter().map(|(parameter, value)| (*parameter, Scope::Shared, *value)));

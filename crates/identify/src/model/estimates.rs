@@ -1,11 +1,11 @@
 //! Estimates of the parameters of a model.
 
 use super::result::ModelEstimate;
-use motorfit_estimate::model::ModelRefined;
+use motorfit_estimate::Refined;
 use motorfit_evaluate::model::ModelProblem;
 
 /// Returns the estimates in the order of the model.
-pub(super) fn estimates(problem: &ModelProblem, values: &[f64], refined: Option<&ModelRefined>) -> Vec<ModelEstimate> {
+pub(super) fn estimates(problem: &ModelProblem, values: &[f64], refined: Option<&Refined>) -> Vec<ModelEstimate> {
     let space = problem.space();
     let mut estimates = Vec::new();
     for (number, parameter) in problem.model().parameters().iter().enumerate() {

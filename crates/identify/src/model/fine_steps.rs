@@ -2,8 +2,9 @@
 
 use motorfit_core::Result;
 use motorfit_core::numeric::rms;
-use motorfit_estimate::model::{ModelRefined, refine_model};
-use motorfit_evaluate::model::{ModelProblem, ModelSettings, ModelSpace, StepChange};
+use motorfit_estimate::Refined;
+use motorfit_estimate::model::refine_model;
+use motorfit_evaluate::model::{ModelProblem, ModelSpace, StepChange};
 
 /// Largest number of substeps of a refinement, and the largest change of an estimate by half the step, in standard errors.
 const SUBSTEPS_MAX: usize = 16;
@@ -21,44 +22,31 @@ const CONVERGES: f64 = 0.6;
 pub(super) fn fitted_at(
     problem: &ModelProblem,
     start: &[f64],
-    (open, estimates_initial): (&[Vec<f64>], bool),
+    open: &[Vec<f64>],
     weights: &[Vec<f64>],
-) -> Result<(usize, ModelRefined)> {
-    let mut there = with_fixed(problem, start)?;
-    let mut fitted = refine_model(&there, &[], open, (estimates_initial, Some(weights)))?;
+) -> Result<(usize, Refined)> {
+    let mut there = problem.with_space(ModelSpace::all_fixed(&problem.space().values(start, 0)))?;
+    let mut fitted = refine_model(&there, &[], open, Some(weights))?;
     while !there.method().is_exact() && 2 * there.method().substeps <= SUBSTEPS_MAX {
         let finer = there.with_substeps(2 * there.method().substeps)?;
         if !steps_matter(&there, &finer, &fitted) {
             break;
         }
-        fitted = refine_model(&finer, &[], &fitted.initial, (estimates_initial, Some(weights)))?;
+        fitted = refine_model(&finer, &[], &fitted.initial, Some(weights))?;
         there = finer;
     }
     Ok((there.method().substeps, fitted))
 }
 
-/// Returns the problem with all parameters fixed at values of the free ones.
-fn with_fixed(problem: &ModelProblem, free: &[f64]) -> Result<ModelProblem> {
-    let space = ModelSpace::all_fixed(&problem.space().values(free, 0));
-    let recordings = (0..problem.recordings()).map(|n| problem.recording(n).clone()).collect();
-    let method = Some((problem.method().method, problem.method().substeps));
-    let settings = ModelSettings { method, ..problem.settings() };
-    ModelProblem::new(problem.model(), space, recordings, settings)
-}
-
 /// Returns true if an estimate fits better, under the weights of the best one, by more than the accuracy of descents.
-pub(super) fn is_better(other: &ModelRefined, best: &ModelRefined) -> bool {
+pub(super) fn is_better(other: &Refined, best: &Refined) -> bool {
     let [own, known] = [other, best].map(|of| of.weighted(&best.weights));
     own < known - SAME.max(SAME_PART * known)
 }
 
 /// Repeats a refinement with half the step until the estimates do not depend on it: an error of the integration that a search does not
 /// see can be many standard errors. If they still change at the finest step, the method is marked as rough.
-pub(super) fn with_fine_steps(
-    mut problem: ModelProblem,
-    mut refined: ModelRefined,
-    estimates_initial: bool,
-) -> Result<(ModelProblem, ModelRefined)> {
+pub(super) fn with_fine_steps(mut problem: ModelProblem, mut refined: Refined) -> Result<(ModelProblem, Refined)> {
     let (mut before, mut change) = (f64::INFINITY, None);
     while !problem.method().is_exact() {
         if 2 * problem.method().substeps > SUBSTEPS_MAX {
@@ -66,7 +54,7 @@ pub(super) fn with_fine_steps(
             if before.is_finite() {
                 return Ok((problem.with_rough_steps(true, change), refined));
             }
-            let (agrees, change) = agrees_with_coarser(&problem, &refined, estimates_initial)?;
+            let (agrees, change) = agrees_with_coarser(&problem, &refined)?;
             return Ok((problem.with_rough_steps(!agrees, change), refined));
         }
         let finer = problem.with_substeps(2 * problem.method().substeps)?;
@@ -74,7 +62,7 @@ pub(super) fn with_fine_steps(
         // equations are not affine.
         let takes_long = problem.model().reactions() > 0 && !problem.method().stiffness.is_affine;
         let is_enough = takes_long && !steps_matter(&problem, &finer, &refined);
-        let next = refine_model(&finer, &refined.values, &refined.initial, (estimates_initial, None))?;
+        let next = refine_model(&finer, &refined.values, &refined.initial, None)?;
         change = largest_change(&next, &refined, [problem.method().substeps, finer.method().substeps]);
         let largest = change.map_or(0.0, |change| change.std_errors);
         (problem, refined) = (finer, next);
@@ -88,22 +76,18 @@ pub(super) fn with_fine_steps(
 }
 
 /// Returns true if the estimates with twice the step are the same, and their largest change beside it.
-fn agrees_with_coarser(
-    problem: &ModelProblem,
-    refined: &ModelRefined,
-    estimates_initial: bool,
-) -> Result<(bool, Option<StepChange>)> {
+fn agrees_with_coarser(problem: &ModelProblem, refined: &Refined) -> Result<(bool, Option<StepChange>)> {
     let substeps = problem.method().substeps;
     let coarser = problem.with_substeps(substeps / 2)?;
     // With long steps a model may diverge.
-    let other = refine_model(&coarser, &refined.values, &refined.initial, (estimates_initial, None)).ok();
+    let other = refine_model(&coarser, &refined.values, &refined.initial, None).ok();
     let Some(other) = other else { return Ok((false, None)) };
     let change = largest_change(refined, &other, [substeps / 2, substeps]);
     Ok((change.is_none_or(|change| change.std_errors < CHANGE_MAX), change))
 }
 
 /// Returns the largest change of an estimate, in standard errors of the first; `None` if no parameter has one.
-fn largest_change(of: &ModelRefined, from: &ModelRefined, substeps: [usize; 2]) -> Option<StepChange> {
+fn largest_change(of: &Refined, from: &Refined, substeps: [usize; 2]) -> Option<StepChange> {
     let changes = of.uncertainty.std_error.iter().zip(of.values.iter().zip(&from.values)).enumerate();
     let sized = changes.filter_map(|(axis, (error, (new, old)))| {
         let std_errors = (new - old).abs() / (*error)?;
@@ -113,7 +97,7 @@ fn largest_change(of: &ModelRefined, from: &ModelRefined, substeps: [usize; 2]) 
 }
 
 /// Returns true if half the step changes an output by more than a small part of its residuals.
-fn steps_matter(problem: &ModelProblem, finer: &ModelProblem, refined: &ModelRefined) -> bool {
+fn steps_matter(problem: &ModelProblem, finer: &ModelProblem, refined: &Refined) -> bool {
     (0..problem.recordings()).any(|recording| {
         let initial = &refined.initial[recording];
         let [a, b] = [problem, finer].map(|of| of.simulate(&refined.values, recording, initial).outputs);

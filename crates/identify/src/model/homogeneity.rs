@@ -1,16 +1,16 @@
 //! Test of whether all recordings of a joint fit are of one machine.
 
 use crate::analysis::{Compared, JointFit, RECORDINGS_MAX};
-use motorfit_estimate::model::{ModelRefined, separate_model_fits};
+use motorfit_estimate::{Refined, separate_fits};
 use motorfit_evaluate::model::{ModelAxis, ModelProblem};
 use motorfit_record::warning::Warning;
 
 /// Returns the warning of a joint fit whose recordings are not of one machine; `None` if they are, or if there is one recording.
-pub(super) fn homogeneity(problem: &ModelProblem, refined: &ModelRefined, estimates_initial: bool) -> Option<Warning> {
+pub(super) fn homogeneity(problem: &ModelProblem, refined: &Refined) -> Option<Warning> {
     if !(2..=RECORDINGS_MAX).contains(&problem.recordings()) {
         return None;
     }
-    let own = separate_model_fits(problem, refined, estimates_initial)?;
+    let own = separate_fits(problem, refined)?;
     let compared = |(axis, error): (&ModelAxis, &Option<f64>)| {
         let parameter = &problem.model().parameters()[axis.parameter];
         Compared {

@@ -17,8 +17,9 @@ use crate::trust_level::Trust;
 use motorfit_core::candidates::Candidates;
 use motorfit_core::clock::Instant;
 use motorfit_core::{Error, Result};
+use motorfit_estimate::Refined;
 use motorfit_estimate::model::{
-    ARRIVALS, ModelOptima, ModelRefined, ModelStarts, model_optima, open_flat, refine_model, rounds_max, signal_sigma,
+    ARRIVALS, ModelOptima, ModelStarts, model_optima, open_flat, refine_model, rounds_max, signal_sigma,
 };
 use motorfit_evaluate::criterion::Criterion;
 use motorfit_evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
@@ -108,6 +109,7 @@ impl ModelSpec {
             criterion: self.criterion,
             is_first_order_hold: self.is_first_order_hold,
             method: self.integration,
+            has_known_initial: !self.estimates_initial,
         }
     }
 }
@@ -143,22 +145,22 @@ pub fn identify_model(
     let mut verification = verified(&problem, spec, &found);
     let (problem, refined) = match spec.is_polished {
         true => {
-            let refined = refine_model(&problem, &found.start.0, &found.start.1, (spec.estimates_initial, None))?;
-            let refined = with_fine_steps(problem, refined, spec.estimates_initial)?;
+            let refined = refine_model(&problem, &found.start.0, &found.start.1, None)?;
+            let refined = with_fine_steps(problem, refined)?;
             let cost = found.optima.as_ref().map_or(f64::NEG_INFINITY, |optima| optima.cost);
-            let (refined, is_of_given) = with_given_starts(refined, &found.given, (cost, spec.estimates_initial))?;
+            let (refined, is_of_given) = with_given_starts(refined, &found.given, cost)?;
             // No start over the bounds led there.
             if is_of_given && matches!(verification.status, "agrees" | "reference_failed") {
                 verification = ModelVerification { status: "reference_failed", arrivals: 0, ..verification };
             }
             let (problem, mut refined) = refined;
-            open_flat(&problem, &mut refined, spec.estimates_initial);
+            open_flat(&problem, &mut refined);
             (problem, Some(refined))
         }
         false => (problem, None),
     };
     let mut result = result(&problem, spec, (found, verification), refined.as_ref());
-    add_sampled_law(&problem, &mut result, refined.as_ref(), spec.estimates_initial);
+    add_sampled_law(&problem, &mut result, refined.as_ref());
     result.device = device.used();
     result.warnings.extend(device.warnings);
     result.seconds = begin.elapsed().as_secs_f64();
@@ -223,7 +225,7 @@ fn search(
     observe: &mut dyn FnMut(ModelProgress) -> ControlFlow<()>,
 ) -> Result<Found> {
     let cost = |values: &[f64]| cost_of(problem, values);
-    let settings = (spec.estimates_initial, spec.seed);
+    let seed = spec.seed;
     let starts = problem.space().starts(problem.model(), &spec.starts)?;
     let population = match &spec.method {
         Method::Auto => None,
@@ -246,14 +248,14 @@ fn search(
         let optima = match spec.is_polished && stop != Stop::Interrupted {
             true => {
                 let starts = ModelStarts { given: std::slice::from_ref(&best), populations: &mut islands };
-                Some(model_optima(problem, device.evaluator.as_mut(), settings, starts, &mut look)?)
+                Some(model_optima(problem, device.evaluator.as_mut(), seed, starts, &mut look)?)
             }
             false => None,
         };
         let is_interrupted = optima.as_ref().is_some_and(|optima| optima.is_interrupted);
         let initial = problem.open_initials();
         let given = match optima.is_some() && !is_interrupted {
-            true => GivenStarts::new(problem, spec.estimates_initial, starts)?,
+            true => GivenStarts::new(problem, starts)?,
             false => GivenStarts::default(),
         };
         return Ok(Found {
@@ -269,7 +271,7 @@ fn search(
             history: run.history,
         });
     }
-    let (optima, given) = optima_beside(problem, device.evaluator.as_mut(), settings, &starts, &mut look)?;
+    let (optima, given) = optima_beside(problem, device.evaluator.as_mut(), seed, &starts, &mut look)?;
     // Refined, each is compared with the other.
     let lower = given.lower_than(optima.cost).filter(|_| !spec.is_polished);
     let (values, initial) = lower.map_or((&optima.values, &optima.initial), |lower| (&lower.values, &lower.initial));
@@ -303,7 +305,7 @@ fn verified(problem: &ModelProblem, spec: &ModelSpec, found: &Found) -> ModelVer
     }
     // The descent of the search's own optimum, with the weights of the multistart.
     let sigma = signal_sigma(problem);
-    let own = refine_model(problem, &found.start.0, &found.start.1, (spec.estimates_initial, Some(&sigma)));
+    let own = refine_model(problem, &found.start.0, &found.start.1, Some(&sigma));
     let cost_gap = own.ok().map(|own| own.weighted(&sigma) / optima.cost - 1.0).filter(|gap| gap.is_finite());
     let status = match cost_gap {
         Some(gap) if gap > STUCK => "search_stuck",
@@ -317,7 +319,7 @@ fn result(
     problem: &ModelProblem,
     spec: &ModelSpec,
     (found, verification): (Found, ModelVerification),
-    refined: Option<&ModelRefined>,
+    refined: Option<&Refined>,
 ) -> ModelIdentification {
     let values = refined.map_or_else(|| found.values.clone(), |refined| refined.values.clone());
     let initial = refined.map_or_else(|| found.start.1.clone(), |refined| refined.initial.clone());
@@ -335,7 +337,7 @@ fn result(
     for text in &combinations {
         warnings.push(Warning::new("not_identifiable", text.clone()));
     }
-    warnings.extend(refined.and_then(|refined| homogeneity(problem, refined, spec.estimates_initial)));
+    warnings.extend(refined.and_then(|refined| homogeneity(problem, refined)));
     let mut result = ModelIdentification {
         trust: Trust::default(),
         estimates: estimates(problem, &values, refined),
@@ -384,7 +386,7 @@ pub fn hold_out_model(
     let problem = ModelProblem::new(model, space, held_out.to_vec(), spec.settings())?;
     let initial = problem.open_initials();
     let initial = match spec.estimates_initial && !initial.iter().all(Vec::is_empty) {
-        true => refine_model(&problem, &[], &initial, (true, None)).map_or(initial, |refined| refined.initial),
+        true => refine_model(&problem, &[], &initial, None).map_or(initial, |refined| refined.initial),
         false => initial,
     };
     found.held_out = (0..held_out.len()).map(|n| fitted(&problem, &[], n, &initial[n])).collect();

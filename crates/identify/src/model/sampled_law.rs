@@ -8,7 +8,8 @@ use crate::trust_level::{TrustLevel, TrustReason};
 use motorfit_core::numeric::count;
 use motorfit_core::setting::Text;
 use motorfit_core::text::significant;
-use motorfit_estimate::model::{ModelRefined, refine_model};
+use motorfit_estimate::Refined;
+use motorfit_estimate::model::refine_model;
 use motorfit_evaluate::model::{ModelProblem, ModelSettings};
 use motorfit_record::Severity;
 use motorfit_record::warning::Warning;
@@ -20,12 +21,7 @@ const CHANGE_MIN: f64 = 0.5;
 
 /// Adds a remark where the equations have a continuous law, and a reason against trust where the law fits as well if it is sampled, with other
 /// estimates.
-pub(super) fn add_sampled_law(
-    problem: &ModelProblem,
-    result: &mut ModelIdentification,
-    refined: Option<&ModelRefined>,
-    estimates_initial: bool,
-) {
+pub(super) fn add_sampled_law(problem: &ModelProblem, result: &mut ModelIdentification, refined: Option<&Refined>) {
     if !problem.model().has_continuous_law() {
         return;
     }
@@ -36,7 +32,7 @@ pub(super) fn add_sampled_law(
     remark.severity = Severity::Mention;
     result.warnings.push(remark);
     let Some(refined) = refined.filter(|_| result.trust.level != TrustLevel::Poor) else { return };
-    let Some((name, change)) = changed_if_sampled(problem, refined, estimates_initial) else { return };
+    let Some((name, change)) = changed_if_sampled(problem, refined) else { return };
     let change = significant(change, 2);
     let message = format!(
         "sampled with the recording, the control law fits as well, and {name} changes by {change} standard errors"
@@ -49,7 +45,7 @@ pub(super) fn add_sampled_law(
 }
 
 /// Returns `Σ n ln σ²` over the outputs of the recordings.
-fn deviance(problem: &ModelProblem, refined: &ModelRefined) -> f64 {
+fn deviance(problem: &ModelProblem, refined: &Refined) -> f64 {
     let of = |(recording, sigmas): (usize, &Vec<f64>)| {
         let own = problem.recording(recording);
         let measured = sigmas.iter().enumerate().filter(|(output, _)| own.measured[*output].is_some());
@@ -60,11 +56,7 @@ fn deviance(problem: &ModelProblem, refined: &ModelRefined) -> f64 {
 
 /// Returns the parameter that changes most if the law is sampled with the recordings, in standard errors; `None` if the recordings contradict
 /// that, have different clocks, or no parameter changes.
-fn changed_if_sampled(
-    problem: &ModelProblem,
-    refined: &ModelRefined,
-    estimates_initial: bool,
-) -> Option<(String, f64)> {
+fn changed_if_sampled(problem: &ModelProblem, refined: &Refined) -> Option<(String, f64)> {
     let recordings: Vec<_> = (0..problem.recordings()).map(|n| problem.recording(n).clone()).collect();
     let period_s = recordings.first()?.regular_step_s()?;
     let is_same = |step: Option<f64>| step.is_some_and(|step| (step / period_s - 1.0).abs() < 1e-6);
@@ -75,7 +67,7 @@ fn changed_if_sampled(
     let method = Some((problem.method().method, problem.method().substeps));
     let settings = ModelSettings { method, ..problem.settings() };
     let sampled = ModelProblem::new(&model, problem.space().clone(), recordings, settings).ok()?;
-    let other = refine_model(&sampled, &refined.values, &refined.initial, (estimates_initial, None)).ok()?;
+    let other = refine_model(&sampled, &refined.values, &refined.initial, None).ok()?;
     let gap = deviance(&sampled, &other) - deviance(problem, refined);
     if gap.is_nan() || gap > AS_GOOD {
         return None;

@@ -62,7 +62,7 @@ pub fn identifiable_recordings(calls: &mut Calls) {
                 ask!(calls, with;
                     "estimate::residual_squares" => residual_squares(&problem, &start),
                     "estimate::initial_states" => initial_states(&problem, &start, sigma),
-                    "estimate::refine_coarse" => refine_coarse(&problem, &start, &[sigma]),
+                    "estimate::refine_coarse" => refine_coarse(&problem, &start, &[sigma.to_vec()]),
                 );
                 let local = BatchSearchEvaluator::new(Box::new(Simd::default()), vec![Arc::new(problem.clone())]);
                 for evaluations in [0, 5, 6, 100, u64::MAX] {
@@ -71,7 +71,8 @@ pub fn identifiable_recordings(calls: &mut Calls) {
                     drive!(calls, &with; "estimate::descend" => descend(&problem, &start[1..], evaluations));
                     drive!(calls, (&with, evaluations); "estimate::descend" => descend(&problem, &start, evaluations));
                 }
-                let refined = calls.ask("estimate::refine_on", &with, || refine_on(&problem, &start, Some(&[sigma])));
+                let refined =
+                    calls.ask("estimate::refine_on", &with, || refine_on(&problem, &start, Some(&[sigma.to_vec()])));
                 let Some(refined) = refined else { continue };
                 refined_all += 1;
                 drive!(calls, with; "estimate::robust_uncertainty" => robust_uncertainty(&problem, &refined));
@@ -79,7 +80,8 @@ pub fn identifiable_recordings(calls: &mut Calls) {
             }
         }
         if n % 6 == 0 {
-            let found = calls.ask("estimate::global_reference", record, || global_reference(&problem, &[[0.01, 0.1]]));
+            let found =
+                calls.ask("estimate::global_reference", record, || global_reference(&problem, &[vec![0.01, 0.1]]));
             referred += usize::from(found.is_some());
         }
     }

@@ -101,7 +101,7 @@ fn one_problem(calls: &mut Calls, problem: Problem, other: &Space) {
         "evaluate::Problem::space" => problem.space(),
         "evaluate::Problem::only" => problem.only(recordings - 1),
         "evaluate::Problem::with_space" => problem.with_space(other.clone()),
-        "evaluate::Problem::starting_from" => problem.only(0).starting_from(&[[f64::NAN; 2]]).starting_from(&[]),
+        "evaluate::Problem::starting_from" => problem.only(0).starting_from(&[[f64::NAN; 2]]).starting_from(&[[0.0; 0]]),
         "evaluate::Simd::is_small" => COUNTS.map(|candidates| Simd::is_small(&problem, candidates)),
         "evaluate::PoleTables::serves" => PoleTables::serves(&problem),
         "evaluate::PoleTables::clear" => PoleTables::clear(),
@@ -389,7 +389,6 @@ pub fn gpus(calls: &mut Calls) {
 
 #[expect(clippy::too_many_lines, reason = "a list of calls")]
 pub fn estimates(calls: &mut Calls) {
-    use motorfit::estimate::model::ModelRefined;
     use motorfit::estimate::{
         RefineOptions, SmFailure, Whiteness, describe_direction, fit_problem, global_reference, initial_states, refine,
         refine_coarse, refine_on, residual_squares, robust_uncertainty, signal_deviations, steiglitz_mcbride,
@@ -428,7 +427,7 @@ pub fn estimates(calls: &mut Calls) {
         }
         let starts = FEW.iter().map(|v| vec![*v; width]).chain([middle, vec![1.0; width + 1], Vec::new()]);
         for (start, sigma) in starts.zip([f64::NAN, 0.0, 1.0, -1.0, 1.0, 5e-324, f64::MAX, 1.0, 1e9, 1.0]) {
-            let sigmas = [[sigma; 2], [1.0; 2]];
+            let sigmas = [vec![sigma; 2], vec![1.0; 2]];
             let with = (record, &start, sigma);
             let options = RefineOptions { model: Model::default(), sigma: Some(sigmas[..1].to_vec()) };
             ask!(calls, with;
@@ -443,7 +442,7 @@ pub fn estimates(calls: &mut Calls) {
             let Some(mut refined) = refined else { continue };
             drive!(calls, with;
                 "estimate::Refined::weighted" => (refined.weighted(&sigmas), refined.weighted(&[])),
-                "estimate::model::ModelRefined::from" => ModelRefined::from(&refined),
+                "estimate::Refined::state" => (refined.state(0), refined.state(usize::MAX)),
                 "estimate::Uncertainty::variance_inflation" => refined.uncertainty.variance_inflation(),
                 "estimate::robust_uncertainty" => robust_uncertainty(&problem, &refined),
             );
@@ -454,7 +453,13 @@ pub fn estimates(calls: &mut Calls) {
             drive!(calls, with; "estimate::robust_uncertainty" => robust_uncertainty(&problem, &refined));
         }
         if n % 7 == 0 {
-            for sigma in [vec![[1.0; 2]], vec![[f64::NAN; 2]], vec![[1e-300; 2]], vec![[1.0; 2]; 3]] {
+            for sigma in [
+                vec![vec![1.0; 2]],
+                vec![vec![f64::NAN; 2]],
+                vec![vec![1e-300; 2]],
+                vec![vec![1.0; 2]; 3],
+                vec![vec![1.0]],
+            ] {
                 let find = || global_reference(&problem, &sigma);
                 let Some(found) = calls.ask("estimate::global_reference", &(record, &sigma), find) else { continue };
                 drive!(calls, &sigma; "estimate::Reference::is_conclusive" => found.is_conclusive());
@@ -462,6 +467,6 @@ pub fn estimates(calls: &mut Calls) {
         }
     }
     let problem = fit_problem(&[step(60)], &Space::table2(), Model::default()).unwrap();
-    let found = calls.ask("estimate::global_reference", &"a step", || global_reference(&problem, &[[0.01; 2]]));
+    let found = calls.ask("estimate::global_reference", &"a step", || global_reference(&problem, &[vec![0.01; 2]]));
     drive!(calls, (); "estimate::Reference::is_conclusive" => found.map(|found| found.is_conclusive()));
 }

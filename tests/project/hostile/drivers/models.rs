@@ -5,9 +5,8 @@ use crate::hostile::calls::{Calls, ask, drive};
 use crate::hostile::drivers::identify::{fitted, mangled as mangled_motors};
 use motorfit::candidates::Candidates;
 use motorfit::device::{DeviceSpec, ModelDevice, PrecisionSpec};
-use motorfit::estimate::model::{
-    ModelRefined, ModelStarts, model_ends, model_optima, open_flat, refine_model, separate_model_fits,
-};
+use motorfit::estimate::model::{ModelStarts, model_ends, model_optima, open_flat, refine_model};
+use motorfit::estimate::{Refined, separate_fits};
 use motorfit::evaluate::model::{
     ModelAxis, ModelEvaluator, ModelProblem, ModelRecording, ModelSettings, ModelSimd, ModelSpace, signal_requests,
 };
@@ -335,34 +334,32 @@ fn one(calls: &mut Calls, problem: &ModelProblem) {
     populations(calls, problem, &middle);
     refined(calls, problem, &middle);
     ask!(calls, middle;
-        "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![0.0; 2]], (true, None)),
-        "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![f64::NAN; 2]], (false, None)),
-        "estimate::model::refine_model" => refine_model(problem, &[], &[], (true, Some(&[]))),
-        "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![0.0; 2]], (true, Some(&[vec![0.0; 9]]))),
-        "estimate::model::model_ends" => model_ends(problem, true, &[middle.clone(), vec![f64::NAN; middle.len()], Vec::new()]),
-        "estimate::model::model_ends" => model_ends(problem, false, std::slice::from_ref(&middle)),
+        "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![0.0; 2]], None),
+        "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![f64::NAN; 2]], None),
+        "estimate::model::refine_model" => refine_model(problem, &[], &[], Some(&[])),
+        "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![0.0; 2]], Some(&[vec![0.0; 9]])),
+        "estimate::model::model_ends" => model_ends(problem, &[middle.clone(), vec![f64::NAN; middle.len()], Vec::new()]),
+        "estimate::model::model_ends" => model_ends(problem, std::slice::from_ref(&middle)),
         "estimate::model::model_optima" => {
             let starts = ModelStarts { given: std::slice::from_ref(&middle), populations: &mut |_, _, _| Ok((Vec::new(), 0)) };
-            model_optima(problem, &mut ModelSimd, (true, u64::MAX), starts, &mut |_, _| ControlFlow::Continue(()))
+            model_optima(problem, &mut ModelSimd, u64::MAX, starts, &mut |_, _| ControlFlow::Continue(()))
         },
         "estimate::model::model_optima" => {
             let starts = ModelStarts { given: &[vec![]], populations: &mut |_, _, _| Ok((vec![vec![]], 0)) };
-            model_optima(problem, &mut ModelSimd, (false, 0), starts, &mut |_, _| ControlFlow::Break(()))
+            model_optima(problem, &mut ModelSimd, 0, starts, &mut |_, _| ControlFlow::Break(()))
         },
     );
 }
 
 /// Calls of what follows a refinement.
 fn refined(calls: &mut Calls, problem: &ModelProblem, middle: &[f64]) {
-    let Ok(found) = refine_model(problem, middle, &[vec![0.0; 2]], (true, None)) else { return };
-    let other = ModelRefined { values: Vec::new(), ..found.clone() };
+    let Ok(found) = refine_model(problem, middle, &[vec![0.0; 2]], None) else { return };
+    let other = Refined { values: Vec::new(), ..found.clone() };
     drive!(calls, found;
-        "estimate::model::separate_model_fits" => separate_model_fits(problem, &found, true),
-        "estimate::model::separate_model_fits" => separate_model_fits(problem, &found, false),
-        "estimate::model::separate_model_fits" => separate_model_fits(problem, &other, true),
-        "estimate::model::ModelRefined::weighted" => found.weighted(&[]),
-        "estimate::model::open_flat" => open_flat(problem, &mut found.clone(), true),
-        "estimate::model::open_flat" => open_flat(problem, &mut other.clone(), false),
+        "estimate::separate_fits" => separate_fits(problem, &found),
+        "estimate::separate_fits" => separate_fits(problem, &other),
+        "estimate::model::open_flat" => open_flat(problem, &mut found.clone()),
+        "estimate::model::open_flat" => open_flat(problem, &mut other.clone()),
     );
 }
 
