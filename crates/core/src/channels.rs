@@ -1,26 +1,14 @@
-//! Pairs of values, one for each output channel, serialized as objects with the keys `current` and `speed`.
+//! Values of the outputs of the DC motor, serialized as objects with the keys `current` and `speed`.
 
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Serialize, Serializer};
 
-/// A value for the current and one for the speed.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Channels<T> {
-    /// Value for the current.
-    pub current: T,
-    /// Value for the speed.
-    pub speed: T,
-}
+/// Names of the outputs of the DC motor.
+pub const NAMES: [&str; 2] = ["current", "speed"];
 
-impl<T> From<[T; 2]> for Channels<T> {
-    fn from([current, speed]: [T; 2]) -> Self {
-        Self { current, speed }
-    }
-}
-
-/// Serializes a pair `[current, speed]` as an object.
+/// Serializes values of `[current, speed]` as an object; a value that is missing has no key.
 ///
 /// # Errors
 /// Propagates the errors of the serializer.
-pub fn by_name<T: Serialize, S: Serializer>([current, speed]: &[T; 2], serializer: S) -> Result<S::Ok, S::Error> {
-    Channels { current, speed }.serialize(serializer)
+pub fn by_name<T: Serialize, V: AsRef<[T]>, S: Serializer>(values: &V, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(NAMES.iter().zip(values.as_ref()))
 }

@@ -63,6 +63,8 @@ pub trait Fitted: Sync {
     fn samples(&self, recording: usize) -> usize;
     /// Returns the number of samples of a measured output that are not masked.
     fn count(&self, of: Place) -> usize;
+    /// Returns the measured values of an output that are not masked; empty for one that was not measured.
+    fn measured(&self, of: Place) -> Vec<f64>;
     /// Returns the root mean square of a measured output.
     fn rms(&self, of: Place) -> f64;
     /// Returns the standard deviation of the noise of a measured output, estimated from the output alone.

@@ -55,6 +55,15 @@ impl Fitted for Problem {
         self.signals()[recording].count(channel)
     }
 
+    fn measured(&self, (recording, channel): Place) -> Vec<f64> {
+        let signals = &self.signals()[recording];
+        if !signals.has(channel) {
+            return Vec::new();
+        }
+        let measured = signals.measured(channel).enumerate();
+        measured.filter(|(n, _)| signals.counts(channel, *n)).map(|(_, y)| y).collect()
+    }
+
     fn rms(&self, (recording, channel): Place) -> f64 {
         self.signals()[recording].rms(channel)
     }

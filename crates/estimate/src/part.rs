@@ -62,6 +62,10 @@ impl Fitted for Part<'_> {
         self.problem.count(self.place(of))
     }
 
+    fn measured(&self, of: Place) -> Vec<f64> {
+        self.problem.measured(self.place(of))
+    }
+
     fn rms(&self, of: Place) -> f64 {
         self.problem.rms(self.place(of))
     }

@@ -129,7 +129,7 @@ fn unknown(spec: &IdentifySpec, space: &Space, refined: &Refined) -> Option<Stri
 ///
 /// # Errors
 /// Returns `NotIdentified` if it does not, or if the fit is poor and a channel has a reversed sign.
-pub(super) fn fit(records: &[Record], spec: &IdentifySpec, fit_percent: [Option<f64>; 2]) -> Result<()> {
+pub(super) fn fit(records: &[Record], spec: &IdentifySpec, fit_percent: &[Option<f64>]) -> Result<()> {
     if !spec.is_polished() {
         return Ok(());
     }

@@ -6,6 +6,7 @@
 
 use super::automatic::{Chosen, choose, without_undersampled};
 use super::checks;
+use super::dc_motor::DcMotor;
 use super::model_selection::Selection;
 use super::models::{Alternative, SelectionStep};
 use super::open_groups::Unidentified;
@@ -18,7 +19,7 @@ use super::shared_reference::SharedReference;
 use super::spec::IdentifySpec;
 use super::start::{around, requested_space, start, steiglitz_mcbride};
 use super::trust::is_noise;
-use super::trust::motor::{listed, trust};
+use super::trust::motor::trust;
 use super::unidentified::fix_unidentified;
 use super::verify::{Verification, verify};
 use super::warnings;
@@ -169,7 +170,8 @@ impl PreparedSearch {
             None => verify(&prepared, fit, None).verification,
         };
         let result = finished(&prepared, fit, &verified, (self.alternatives.clone(), diagnosis))?;
-        Ok(Identification { selection: self.selection.clone(), left_out, ..result })
+        let machine = DcMotor { selection: self.selection.clone(), ..result.machine };
+        Ok(Identification { machine, left_out, ..result })
     }
 }
 
@@ -183,13 +185,15 @@ fn finished(
     let (records, spec) = (prepared.records, prepared.spec.as_ref());
     let dropped = fix_unidentified(prepared, &mut fit, Unidentified::default())?;
     let residual_tests = tested(prepared, &fit);
-    let verification = verified(&fit, is_noise(&listed(&residual_tests), &missed(&fit)));
+    let verification = verified(&fit, is_noise(&residual_tests, &missed(&fit)));
     let of_recordings = warnings::as_taken(diagnosis, records, spec);
     let mut warnings = warnings::with_normalized(of_recordings, prepared.normalized.as_ref());
     let Conclusion { warnings: own, unidentified, evidence } = conclude(prepared, &mut fit, &dropped)?;
     warnings.extend(own);
-    let result = Identification { model: spec.model, ..reported(prepared, fit)? };
-    let mut result = Identification { verification, unidentified, residual_tests, alternatives, ..result };
+    let result = reported(prepared, fit)?;
+    let machine = DcMotor { model: spec.model, unidentified, alternatives, ..result.machine };
+    let mut result = Identification { machine, verification, residual_tests, ..result };
+    result.estimates = result.listed();
     warnings.extend(warnings::of_result(&result, None));
     warnings.extend(findings(prepared, &result));
     // The result of a run has only one warning of each code.
@@ -207,11 +211,12 @@ fn reported(prepared: &Prepared<'_>, fit: Fit) -> Result<Identification> {
     if prepared.spec.is_polished() {
         // The sums of squares of the refinement make another simulation unnecessary.
         let fit_percent = fit_percent(prepared.records, &fit.refined);
-        checks::fit(prepared.records, &prepared.spec, fit_percent)?;
+        checks::fit(prepared.records, &prepared.spec, &fit_percent)?;
         let problem = fit.problem.with_space(fit.space).starting_from(&fit.refined.initial);
+        let fit_percent = fit_percent.to_vec();
         return Ok(Identification { fit_percent, ..Identification::new(&problem, fit.found, Some(fit.refined)) });
     }
-    let metrics = FitMetrics::of(prepared.records, &prepared.fitted(fit.problem.space()), &fit.found.values);
+    let metrics = FitMetrics::of(&prepared.fitted(fit.problem.space()), &fit.found.values);
     Ok(Identification {
         fit_percent: metrics.fit_percent(),
         residual_sigma: metrics.residual_sigma(),

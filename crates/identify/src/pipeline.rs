@@ -2,6 +2,7 @@
 
 use super::automatic::{Chosen, choose, without_undersampled};
 use super::checks;
+use super::dc_motor::DcMotor;
 use super::lacking::{Lacking, lacking};
 use super::late_voltage::late_voltage;
 use super::method::Method;
@@ -105,9 +106,10 @@ fn estimated(
     let residual_tests = if is_replaced { tested(&prepared, &fit) } else { tests };
     let Conclusion { mut warnings, unidentified, evidence } = conclude(&prepared, &mut fit, &dropped)?;
     let found = assembled(&prepared, fit);
-    let found = Identification { verification, unidentified, left_out, ..found };
-    let mut result = Identification { residual_tests, selection, alternatives, ..found };
-    checks::fit(records, &prepared.spec, result.fit_percent)?;
+    let machine = DcMotor { unidentified, selection, alternatives, ..found.machine };
+    let mut result = Identification { machine, verification, left_out, residual_tests, ..found };
+    result.estimates = result.listed();
+    checks::fit(records, &prepared.spec, &result.fit_percent)?;
     warnings.extend(warnings::of_result(&result, start.estimate.as_ref().err().copied()));
     result.warnings = warnings;
     analyse(&prepared, &mut result)?;
@@ -185,8 +187,8 @@ fn analyse(prepared: &Prepared<'_>, result: &mut Identification) -> Result<()> {
     let (records, spec) = (prepared.records, prepared.spec.as_ref());
     result.warnings.extend(findings(prepared, result));
     let time_constant = Characteristics::of(&*result).map(|c| c.time_constant.value);
-    result.regressions = regressions(records, time_constant);
-    result.noise_floor = noise_floor(&records.iter().collect::<Vec<_>>(), spec.model)?;
+    result.machine.regressions = regressions(records, time_constant);
+    result.machine.noise_floor = noise_floor(&records.iter().collect::<Vec<_>>(), spec.model)?;
     Ok(())
 }
 
@@ -220,8 +222,9 @@ fn assembled(prepared: &Prepared<'_>, fit: Fit) -> Identification {
         None => problem,
     };
     let model = prepared.spec.model;
-    let mut result = Identification { model, ..Identification::new(&problem, found, refined) };
-    let each = FitMetrics::each(prepared.records, &problem, &result.values);
+    let mut result = Identification::new(&problem, found, refined);
+    result.machine.model = model;
+    let each = FitMetrics::each(&problem, &result.values);
     result.fit_percent_by_recording = each.iter().map(FitMetrics::fit_percent).collect();
     let metrics = each.into_iter().fold(FitMetrics::default(), FitMetrics::and);
     result.fit_percent = metrics.fit_percent();

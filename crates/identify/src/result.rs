@@ -1,24 +1,22 @@
-//! The result of an identification, and its validation on held-out recordings.
+//! The result of an identification, of any machine.
 
-use super::models::{Alternative, SelectionStep};
-use super::repeated::validation_repeats;
-use super::search::SearchResult;
-use super::spec::IdentifySpec;
+use super::dc_motor::DcMotor;
+use super::estimates::ParameterEstimate;
 use super::trust_level::Trust;
 use super::verify::Verification;
-use crate::analysis::{self, FittedMotor, NoiseFloor, Regression, ResidualTests, Validation, noise_floor};
+use crate::analysis::ResidualTests;
 use crate::device::DeviceUsed;
-use motorfit_core::{Error, Result};
-use motorfit_estimate::{Refined, Uncertainty};
-use motorfit_evaluate::{Model, Problem, Scalar};
-use motorfit_motor::{Axis, Input, Parameter, Parameters, Scope, Space};
+use motorfit_core::channels::NAMES;
+use motorfit_estimate::Uncertainty;
 use motorfit_optimize::Stop;
 use motorfit_record::warning::Warning;
 use motorfit_record::{Excluded, Record};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
+use serde_json::{Value, json};
+use std::ops::Deref;
 
 /// The first optimum that a method found, before the refinement.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct SearchOutcome {
     /// Name of the method: the requested one, or the one that [`Method::Auto`](super::Method::Auto) selected.
     pub method: &'static str,
@@ -29,10 +27,15 @@ pub struct SearchOutcome {
     /// True if a population search was run, also if its result was not used.
     #[serde(skip)]
     pub has_population: bool,
-    /// Parameters of the first optimum, fixed ones included.
-    pub parameters: Parameters,
+    /// Parameters of the first optimum by name, those of the first recording, fixed ones of the DC motor included.
+    #[serde(serialize_with = "by_name")]
+    pub parameters: Vec<(String, f64)>,
     /// Cost of these parameters in the criterion of the spec, by the scalar evaluator.
     pub cost: f64,
+}
+
+fn by_name<S: Serializer>(values: &[(String, f64)], serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    serializer.collect_map(values.iter().map(|(name, value)| (name, value)))
 }
 
 /// A run of samples that were excluded from a fit.
@@ -65,46 +68,48 @@ pub(super) fn left_out(records: &[Record], used: &[Record]) -> Vec<LeftOut> {
     records.iter().zip(used).enumerate().flat_map(of).collect()
 }
 
-/// The result of an identification.
+/// An output of a machine.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Output {
+    /// Name, as `current`.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+}
+
+/// The result of an identification. What only the machine `M` has, the DC motor ([`DcMotor`]) or a user's model
+/// ([`OwnModel`](crate::model::OwnModel)), is its field `machine`, to which a result dereferences.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Identification {
+pub struct Identification<M = DcMotor> {
     /// Level of trust in the result with its reasons.
     pub trust: Trust,
-    /// Input of the recordings: voltage or current.
-    pub input: Input,
-    /// Simulation model: that of the spec, possibly with another intersample behaviour if that was selected automatically.
-    pub model: Model,
+    /// What only this machine has.
+    pub machine: M,
+    /// Outputs of the machine, of which some may not be measured.
+    pub outputs: Vec<Output>,
+    /// Parameters in the order of the machine, those of single recordings once for each.
+    pub estimates: Vec<ParameterEstimate>,
     /// Samples that were excluded automatically.
     pub left_out: Vec<LeftOut>,
-    /// Parameters after the polish, fixed ones included.
-    pub parameters: Parameters,
-    /// Values of all free parameters in the order of the space, with those of extensions and of single recordings.
-    pub values: Vec<f64>,
-    /// Parameters that the recordings do not identify. Their values in `parameters` are arbitrary: others fit equally well.
-    pub unidentified: Vec<(Parameter, Scope)>,
-    /// Models of the model selection in their order; `None` if the extensions were given.
-    pub selection: Option<Vec<SelectionStep>>,
-    /// Other models that fit the recordings equally well; empty if the extensions were given.
-    pub alternatives: Vec<Alternative>,
-    /// Cost of the parameters in the criterion of the spec, by the scalar evaluator.
+    /// Cost of the estimates in the criterion of the spec, in f64.
     pub cost: f64,
+    /// Values of the free parameters, in the order of the space.
+    pub values: Vec<f64>,
     /// First optimum, before the refinement.
     pub searched: SearchOutcome,
-    /// Search space with the bounds as they were used.
-    pub space: Space,
-    /// Initial state `[i, ω]` of each recording \[A, rad/s\].
-    pub initial: Vec<[f64; 2]>,
     /// Uncertainty of the parameters; `None` without a refinement.
     pub uncertainty: Option<Uncertainty>,
-    /// Standard deviation of the residuals of current \[A\] and speed \[rad/s\]; `None` for a channel that was not measured.
-    pub residual_sigma: [Option<f64>; 2],
+    /// Standard deviation of the residuals of each output in its unit; `None` for one that was not measured.
+    pub residual_sigma: Vec<Option<f64>>,
     /// True if the polish converged.
     pub converged: bool,
-    /// Fit `100 (1 − ‖y − ŷ‖/‖y − mean y‖)` of current and speed over all recordings \[%\]; `None` for a channel that was not
-    /// measured.
-    pub fit_percent: [Option<f64>; 2],
-    /// Fit of current and speed of each recording \[%\].
-    pub fit_percent_by_recording: Vec<[Option<f64>; 2]>,
+    /// Fit `100 (1 − ‖y − ŷ‖/‖y − mean y‖)` of each output over all recordings \[%\]; `None` for one that was not measured or does not
+    /// vary.
+    pub fit_percent: Vec<Option<f64>>,
+    /// Fit of each output of each recording \[%\].
+    pub fit_percent_by_recording: Vec<Vec<Option<f64>>>,
+    /// Tests of the residuals of each output of each recording; empty without a polish.
+    pub residual_tests: Vec<ResidualTests>,
     /// Comparison of the result with references.
     pub verification: Verification,
     /// Warnings about the recordings, the spec and the result.
@@ -119,89 +124,49 @@ pub struct Identification {
     pub device: DeviceUsed,
     /// Cost of the best candidate on the device minus that of the scalar evaluator; `None` on the CPU.
     pub cost_difference: Option<f64>,
-    /// Fit of held-out recordings, if there are any.
-    pub validation: Option<Validation>,
-    /// Residual tests of each recording; empty without a polish.
-    pub residual_tests: Vec<ResidualTests>,
-    /// Feedforward characteristics by regression, for comparison with
-    /// [`Characteristics::of`](crate::analysis::Characteristics::of).
-    pub regressions: Vec<Regression>,
-    /// Noise floor, if recordings have the same input.
-    pub noise_floor: Option<NoiseFloor>,
     /// Duration of the estimation \[s\].
     pub seconds: f64,
 }
 
-impl Identification {
-    /// Makes the result of a search and of its refinement, if there was one. The problem has the space and the initial states
-    /// of the refinement. The fit and the warnings are left empty.
-    pub(super) fn new(problem: &Problem, found: SearchResult, refined: Option<Refined>) -> Self {
-        let searched = SearchOutcome {
-            method: found.method,
-            is_fallback: false,
-            has_population: found.has_population,
-            parameters: problem.parameters(&found.values, 0),
-            cost: f64::NAN,
-        };
-        let converged = refined.as_ref().is_none_or(|refined| refined.converged);
-        let (values, residual_sigma, uncertainty) = match refined {
-            Some(refined) => {
-                (refined.values, [0, 1].map(|channel: usize| refined.sigma[channel]), Some(refined.uncertainty))
-            }
-            None => (found.values, [None; 2], None),
-        };
-        Self {
-            trust: Trust::default(),
-            input: problem.input(),
-            model: *problem.model(),
-            left_out: Vec::new(),
-            parameters: problem.parameters(&values, 0),
-            unidentified: Vec::new(),
-            selection: None,
-            alternatives: Vec::new(),
-            cost: Scalar::cost(problem, &values),
-            values,
-            searched,
-            space: problem.space().clone(),
-            initial: problem.signals().iter().map(|signals| signals.initial).collect(),
-            uncertainty,
-            residual_sigma,
-            converged,
-            fit_percent: [None; 2],
-            fit_percent_by_recording: Vec::new(),
-            verification: Verification::none(),
-            warnings: Vec::new(),
-            stop: found.stop,
-            evaluations: found.evaluations,
-            history: found.history,
-            device: found.device,
-            cost_difference: found.cost_difference,
-            validation: None,
-            residual_tests: Vec::new(),
-            regressions: Vec::new(),
-            noise_floor: None,
-            seconds: 0.0,
-        }
-    }
+impl<M> Deref for Identification<M> {
+    type Target = M;
 
-    /// Returns the correlation matrix of R, L, K, B and J; `None` for fixed and unidentified parameters.
-    pub(super) fn correlation(&self, uncertainty: &Uncertainty) -> [[Option<f64>; 5]; 5] {
-        let index = |p: Parameter| self.space.free().iter().position(|axis| axis.parameter == p);
-        let entry = |a: Parameter, b: Parameter| *uncertainty.correlation.get(index(a)?)?.get(index(b)?)?;
-        Parameter::ALL.map(|a| Parameter::ALL.map(|b| entry(a, b)))
-    }
-
-    /// Returns the bound, `min` or `max`, at which a shared free parameter ended: within 1e-4 of the range and 1 % of the
-    /// bound.
-    #[must_use]
-    pub fn at_bound(&self, parameter: Parameter) -> Option<&'static str> {
-        let shared = |(axis, _): &(&Axis, &f64)| axis.parameter == parameter && axis.scope == Scope::Shared;
-        let (axis, value) = self.space.free().iter().zip(&self.values).find(shared)?;
-        side([axis.min, axis.max], *value)
+    fn deref(&self) -> &M {
+        &self.machine
     }
 }
 
-/// Returns the bound at which a value is, by the tolerances of [`Identification::at_bound`].
+impl<M> Identification<M> {
+    /// Makes a result without a fit of `machine`, whose outputs are none yet.
+    pub(super) fn of(machine: M) -> Self {
+        Self {
+            trust: Trust::default(),
+            machine,
+            outputs: Vec::new(),
+            estimates: Vec::new(),
+            left_out: Vec::new(),
+            cost: f64::NAN,
+            values: Vec::new(),
+            searched: SearchOutcome::default(),
+            uncertainty: None,
+            residual_sigma: Vec::new(),
+            converged: true,
+            fit_percent: Vec::new(),
+            fit_percent_by_recording: Vec::new(),
+            residual_tests: Vec::new(),
+            verification: Verification::none(),
+            warnings: Vec::new(),
+            stop: Stop::BudgetSpent,
+            evaluations: 0,
+            history: Vec::new(),
+            device: DeviceUsed::default(),
+            cost_difference: None,
+            seconds: 0.0,
+        }
+    }
+}
+
+/// Returns the bound at which a value is, `min` or `max`: within 1e-4 of the range and 1 % of the bound.
 pub fn side([min, max]: [f64; 2], value: f64) -> Option<&'static str> {
     let near = 1e-4 * (max - min);
     // A bound of zero has no relative tolerance.
@@ -215,54 +180,12 @@ pub fn side([min, max]: [f64; 2], value: f64) -> Option<&'static str> {
     }
 }
 
-impl<'a> From<&'a Identification> for FittedMotor<'a> {
-    fn from(found: &'a Identification) -> Self {
-        Self {
-            input: found.input,
-            parameters: &found.parameters,
-            space: &found.space,
-            values: &found.values,
-            unidentified: &found.unidentified,
-            uncertainty: found.uncertainty.as_ref(),
-            residual_sigma: found.residual_sigma,
-        }
-    }
+/// Returns values of outputs by their names.
+pub fn by_output<T: Serialize>(outputs: &[Output], values: &[T]) -> Value {
+    outputs.iter().zip(values).map(|(output, value)| (output.name.clone(), json!(value))).collect()
 }
 
-/// Validates a result on held-out recordings by simulation with the identified parameters. Only the initial state of a
-/// recording that begins in motion, and parameters with one value per recording, are estimated from the recording itself.
-///
-/// # Errors
-/// Returns `Usage` if there is no recording and `Data` for a recording with another input than those of the fit; propagates the
-/// errors of [`Problem::new`].
-pub fn validate(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Result<Validation> {
-    if records.is_empty() {
-        return Err(Error::usage("no held-out recording was given", "Give at least one."));
-    }
-    let validated = |records: &[Record]| analysis::validate(records, &found.into(), found.model, spec.criterion);
-    if found.left_out.is_empty() {
-        return validated(records);
-    }
-    let own = |record: &Record| record.without_undersampled().unwrap_or_else(|| record.clone());
-    validated(&records.iter().map(own).collect::<Vec<_>>())
-}
-
-/// Adds the validation on held-out recordings and the noise floor of all recordings to the result of `records`. Without
-/// held-out recordings the result remains unchanged.
-///
-/// # Errors
-/// Returns the same errors as [`validate`].
-pub fn hold_out(
-    found: &mut Identification,
-    records: &[Record],
-    held_out: &[Record],
-    spec: &IdentifySpec,
-) -> Result<()> {
-    if !held_out.is_empty() {
-        found.warnings.extend(validation_repeats(records, held_out));
-        let all: Vec<&Record> = records.iter().chain(held_out).collect();
-        found.noise_floor = noise_floor(&all, found.model)?;
-        found.validation = Some(validate(held_out, spec, found)?);
-    }
-    Ok(())
+/// Returns values of the outputs of the DC motor by their names.
+pub(super) fn by_output_of_motor<T: Serialize>(values: &[T]) -> Value {
+    NAMES.iter().zip(values).map(|(name, value)| ((*name).to_owned(), json!(value))).collect()
 }

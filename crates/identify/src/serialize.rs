@@ -1,9 +1,8 @@
 //! Serialization of the result of an identification, shared by documents, results of studies and the Python bindings.
 
 use super::estimates;
-use super::result::Identification;
+use super::result::{Identification, by_output};
 use crate::analysis::{characteristics_document, residuals_document};
-use motorfit_core::channels::Channels;
 use motorfit_motor::{Input, Space};
 use motorfit_record::Severity;
 use serde::{Serialize, Serializer};
@@ -25,22 +24,22 @@ impl Serialize for Identification {
             "left_out": self.left_out,
             "bounds": bounds(&self.space),
             "device": self.device,
-            "parameters": estimates::document(&self.estimates()),
+            "parameters": estimates::document(&self.estimates),
             "with": self.extensions(),
             "ladder": self.selection,
             "alternatives": self.alternatives,
             "cost": self.cost,
             "searched": self.searched,
-            "fit_percent": Channels::from(self.fit_percent),
+            "fit_percent": by_output(&self.outputs, &self.fit_percent),
             "fit_percent_by_recording":
-                self.fit_percent_by_recording.iter().map(|fit| Channels::from(*fit)).collect::<Vec<_>>(),
-            "residual_sigma": Channels::from(self.residual_sigma),
+                self.fit_percent_by_recording.iter().map(|fit| by_output(&self.outputs, fit)).collect::<Value>(),
+            "residual_sigma": by_output(&self.outputs, &self.residual_sigma),
             "initial_state": self.initial.iter().copied().map(state).collect::<Value>(),
             "correlation": uncertainty.map(|u| self.correlation(u)),
             "rank": uncertainty.map(|u| u.rank),
             "condition": uncertainty.map(|u| u.condition),
             "errors_widened_by": uncertainty.map(|u| u.widened_by),
-            "residuals": uncertainty.map(|u| residuals_document(&self.residual_tests, u)),
+            "residuals": uncertainty.map(|u| residuals_document(&self.outputs, &self.residual_tests, u)),
             "characteristics": characteristics_document(self.into(), &self.regressions),
             "repeatability": self.noise_floor,
             "verification": verification,

@@ -100,7 +100,7 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
         });
     }
     warnings.extend(not_separated(found));
-    warnings.extend(poor_fit(found.fit_percent));
+    warnings.extend(poor_fit(&found.fit_percent));
     if !found.converged {
         let message = "the refinement has not converged: the result may only be near the optimum";
         warnings.push(Warning::new("not_converged", message));
@@ -141,18 +141,18 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
 /// Returns the warning about alternative models that fit as well as the selected one; `None` without alternatives.
 fn not_separated(found: &Identification) -> Option<Warning> {
     let named = |with: &[Extension]| with.iter().map(|e| e.name()).collect::<Vec<_>>().join(", ");
-    let fits = |fit: [Option<f64>; 2]| {
-        let list = ["current", "speed"].into_iter().zip(fit);
-        list.filter_map(|(name, fit)| Some(format!("{name} {:.2} %", fit?))).collect::<Vec<_>>().join(", ")
+    let fits = |fit: &[Option<f64>]| {
+        let list = found.outputs.iter().zip(fit);
+        list.filter_map(|(output, fit)| Some(format!("{} {:.2} %", output.name, (*fit)?))).collect::<Vec<_>>().join(", ")
     };
-    let others = found.alternatives.iter().map(|of| format!("{} ({})", named(&of.with), fits(of.fit_percent)));
+    let others = found.alternatives.iter().map(|of| format!("{} ({})", named(&of.with), fits(&of.fit_percent)));
     let others: Vec<String> = others.collect();
     (!others.is_empty()).then(|| {
         let taken = named(&found.extensions());
         let message = format!(
             "the recordings do not distinguish the model {taken} ({}) from {}; its parameters are valid only if it is \
              the right one",
-            fits(found.fit_percent),
+            fits(&found.fit_percent),
             others.join(" or ")
         );
         Warning::new("not_separated", message)
@@ -171,11 +171,10 @@ const DEAD_TIME_MAX: f64 = 3.0;
 /// Returns the warning about a dead time that is implausibly long for the motor.
 pub(super) fn long_dead_time(found: &Identification) -> Option<Warning> {
     let constant = Characteristics::of(found)?.time_constant.value;
-    let estimates = found.estimates();
     let long = |e: &&ParameterEstimate| {
-        e.parameter == Parameter::DeadTime && e.value.is_some_and(|td| td > DEAD_TIME_MAX * constant)
+        e.name == Parameter::DeadTime.symbol() && e.value.is_some_and(|td| td > DEAD_TIME_MAX * constant)
     };
-    let dead_time = estimates.iter().find(long)?.value?;
+    let dead_time = found.estimates.iter().find(long)?.value?;
     let times = significant(dead_time / constant, 2);
     let [dead_time, constant] = [dead_time, constant].map(|seconds| engineering(seconds, "s", 3));
     let message = format!(

@@ -33,10 +33,16 @@ impl Scope {
         }
     }
 
+    /// Returns the index of the only recording; `None` for all.
+    #[must_use]
+    pub fn recording(self) -> Option<usize> {
+        if let Self::Recording(n) = self { usize::try_from(n).ok() } else { None }
+    }
+
     /// Returns a key that sorts parameters by parameter, then by recording.
     #[must_use]
-    pub fn order(self, parameter: Parameter) -> (usize, Option<u32>) {
-        (parameter as usize, if let Self::Recording(n) = self { Some(n) } else { None })
+    pub fn order(self, parameter: Parameter) -> (usize, Option<usize>) {
+        (parameter as usize, self.recording())
     }
 
     /// Parses a name in the format of [`Self::name`] into the parameter and the scope; `None` if it is not one.

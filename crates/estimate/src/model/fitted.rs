@@ -64,6 +64,10 @@ impl Fitted for ModelProblem {
         self.recording(recording).count(output)
     }
 
+    fn measured(&self, (recording, output): Place) -> Vec<f64> {
+        self.recording(recording).counted(output).unwrap_or_default()
+    }
+
     fn rms(&self, of: Place) -> f64 {
         self.statistics(of).map_or(0.0, |signal| signal.rms)
     }

@@ -104,11 +104,11 @@ impl Characteristics {
         let found = found.into();
         // The normalized model of speed alone has the characteristics of the motor; that of current alone does not.
         let unknown = |parameter| found.lacks(parameter);
-        let by_speed = found.residual_sigma[1].is_some();
+        let by_speed = found.sigma(1).is_some();
         let by_current = found.input == Input::Current;
         let is_identified = match unknown(Parameter::K) {
             _ if by_current => true,
-            true => by_speed && found.residual_sigma[0].is_none(),
+            true => by_speed && found.sigma(0).is_none(),
             false => !unknown(Parameter::R) && !unknown(Parameter::J),
         };
         let more = [Parameter::Coulomb, Parameter::BrushDrop, Parameter::Load].map(|parameter| found.shared(parameter));
@@ -191,7 +191,7 @@ fn error(slope: &[f64; CONSTANTS], covariance: &Covariance) -> Option<f64> {
 /// Returns the covariance matrix of the parameters from their standard errors and correlations.
 fn covariance(found: &FittedMotor<'_>) -> Covariance {
     // The assumed parameters of a normalized model contribute no variance to its characteristics.
-    let is_normalized = found.input == Input::Current || found.residual_sigma.contains(&None);
+    let is_normalized = found.input == Input::Current || [0, 1].iter().any(|channel| found.sigma(*channel).is_none());
     let index = |n: usize| {
         let parameter = IN_ORDER[n];
         found.space.free().iter().position(|axis| axis.parameter == parameter && axis.scope == Scope::Shared)

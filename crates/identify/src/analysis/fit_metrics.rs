@@ -1,22 +1,25 @@
-//! Measures of fit of a simulation: fit in percent and standard deviation of the residuals, per channel.
+//! Measures of fit of a simulation: fit in percent and standard deviation of the residuals, for each output.
 
+use motorfit_core::channels::NAMES;
 use motorfit_core::numeric::{count, mean, squares_about};
 use motorfit_core::setting::text;
 use motorfit_core::text::significant;
-use motorfit_estimate::Refined;
-use motorfit_evaluate::{Problem, Signals};
+use motorfit_estimate::{Fitted, Refined};
 use motorfit_record::Record;
 use motorfit_record::warning::Warning;
 use std::borrow::Cow;
-use std::sync::Arc;
 
-/// Sums over the samples of current and speed from which fits and residual deviations are computed.
+/// Sums over the samples of each output from which fits and residual deviations are computed.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct FitMetrics(Vec<OfOutput>);
+
+/// The sums of an output.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct FitMetrics {
-    /// Sums of squared residuals.
-    squares: [f64; 2],
+struct OfOutput {
+    /// Sum of squared residuals.
+    squares: f64,
     /// Spread of the measured values.
-    measured: [Spread; 2],
+    measured: Spread,
 }
 
 /// The number of values, their mean, and their sum of squares about it.
@@ -58,48 +61,49 @@ impl Spread {
 
 impl FitMetrics {
     /// Computes the metrics over all recordings of a problem, simulated with a candidate.
-    pub(crate) fn of(records: &[Record], problem: &Problem, candidate: &[f64]) -> Self {
-        Self::each(records, problem, candidate).into_iter().fold(Self::default(), Self::and)
+    pub(crate) fn of(problem: &dyn Fitted, candidate: &[f64]) -> Self {
+        Self::each(problem, candidate).into_iter().fold(Self::default(), Self::and)
     }
 
     /// Computes the metrics of each recording of a problem, simulated with a candidate.
-    pub(crate) fn each(records: &[Record], problem: &Problem, candidate: &[f64]) -> Vec<Self> {
-        let one = |(recording, (record, signals)): (usize, (&Record, &Arc<Signals>))| {
-            let mut sums = Self::default();
-            let model = problem.simulate(candidate, recording, signals.initial);
-            for (channel, (measured, simulated)) in record.measured().into_iter().zip(model).enumerate() {
-                let Some(measured) = measured else { continue };
-                let counting = |(n, _): &(usize, (&f64, f64))| signals.counts(channel, *n);
-                let pairs = measured.iter().zip(simulated).enumerate().filter(counting);
-                let (measured, squares): (Vec<f64>, Vec<f64>) =
-                    pairs.map(|(_, (y, x))| (*y, (y - x) * (y - x))).unzip();
-                sums.squares[channel] += squares.iter().sum::<f64>();
-                sums.measured[channel] = sums.measured[channel].and(Spread::of(&measured));
-            }
-            sums
+    pub(crate) fn each(problem: &dyn Fitted, candidate: &[f64]) -> Vec<Self> {
+        let one = |n: usize| Self::of_residuals(problem, n, &problem.residuals(candidate, n, &problem.initial(n)));
+        (0..problem.recordings()).map(one).collect()
+    }
+
+    /// Computes the metrics of a recording from its residuals, those of each output at the samples that count.
+    pub(crate) fn of_residuals(problem: &dyn Fitted, recording: usize, residuals: &[Vec<f64>]) -> Self {
+        let one = |(output, residuals): (usize, &Vec<f64>)| OfOutput {
+            squares: residuals.iter().map(|e| e * e).sum(),
+            measured: Spread::of(&problem.measured((recording, output))),
         };
-        records.iter().zip(problem.signals()).enumerate().map(one).collect()
+        Self(residuals.iter().enumerate().map(one).collect())
     }
 
     /// Returns the metrics of both sets of recordings together.
     pub(crate) fn and(self, other: Self) -> Self {
-        Self {
-            squares: [0, 1].map(|c| self.squares[c] + other.squares[c]),
-            measured: [0, 1].map(|c| self.measured[c].and(other.measured[c])),
+        if self.0.is_empty() {
+            return other;
         }
+        let sum = |(a, b): (&OfOutput, &OfOutput)| OfOutput {
+            squares: a.squares + b.squares,
+            measured: a.measured.and(b.measured),
+        };
+        Self(self.0.iter().zip(&other.0).map(sum).collect())
     }
 
-    /// Returns the fit `100 (1 − ‖y − ŷ‖/‖y − mean y‖)` of current and speed \[%\].
-    pub(crate) fn fit_percent(&self) -> [Option<f64>; 2] {
-        [0, 1].map(|c| self.measured[c].fit_percent(self.squares[c]))
+    /// Returns the fit `100 (1 − ‖y − ŷ‖/‖y − mean y‖)` of each output \[%\].
+    pub(crate) fn fit_percent(&self) -> Vec<Option<f64>> {
+        self.0.iter().map(|of| of.measured.fit_percent(of.squares)).collect()
     }
 
-    /// Returns the standard deviation of the residuals of current \[A\] and speed \[rad/s\].
-    pub(crate) fn residual_sigma(&self) -> [Option<f64>; 2] {
-        [0, 1].map(|c| {
-            let sigma = (self.squares[c] / self.measured[c].count).sqrt();
-            (self.measured[c].count > 0.0 && sigma.is_finite()).then_some(sigma)
-        })
+    /// Returns the standard deviation of the residuals of each output in its unit.
+    pub(crate) fn residual_sigma(&self) -> Vec<Option<f64>> {
+        let one = |of: &OfOutput| {
+            let sigma = (of.squares / of.measured.count).sqrt();
+            (of.measured.count > 0.0 && sigma.is_finite()).then_some(sigma)
+        };
+        self.0.iter().map(one).collect()
     }
 }
 
@@ -126,11 +130,11 @@ pub(crate) fn fit_percent(records: &[Record], refined: &Refined) -> [Option<f64>
 const POOR_FIT_PERCENT: f64 = 50.0;
 
 /// Returns the warning about a model that does not fit.
-pub(crate) fn poor_fit(fit_percent: [Option<f64>; 2]) -> Option<Warning> {
-    let poor = |(name, fit): (&str, Option<f64>)| {
+pub(crate) fn poor_fit(fit_percent: &[Option<f64>]) -> Option<Warning> {
+    let poor = |(name, fit): (&str, &Option<f64>)| {
         fit.filter(|fit| *fit < POOR_FIT_PERCENT).map(|fit| format!("{name} {} %", significant(fit, 3)))
     };
-    let list: Vec<String> = ["current", "speed"].into_iter().zip(fit_percent).filter_map(poor).collect();
+    let list: Vec<String> = NAMES.into_iter().zip(fit_percent).filter_map(poor).collect();
     (!list.is_empty()).then(|| {
         let message = text!(
             ("the model does not fit ({}): do not use these parameters; check columns, ", list.join(", "))

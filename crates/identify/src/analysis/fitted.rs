@@ -19,10 +19,16 @@ pub struct FittedMotor<'a> {
     /// Standard errors and correlations; `None` without a refinement.
     pub uncertainty: Option<&'a Uncertainty>,
     /// Standard deviation of the residuals of current \[A\] and speed \[rad/s\]; `None` for a channel that was not measured.
-    pub residual_sigma: [Option<f64>; 2],
+    pub residual_sigma: &'a [Option<f64>],
 }
 
 impl FittedMotor<'_> {
+    /// Returns the standard deviation of the residuals of current or speed; `None` if the channel was not measured.
+    #[must_use]
+    pub(super) fn sigma(&self, channel: usize) -> Option<f64> {
+        self.residual_sigma.get(channel).copied().flatten()
+    }
+
     /// Returns true if a parameter is not identifiable, for all recordings or for one of them.
     #[must_use]
     pub fn lacks(&self, parameter: Parameter) -> bool {

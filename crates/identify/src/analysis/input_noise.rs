@@ -17,7 +17,7 @@ const TOO_SMALL: f64 = 1.5;
 /// mechanical time constant. For parameters whose effects are as slow it acts like white noise of standard deviation
 /// `K/J min(J/B, T) σ_i`, with T the duration of the longest recording.
 pub(crate) fn input_noise(records: &[Record], found: &FittedMotor<'_>) -> Option<Warning> {
-    let sigma = found.residual_sigma[1].filter(|sigma| found.input == Input::Current && *sigma > 0.0)?;
+    let sigma = found.sigma(1).filter(|sigma| found.input == Input::Current && *sigma > 0.0)?;
     found.uncertainty?;
     let longest = records.iter().max_by_key(|record| record.len())?;
     let noise = noise_sigma(longest.input());

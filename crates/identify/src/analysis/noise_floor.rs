@@ -5,7 +5,7 @@
 //! variance σ², so that the best achievable fit is `100 (1 − √(Σ σ²)/‖y − mean y‖)`.
 
 use motorfit_core::Result;
-use motorfit_core::channels::Channels;
+use crate::result::by_output_of_motor;
 use motorfit_core::numeric::{count, mean, peak, squares_about};
 use motorfit_estimate::fit_problem;
 use motorfit_evaluate::{Model, Problem};
@@ -31,8 +31,8 @@ impl Serialize for NoiseFloor {
     fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
         let groups = self.groups.iter().zip(&self.samples);
         let record = json!({
-            "ceiling_percent": Channels::from(self.best_achievable_percent),
-            "sigma": Channels::from(self.sigma),
+            "ceiling_percent": by_output_of_motor(&self.best_achievable_percent),
+            "sigma": by_output_of_motor(&self.sigma),
             "groups": groups.map(|(records, samples)| json!({"records": records, "samples": samples})).collect::<Value>(),
         });
         record.serialize(serializer)

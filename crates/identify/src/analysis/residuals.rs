@@ -3,7 +3,7 @@
 
 use super::fitted::FittedMotor;
 use super::residual_input_test::{Regressors, ResidualInputTest, Residuals, residual_input_test};
-use motorfit_core::channels::Channels;
+use crate::result::{Output, by_output};
 use motorfit_core::text::significant;
 use motorfit_estimate::{EFFECTIVE_RATIO_MIN, Uncertainty, Whiteness};
 use motorfit_evaluate::Problem;
@@ -11,7 +11,7 @@ use motorfit_motor::{Axis, Scope};
 use motorfit_record::warning::{Warning, name_of};
 use motorfit_record::{Quantity, Record, driver};
 use nalgebra::DMatrix;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 /// The tests of the residuals of one channel of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -23,8 +23,8 @@ pub struct ResidualTest {
     pub voltage: Option<ResidualInputTest>,
 }
 
-/// The residual tests of current and speed of one recording.
-pub type ResidualTests = [Option<ResidualTest>; 2];
+/// The residual tests of each output of one recording.
+pub type ResidualTests = Vec<Option<ResidualTest>>;
 
 /// Tests the residuals of each recording of a problem. For recordings that were not fitted, `moved` are candidates that differ
 /// from `values` by one independent error of the parameters each, as from [`moved`].
@@ -76,21 +76,24 @@ pub(crate) fn residual_tests(
             };
             Some(ResidualTest { whiteness, voltage: residual_input_test(&residuals) })
         })
+        .to_vec()
     };
     records.iter().enumerate().map(of).collect()
 }
 
 /// Returns the key `residuals` of a result: for each channel the whiteness of the fit and the input test with the largest ratio
 /// of statistic to threshold, then the tests of each recording.
-pub(crate) fn document(tests: &[ResidualTests], uncertainty: &Uncertainty) -> Value {
+pub(crate) fn document(outputs: &[Output], tests: &[ResidualTests], uncertainty: &Uncertainty) -> Value {
     let part = |test: &ResidualInputTest| test.statistic / test.threshold;
     let worst = |channel: usize| {
-        let all = tests.iter().filter_map(|tests| tests[channel]?.voltage);
+        let all = tests.iter().filter_map(|tests| (*tests.get(channel)?)?.voltage);
         let voltage = all.max_by(|a, b| part(a).total_cmp(&part(b)));
-        uncertainty.whiteness[channel].map(|whiteness| ResidualTest { whiteness, voltage })
+        let whiteness = uncertainty.whiteness.get(channel).copied().flatten();
+        whiteness.map(|whiteness| ResidualTest { whiteness, voltage })
     };
-    let records = tests.iter().map(|tests| json!(Channels::from(*tests)));
-    json!({"current": worst(0), "speed": worst(1), "records": records.collect::<Value>()})
+    let mut document = by_output(outputs, &(0..outputs.len()).map(worst).collect::<Vec<_>>());
+    document["records"] = tests.iter().map(|tests| by_output(outputs, tests)).collect();
+    document
 }
 
 /// Returns the values of the samples that are not excluded.

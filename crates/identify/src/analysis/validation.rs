@@ -21,10 +21,10 @@ pub struct HeldOut {
     pub record: Record,
     /// Fit `100 (1 − ‖y − ŷ‖/‖y − mean y‖)` of current and speed \[%\]; `None` for a constant or missing channel.
     #[serde(serialize_with = "channels::by_name")]
-    pub fit_percent: [Option<f64>; 2],
+    pub fit_percent: Vec<Option<f64>>,
     /// Standard deviation of the residuals of current \[A\] and speed \[rad/s\].
     #[serde(serialize_with = "channels::by_name")]
-    pub residual_sigma: [Option<f64>; 2],
+    pub residual_sigma: Vec<Option<f64>>,
     /// Residual tests of current and speed.
     #[serde(rename = "residuals", serialize_with = "channels::by_name")]
     pub residual_tests: ResidualTests,
@@ -47,10 +47,10 @@ pub struct HeldOut {
 pub struct Validation {
     /// Fit of current and speed over all recordings \[%\]. It is low if the outputs hardly vary; compare the residuals then.
     #[serde(serialize_with = "channels::by_name")]
-    pub fit_percent: [Option<f64>; 2],
+    pub fit_percent: Vec<Option<f64>>,
     /// Standard deviation of the residuals of current \[A\] and speed \[rad/s\] over all recordings.
     #[serde(serialize_with = "channels::by_name")]
-    pub residual_sigma: [Option<f64>; 2],
+    pub residual_sigma: Vec<Option<f64>>,
     /// Validation on each recording.
     #[serde(rename = "records")]
     pub held_out: Vec<HeldOut>,
@@ -92,8 +92,8 @@ pub(crate) fn validate(
         check_input(record, found)?;
         let (problem, values, own) = settle(record, found, model, criterion)?;
         let alone = std::slice::from_ref(record);
-        let one = FitMetrics::of(alone, &problem, &values);
-        sums = sums.and(one);
+        let one = FitMetrics::of(&problem, &values);
+        sums = sums.and(one.clone());
         let signals = &problem.signals()[0];
         held_out.push(HeldOut {
             record: record.clone(),
@@ -103,7 +103,7 @@ pub(crate) fn validate(
             simulated: problem.simulate(&values, 0, signals.initial),
             fit_percent: one.fit_percent(),
             residual_sigma: one.residual_sigma(),
-            residual_tests: residual_tests(alone, &problem, &values, &moved)[0],
+            residual_tests: residual_tests(alone, &problem, &values, &moved).pop().unwrap_or_default(),
         });
     }
     Ok(Validation { held_out, fit_percent: sums.fit_percent(), residual_sigma: sums.residual_sigma() })
@@ -163,7 +163,7 @@ fn settle(record: &Record, found: &FittedMotor<'_>, model: Model, criterion: Cri
     let initial = match initial {
         Some(initial) => initial,
         None => {
-            let sigma = found.residual_sigma.map(|sigma| sigma.filter(|s| *s > 0.0).unwrap_or(1.0));
+            let sigma = [0, 1].map(|channel| found.sigma(channel).filter(|s| *s > 0.0).unwrap_or(1.0));
             initial_states(&problem, &values, sigma)?
         }
     };

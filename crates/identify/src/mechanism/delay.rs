@@ -1,6 +1,7 @@
 //! Selection of a delay between the voltage and the measured velocity. It is negative if the voltage is logged after it acts.
 
-use crate::model::{ModelEstimate, ModelIdentification, ModelProgress, ModelSpec, identify_model};
+use crate::ParameterEstimate;
+use crate::model::{ModelIdentification, ModelProgress, ModelSpec, identify_model};
 use motorfit_core::Result;
 use motorfit_core::numeric::count;
 use motorfit_core::text::significant;
@@ -62,7 +63,7 @@ pub(super) fn with_delay(
     let mut advanced = identify_model(model, &earlier, settings, observe)?;
     let more = gain(&best.found, &advanced, &earlier);
     let (seconds, evaluations) = (seconds + advanced.seconds, evaluations + advanced.evaluations);
-    let is_found = |of: &ModelEstimate| of.name == "td" && of.std_error.is_some() && of.at_bound.is_none();
+    let is_found = |of: &ParameterEstimate| of.name == "td" && of.std_error.is_some() && of.at_bound.is_none();
     let has_delay = advanced.estimates.iter().any(is_found);
     if more > BIC_MIN && has_delay && advanced.stop != Stop::Interrupted {
         correct_delay(&mut advanced, lead);

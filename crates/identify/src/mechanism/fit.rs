@@ -7,7 +7,8 @@ use super::regression::{MechanismRegression, mechanism_regression};
 use super::signals::Signals;
 use super::unit::PositionUnit;
 use crate::analysis::{Controller, FeedbackGains, FeedbackWeights, position_feedback, velocity_feedback};
-use crate::model::{ModelEstimate, ModelIdentification, ModelProgress, ModelSpec};
+use crate::ParameterEstimate;
+use crate::model::{ModelIdentification, ModelProgress, ModelSpec};
 use crate::{TrustLevel, TrustReason};
 use motorfit_core::numeric::{extremes, peak, whole};
 use motorfit_core::setting::text;
@@ -85,7 +86,7 @@ impl MechanismFit {
 
     /// Returns the estimate of a parameter of the model, per radian or metre.
     #[must_use]
-    pub fn estimate(&self, name: &str) -> Option<&ModelEstimate> {
+    pub fn estimate(&self, name: &str) -> Option<&ParameterEstimate> {
         self.found.estimates.iter().find(|estimate| estimate.name == name)
     }
 

@@ -1,31 +1,34 @@
 //! Estimates of the parameters of a model.
 
-use super::result::ModelEstimate;
+use crate::ParameterEstimate;
 use motorfit_estimate::Refined;
 use motorfit_evaluate::model::ModelProblem;
 
 /// Returns the estimates in the order of the model.
-pub(super) fn estimates(problem: &ModelProblem, values: &[f64], refined: Option<&Refined>) -> Vec<ModelEstimate> {
+pub(super) fn estimates(problem: &ModelProblem, values: &[f64], refined: Option<&Refined>) -> Vec<ParameterEstimate> {
     let space = problem.space();
     let mut estimates = Vec::new();
     for (number, parameter) in problem.model().parameters().iter().enumerate() {
-        let named = |value| ModelEstimate {
+        let named = |value| ParameterEstimate {
             name: parameter.name.clone(),
             recording: None,
+            description: parameter.description.clone(),
             value,
             unit: parameter.unit.text.clone(),
             std_error: None,
             ci95: None,
             at_bound: None,
             fixed: false,
+            bounds: None,
         };
         if let Some(value) = space.fixed[number] {
-            estimates.push(ModelEstimate { fixed: true, ..named(Some(value)) });
+            estimates.push(ParameterEstimate { fixed: true, ..named(Some(value)) });
         }
         for (n, axis) in space.free.iter().enumerate().filter(|(_, axis)| axis.parameter == number) {
             let uncertainty = refined.map(|refined| &refined.uncertainty);
             let is_open = uncertainty.is_some_and(|of| of.open[n]);
-            estimates.push(ModelEstimate {
+            estimates.push(ParameterEstimate {
+                bounds: Some([axis.min, axis.max]),
                 recording: axis.recording,
                 std_error: uncertainty.and_then(|of| of.std_error[n]),
                 ci95: uncertainty.and_then(|of| of.ci95[n]),

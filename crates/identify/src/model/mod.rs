@@ -16,6 +16,6 @@ mod trust;
 
 pub use batch_costs::ModelCosts;
 pub use pipeline::{ModelProgress, ModelSpec, hold_out_model, identify_model};
-pub use result::{Combination, ModelEstimate, ModelFit, ModelIdentification, ModelSearch, ModelVerification};
+pub use result::{Combination, ModelFit, ModelIdentification, OwnModel};
 #[doc(hidden)]
 pub use tests_of_residuals::fit_percent;

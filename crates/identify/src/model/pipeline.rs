@@ -6,18 +6,20 @@ use super::fine_steps::with_fine_steps;
 use super::given_starts::{GivenStarts, add_responses_at_start, optima_beside, with_given_starts};
 use super::homogeneity::homogeneity;
 use super::islands::islands;
-use super::result::{ModelIdentification, ModelSearch, ModelVerification};
+use super::result::{ModelIdentification, OwnModel};
 use super::sampled_law::add_sampled_law;
-use super::tests_of_residuals::{fitted, over_all};
+use super::tests_of_residuals::fitted;
 use super::trust::trust;
-use crate::device::{DeviceSpec, DeviceUsed, ModelDevice, PrecisionSpec};
+use crate::analysis::FitMetrics;
+use crate::device::{DeviceSpec, ModelDevice, PrecisionSpec};
 use crate::method::Method;
 use crate::repeated::{check_repeated, validation_repeats};
-use crate::trust_level::Trust;
+use crate::result::{Identification, Output, SearchOutcome};
+use crate::verify::{Status, Verification};
 use motorfit_core::candidates::Candidates;
 use motorfit_core::clock::Instant;
 use motorfit_core::{Error, Result};
-use motorfit_estimate::Refined;
+use motorfit_estimate::{ReferenceKind, Refined};
 use motorfit_estimate::model::{
     ARRIVALS, ModelOptima, ModelStarts, model_optima, open_flat, refine_model, rounds_max, signal_sigma,
 };
@@ -150,8 +152,8 @@ pub fn identify_model(
             let cost = found.optima.as_ref().map_or(f64::NEG_INFINITY, |optima| optima.cost);
             let (refined, is_of_given) = with_given_starts(refined, &found.given, cost)?;
             // No start over the bounds led there.
-            if is_of_given && matches!(verification.status, "agrees" | "reference_failed") {
-                verification = ModelVerification { status: "reference_failed", arrivals: 0, ..verification };
+            if is_of_given && matches!(verification.status, Status::Agrees | Status::ReferenceFailed) {
+                verification = Verification { status: Status::ReferenceFailed, arrivals: 0, ..verification };
             }
             let (problem, mut refined) = refined;
             open_flat(&problem, &mut refined);
@@ -293,40 +295,43 @@ fn search(
 const STUCK: f64 = 1e-3;
 
 /// Compares the optimum of a search with those of descents from other starts.
-fn verified(problem: &ModelProblem, spec: &ModelSpec, found: &Found) -> ModelVerification {
-    let none = ModelVerification { status: "not_applicable", starts: 0, arrivals: 0, cost_gap: None };
+fn verified(problem: &ModelProblem, spec: &ModelSpec, found: &Found) -> Verification {
+    let none = Verification::none();
     let Some(optima) = found.optima.as_ref().filter(|_| spec.is_polished) else { return none };
-    let (starts, arrivals) = (optima.starts, optima.arrivals);
-    let is_conclusive = arrivals >= ARRIVALS || problem.space().free.is_empty();
+    let of = |status: Status, cost_gap: Option<f64>| Verification {
+        status,
+        reference: Some(ReferenceKind::MultiStart),
+        starts: optima.starts,
+        arrivals: optima.arrivals,
+        cost_gap,
+        refined_agrees: status == Status::Agrees,
+        ..none.clone()
+    };
+    let is_conclusive = optima.arrivals >= ARRIVALS || problem.space().free.is_empty();
+    let conclusion = if is_conclusive { Status::Agrees } else { Status::ReferenceFailed };
     if found.is_of_multistart {
         // Its optimum is the lowest one by itself.
-        let status = if is_conclusive { "agrees" } else { "reference_failed" };
-        return ModelVerification { status, starts, arrivals, cost_gap: Some(0.0) };
+        return of(conclusion, Some(0.0));
     }
     // The descent of the search's own optimum, with the weights of the multistart.
     let sigma = signal_sigma(problem);
     let own = refine_model(problem, &found.start.0, &found.start.1, Some(&sigma));
     let cost_gap = own.ok().map(|own| own.weighted(&sigma) / optima.cost - 1.0).filter(|gap| gap.is_finite());
-    let status = match cost_gap {
-        Some(gap) if gap > STUCK => "search_stuck",
-        _ if is_conclusive => "agrees",
-        _ => "reference_failed",
-    };
-    ModelVerification { status, starts, arrivals, cost_gap }
+    of(if cost_gap.is_some_and(|gap| gap > STUCK) { Status::SearchStuck } else { conclusion }, cost_gap)
 }
 
 fn result(
     problem: &ModelProblem,
     spec: &ModelSpec,
-    (found, verification): (Found, ModelVerification),
+    (found, verification): (Found, Verification),
     refined: Option<&Refined>,
 ) -> ModelIdentification {
     let values = refined.map_or_else(|| found.values.clone(), |refined| refined.values.clone());
     let initial = refined.map_or_else(|| found.start.1.clone(), |refined| refined.initial.clone());
-    let mut fits: Vec<_> =
-        (0..problem.recordings()).map(|recording| fitted(problem, &values, recording, &initial[recording])).collect();
+    let all = (0..problem.recordings()).map(|recording| fitted(problem, &values, recording, &initial[recording]));
+    let (mut fits, metrics): (Vec<_>, Vec<_>) = all.unzip();
     add_responses_at_start(problem, &spec.starts, &mut fits);
-    let (fit_percent, residual_sigma) = over_all(problem, &fits);
+    let metrics = metrics.into_iter().fold(FitMetrics::default(), FitMetrics::and);
     let mut cost = [f64::INFINITY];
     // The length fits: the values are those of the space. With the initial values that were estimated beside them.
     let _ = problem.with_open_initials(&initial).costs(Candidates::new(&values, values.len()), &mut cost);
@@ -338,30 +343,42 @@ fn result(
         warnings.push(Warning::new("not_identifiable", text.clone()));
     }
     warnings.extend(refined.and_then(|refined| homogeneity(problem, refined)));
-    let mut result = ModelIdentification {
-        trust: Trust::default(),
+    let model = problem.model();
+    let outputs = model.outputs().iter();
+    let names = problem.space().names(model);
+    let mut result = Identification {
+        outputs: outputs.map(|of| Output { name: of.name.clone(), unit: of.unit.text.clone() }).collect(),
         estimates: estimates(problem, &values, refined),
         values,
-        space: problem.space().clone(),
-        method: *problem.method(),
-        searched: ModelSearch { method: found.method, values: found.values, cost: found.cost },
+        searched: SearchOutcome {
+            method: found.method,
+            is_fallback: false,
+            has_population: !found.is_of_multistart,
+            parameters: names.into_iter().zip(found.values).collect(),
+            cost: found.cost,
+        },
         cost: cost[0],
         uncertainty,
-        combinations,
-        identified: open.identified(),
         converged: refined.is_none_or(|refined| refined.converged),
-        fit_percent,
-        residual_sigma,
-        fits,
-        held_out: Vec::new(),
-        held_out_percent: Vec::new(),
+        fit_percent: metrics.fit_percent(),
+        residual_sigma: metrics.residual_sigma(),
+        fit_percent_by_recording: fits.iter().map(|fit| fit.fit_percent.clone()).collect(),
+        residual_tests: fits.iter().map(|fit| fit.residuals.clone()).collect(),
         verification,
         warnings,
         stop: found.stop,
         evaluations: found.evaluations + refined.map_or(0, |refined| refined.evaluations as u64),
         history: found.history,
-        seconds: 0.0,
-        device: DeviceUsed::default(),
+        ..Identification::of(OwnModel {
+            model: model.clone(),
+            space: problem.space().clone(),
+            method: *problem.method(),
+            combinations,
+            identified: open.identified(),
+            fits,
+            held_out: Vec::new(),
+            held_out_percent: Vec::new(),
+        })
     };
     result.trust = trust(problem, &result, spec.is_polished);
     result
@@ -389,7 +406,8 @@ pub fn hold_out_model(
         true => refine_model(&problem, &[], &initial, None).map_or(initial, |refined| refined.initial),
         false => initial,
     };
-    found.held_out = (0..held_out.len()).map(|n| fitted(&problem, &[], n, &initial[n])).collect();
-    found.held_out_percent = over_all(&problem, &found.held_out).0;
+    let (fits, metrics): (Vec<_>, Vec<_>) = (0..held_out.len()).map(|n| fitted(&problem, &[], n, &initial[n])).unzip();
+    found.machine.held_out = fits;
+    found.machine.held_out_percent = metrics.into_iter().fold(FitMetrics::default(), FitMetrics::and).fit_percent();
     Ok(())
 }

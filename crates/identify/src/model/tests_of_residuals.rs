@@ -1,54 +1,56 @@
 //! Fits and tests of the residuals of a model on one recording.
 
 use super::result::ModelFit;
-use crate::analysis::{Regressors, ResidualInputTest, ResidualTest, Residuals, residual_input_test};
-use motorfit_core::numeric::{count, mean, rms, squares_about};
-use motorfit_estimate::{EFFECTIVE_RATIO_MIN, Whiteness};
+use crate::analysis::{FitMetrics, Regressors, ResidualInputTest, ResidualTest, Residuals, residual_input_test};
+use motorfit_estimate::{EFFECTIVE_RATIO_MIN, Fitted as _, Whiteness};
 use motorfit_evaluate::model::{ModelProblem, ModelRecording};
 use std::cell::OnceCell;
 
-/// Simulates a candidate on a recording and tests its residuals.
-pub(super) fn fitted(problem: &ModelProblem, values: &[f64], recording: usize, initial: &[f64]) -> ModelFit {
+/// Simulates a candidate on a recording and tests its residuals; returns the metrics of the fit beside it.
+pub(super) fn fitted(
+    problem: &ModelProblem,
+    values: &[f64],
+    recording: usize,
+    initial: &[f64],
+) -> (ModelFit, FitMetrics) {
     let own = problem.recording(recording);
     let simulated = problem.simulate(values, recording, initial).outputs;
     let inputs = Inputs::new(problem, recording);
-    let (mut fit_percent, mut residual_sigma, mut residuals) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut kept, mut residuals) = (Vec::new(), Vec::new());
     for (output, (measured, simulated)) in own.measured.iter().zip(&simulated).enumerate() {
         let Some(measured) = measured else {
-            fit_percent.push(None);
-            residual_sigma.push(None);
+            kept.push(Vec::new());
             residuals.push(None);
             continue;
         };
         let all: Vec<f64> = measured.iter().zip(simulated).map(|(y, x)| y - x).collect();
-        let kept: Vec<f64> = (0..own.len()).filter(|n| own.counts(output, *n)).map(|n| all[n]).collect();
-        let signal: Vec<f64> = (0..own.len()).filter(|n| own.counts(output, *n)).map(|n| measured[n]).collect();
-        fit_percent.push(percent(kept.iter().map(|e| e * e).sum(), squares_about(mean(&signal), &signal)));
-        residual_sigma.push(Some(rms(&kept)));
-        let tested = own.effective_sample_ratio >= EFFECTIVE_RATIO_MIN;
-        let size = rms(&signal);
+        let counting: Vec<f64> = (0..own.len()).filter(|n| own.counts(output, *n)).map(|n| all[n]).collect();
+        let size = problem.rms((recording, output));
         let test = || match own.is_scattered(output) {
             // At the samples of a sensor that is slower than the clock.
             true => {
                 let regressors = inputs.at_samples(output, |n| own.counts(output, n));
-                tested_residuals(&kept, &kept, (&regressors.iter().collect::<Vec<_>>(), &[]), size)
+                tested_residuals(&counting, &counting, (&regressors.iter().collect::<Vec<_>>(), &[]), size)
             }
             false => {
-                let counting = own.counting.get(output).map_or(&[][..], Vec::as_slice);
-                tested_residuals(&all, &kept, (&inputs.regressors(output), counting), size)
+                let counts = own.counting.get(output).map_or(&[][..], Vec::as_slice);
+                tested_residuals(&all, &counting, (&inputs.regressors(output), counts), size)
             }
         };
-        residuals.push(tested.then(test).flatten());
+        residuals.push((own.effective_sample_ratio >= EFFECTIVE_RATIO_MIN).then(test).flatten());
+        kept.push(counting);
     }
-    ModelFit { simulated, fit_percent, residual_sigma, residuals, initial: initial.to_vec(), at_start: None }
+    let metrics = FitMetrics::of_residuals(problem, recording, &kept);
+    let (fit_percent, residual_sigma) = (metrics.fit_percent(), metrics.residual_sigma());
+    let initial = initial.to_vec();
+    (ModelFit { simulated, fit_percent, residual_sigma, residuals, initial, at_start: None }, metrics)
 }
 
 /// Returns the fit of each output of a candidate over all recordings \[%\], simulated from the initial states as measured; `None` for
 /// an output that was not measured or does not vary. The length of the candidate must be that of the space.
 #[doc(hidden)]
 pub fn fit_percent(problem: &ModelProblem, candidate: &[f64]) -> Vec<Option<f64>> {
-    let one = |recording: usize| fitted(problem, candidate, recording, problem.open_initial(recording));
-    over_all(problem, &(0..problem.recordings()).map(one).collect::<Vec<_>>()).0
+    FitMetrics::of(problem, candidate).fit_percent()
 }
 
 /// The inputs of a recording, and the regressors made from them.
@@ -112,29 +114,4 @@ fn tested_residuals(
     let part = |test: &ResidualInputTest| test.statistic / test.threshold;
     let worst = regressors.iter().filter_map(one).max_by(|a, b| part(a).total_cmp(&part(b)));
     Some(ResidualTest { whiteness, voltage: worst })
-}
-
-/// Returns a fit in percent; `None` for a constant signal.
-fn percent(squares: f64, about_mean: f64) -> Option<f64> {
-    let fit = 100.0 * (1.0 - (squares / about_mean).sqrt());
-    (about_mean > 0.0 && fit.is_finite()).then_some(fit)
-}
-
-/// Returns the fit and the root mean square of the residuals of each output over recordings.
-pub(super) fn over_all(problem: &ModelProblem, fits: &[ModelFit]) -> (Vec<Option<f64>>, Vec<Option<f64>>) {
-    let outputs = problem.model().outputs().len();
-    let of = |output: usize| {
-        let mut signal = Vec::new();
-        let mut squares = 0.0;
-        for (recording, fit) in fits.iter().enumerate() {
-            let Some(counted) = problem.recording(recording).counted(output) else { continue };
-            squares += fit.residual_sigma[output].unwrap_or(0.0).powi(2) * count(counted.len());
-            signal.extend(counted);
-        }
-        if signal.is_empty() {
-            return (None, None);
-        }
-        (percent(squares, squares_about(mean(&signal), &signal)), Some((squares / count(signal.len())).sqrt()))
-    };
-    (0..outputs).map(of).unzip()
 }

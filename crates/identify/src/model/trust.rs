@@ -4,6 +4,7 @@ use super::result::ModelIdentification;
 use super::step_accuracy::{inaccuracy, shorter_steps};
 use crate::trust::{Facts, Missed, Reason};
 use crate::trust_level::{Trust, TrustLevel};
+use crate::verify::Status;
 use motorfit_core::numeric::{noise_sigma, standard_deviation, upper_median};
 use motorfit_core::setting::{Text, text};
 use motorfit_core::text::{Shortest, counted, listed, significant};
@@ -23,7 +24,7 @@ pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_poli
         recordings: (0..problem.recordings()).map(|n| problem.recording(n).label(n)).collect(),
         fit_percent: &found.fit_percent,
         missed: &missed(problem, found),
-        tests: found.fits.iter().map(|fit| fit.residuals.clone()).collect(),
+        tests: &found.residual_tests,
         is_polished,
         search: search(found, is_polished),
         warnings: found.warnings.iter().collect(),
@@ -56,13 +57,13 @@ fn missed(problem: &ModelProblem, found: &ModelIdentification) -> Vec<Missed> {
 /// Returns the reason from the search of the bounds. Residuals that are noise do not exclude another optimum that leaves noise too.
 fn search(found: &ModelIdentification, is_polished: bool) -> Option<Reason> {
     match found.verification.status {
-        "search_stuck" => Some((Poor, "search_stuck", "a better optimum is known".into())),
-        "reference_failed" => {
+        Status::SearchStuck => Some((Poor, "search_stuck", "a better optimum is known".into())),
+        Status::ReferenceFailed => {
             let (starts, arrivals) = (found.verification.starts, found.verification.arrivals);
             let message = format!("only {arrivals} of {starts} starts lead to the lowest optimum");
             Some((Check, "search_inconclusive", message.into()))
         }
-        "not_applicable" if is_polished => Some((Check, "not_verified", "no other search confirms the optimum".into())),
+        Status::NotApplicable if is_polished => Some((Check, "not_verified", "no other search confirms the optimum".into())),
         _ => None,
     }
 }

@@ -56,7 +56,7 @@ pub(super) struct Facts<'a> {
     /// Outputs of recordings with residuals far above the noise.
     pub missed: &'a [Missed],
     /// Tests of the residuals, shape `[recordings][outputs]`.
-    pub tests: Vec<Vec<Option<ResidualTest>>>,
+    pub tests: &'a [Vec<Option<ResidualTest>>],
     /// True if the result is refined.
     pub is_polished: bool,
     /// Reason from the search of the bounds.

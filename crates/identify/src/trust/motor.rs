@@ -1,7 +1,6 @@
 //! The level of trust in a result of the DC motor.
 
 use super::{Facts, Missed, Reason, is_noise};
-use crate::analysis::ResidualTests;
 use crate::result::Identification;
 use crate::spec::IdentifySpec;
 use crate::trust_level::{Trust, TrustLevel, TrustReason};
@@ -16,14 +15,13 @@ use TrustLevel::{Check, Poor};
 
 /// Determines the level of trust in a result from its fit, verification, residual tests and warnings, and from `evidence`.
 pub(crate) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identification, evidence: &Evidence) -> Trust {
-    let tests = listed(&found.residual_tests);
-    let is_noise = is_noise(&tests, &evidence.missed);
+    let is_noise = is_noise(&found.residual_tests, &evidence.missed);
     let facts = Facts {
         outputs: ["the current", "the speed"].map(str::to_owned).to_vec(),
         recordings: records.iter().map(name_of).collect(),
         fit_percent: &found.fit_percent,
         missed: &evidence.missed,
-        tests,
+        tests: &found.residual_tests,
         is_polished: found.uncertainty.is_some(),
         search: search(found).filter(|(level, ..)| !is_noise || *level == Poor),
         warnings: found.warnings.iter().filter(|warning| !is_modelled(found, warning)).collect(),
@@ -32,11 +30,6 @@ pub(crate) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identificat
     let trust = facts.trust();
     let next = (trust.level != TrustLevel::Good).then(|| next(spec, found, (&trust.reasons, evidence)));
     Trust { next, ..trust }
-}
-
-/// Returns the tests of the residuals of each recording as lists.
-pub(crate) fn listed(tests: &[ResidualTests]) -> Vec<Vec<Option<crate::analysis::ResidualTest>>> {
-    tests.iter().map(|of| of.to_vec()).collect()
 }
 
 /// Returns true if the model includes the effect that a warning is about.
