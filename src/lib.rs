@@ -192,11 +192,11 @@ pub mod identify {
     //! `pipeline.rs` calls the stages in their order: prepare, start, select, refine, verify, analyse, result.
 
     pub use motorfit_identify::{
-        Alternative, BatchCosts, Diagnosed, Identifiability, Identification, IdentifySpec, Inspection, LeftOut,
-        LikelihoodPoint, LikelihoodProfile, Method, ParameterEstimate, Polish, PreparedSearch, REASONS, SearchOutcome,
-        SearchRun, SelectionStep, Status, Trust, TrustLevel, TrustReason, Verification, fit_on, has_all_channels,
-        hold_out, identify, identify_with, likelihood_profiles, mechanism, model, needs_voltage, validate, verify_at,
-        with_cost_on,
+        Alternative, BatchCosts, Combination, DcMotor, Diagnosed, Identifiability, Identification, IdentifySpec,
+        Inspection, Keys, LeftOut, LikelihoodPoint, LikelihoodProfile, Machine, Method, Output, ParameterEstimate,
+        Polish, PreparedSearch, REASONS, SearchOutcome, SearchRun, SelectionStep, Status, Trust, TrustLevel,
+        TrustReason, Verification, fit_on, has_all_channels, hold_out, identify, identify_with, likelihood_profiles,
+        mechanism, model, needs_voltage, validate, verify_at, with_cost_on,
     };
 }
 
@@ -218,14 +218,14 @@ pub mod report {
         AxisScale, Band, Card, Chart, Figure, Form, Item, Map, Mark, ModelInspection, Page, Panel, Part, Reproduced,
         ResidualRow, Section, Series, Table, Trust, compare, compare_page, compare_parts, figures, folded, heat_map,
         html_fragment, identify_page, identify_parts, inspect_page, likelihood_chart, mechanism_page, model_check_page,
-        model_figure, model_inspect_page, model_page, plain_text, record_figure, residual_panels, selection_table,
-        selection_text, suite, sweep,
+        model_inspect_page, plain_text, record_figure, residual_panels, selection_table, selection_text, suite, sweep,
     };
     pub use motorfit_report::{
         EvaluateDocument, ExportFormat, Exported, ExportedParameter, FeedbackDesign, MechanismLine, ModelSignalFacts,
-        SignalFacts, SignalStatistics, bench_document, characteristics_lines, columns_csv, command_line, curves_csv,
-        devices_document, error_document, exported_model, exported_motor, identify_document, inspect_document, json,
-        likelihood_document, mechanism_code, mechanism_document, mechanism_lines, mechanism_selection,
-        model_check_document, model_costs_document, model_document, model_inspect_document, noise_floor_text, verdicts,
+        Recorded, RecordedInput, RecordedOutput, Requested, Shown, SignalFacts, SignalStatistics, bench_document,
+        characteristics_lines, columns_csv, command_line, curves_csv, devices_document, error_document, exported_model,
+        exported_motor, identify_document, inspect_document, json, likelihood_document, mechanism_code,
+        mechanism_document, mechanism_lines, mechanism_selection, model_check_document, model_costs_document,
+        model_inspect_document, noise_floor_text, signals_csv, verdict, verdicts,
     };
 }

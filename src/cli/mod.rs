@@ -15,6 +15,7 @@ mod failure;
 mod flags;
 mod folder;
 mod help;
+mod identified;
 mod identify;
 mod inputs;
 mod inspect;

@@ -6,10 +6,15 @@ use motorfit::settings::{Kind, READING, row};
 use motorfit::text::shell_quoted;
 use std::path::PathBuf;
 
-/// Returns the next command: this one with another setting, or an inspection of its recordings.
+/// Returns the next command: this one with another setting, or an inspection of its recordings. A step that is no command is returned as
+/// it is.
 pub(super) fn command(next: &Text, records: &[PathBuf]) -> String {
+    let step = next.spelled(command_line);
+    if !step.starts_with("--") && !step.starts_with("motorfit ") {
+        return step;
+    }
     let given: Vec<String> = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
-    next_command(&given, &next.spelled(command_line), records)
+    next_command(&given, &step, records)
 }
 
 fn next_command(given: &[String], step: &str, records: &[PathBuf]) -> String {

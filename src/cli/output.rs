@@ -33,6 +33,9 @@ const WARNING: Paint = AnsiColor::Yellow.on_default().bold();
 const HELP: Paint = AnsiColor::Cyan.on_default();
 pub(crate) const STRONG: Paint = Paint::new().bold();
 pub(crate) const DIM: Paint = Paint::new().dimmed();
+/// Text in place of reasons for a level of trust.
+pub(crate) const WITHOUT_REASONS: &str =
+    "no test of the residuals, the search or the recordings contradicts the standard errors";
 
 impl Style {
     pub(crate) fn new(common: &Common) -> Self {

@@ -1,7 +1,7 @@
 //! The command `evaluate --profile`: profile likelihoods of the free parameters.
 
 use super::args::EvaluateArgs;
-use super::identify::WITHOUT_REASONS;
+use super::output::WITHOUT_REASONS;
 use super::prelude::*;
 use super::{next, output};
 use motorfit::identify::{LikelihoodProfile, likelihood_profiles};

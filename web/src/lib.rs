@@ -19,7 +19,7 @@ use answer::answered;
 use given::Settings;
 use motorfit::identify::{IdentifySpec, Inspection, identify};
 use motorfit::record::{Reading, Record, preview};
-use motorfit::report::{Reproduced, curves_csv, identify_document, identify_page, inspect_document, inspect_page};
+use motorfit::report::{Recorded, Reproduced, curves_csv, identify_document, identify_page, inspect_document, inspect_page};
 use motorfit::setting::Setting;
 use motorfit::settings;
 use motorfit::text::shell_quoted;
@@ -89,9 +89,10 @@ impl Workbench {
             let how = Reproduced { command: self.command("identify", &settings, Setting::ALL), options: Vec::new() };
             let (records, spec) = self.problem(&settings)?;
             let found = identify(records, &spec)?;
+            let recorded: Vec<Recorded> = records.iter().map(Recorded::from).collect();
             Ok(json!({
                 "document": identify_document(records, &spec, &found),
-                "report": identify_page(records, &spec, &found, &how).html(true),
+                "report": identify_page((records, &recorded), &spec, &found, &how).html(true),
                 "curves": curves_csv(records, &found),
                 "next": found.trust.next.as_ref().map(|step| step.spelled(as_json)),
             }))

@@ -111,7 +111,7 @@ macro_rules! result {
 
             $(
             $($(#[$of_part])* #[getter] fn $part<'py>(&self, py: Python<'py>) -> $crate::answers::Answer<'py> {
-                self.to_dict(py)?.get_item($key)
+                self.to_dict(py)?.call_method1("get", ($key,))
             })*
 
             /// Returns the complete result: the document of `to_json`, with its lists and mappings.

@@ -1,7 +1,10 @@
 //! `identify`: estimation of the parameters of one motor.
 
 use crate::errors::{Raise as _, warn};
+use crate::found::Found;
 use crate::identification::Identification;
+use crate::identify_own::identify_own;
+use crate::model::Model;
 use crate::progress::watched;
 use crate::reading::several;
 use crate::spec::{self, Keywords};
@@ -12,15 +15,17 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 #[doc = concat!(
-    "identify(records, *, validate=None, progress=None, ", include_str!("signatures/search.txt"), ", ",
+    "identify(records, *, model=None, validate=None, progress=None, ", include_str!("signatures/search.txt"), ", ",
     include_str!("signatures/problem.txt"), ")\n--\n"
 )]
-/// Identifies the parameters of one motor from a recording, or from several recordings by a joint fit.
+/// Identifies the parameters of one machine from a recording, or from several recordings by a joint fit.
 ///
 /// Parameters
 /// ----------
 /// records : Record or sequence of Record
-///     Recordings of one motor.
+///     Recordings of one motor; with a model also paths and frames, which are read with its signals.
+/// model : Model, str, PathLike or mapping, optional
+///     Equations of another machine than the DC motor, as for `Model`; settings are then those of `Model.identify`.
 /// validate : Record or sequence of Record, optional
 ///     Held-out recordings, simulated with the estimated parameters without another fit.
 /// progress : callable, optional
@@ -51,14 +56,18 @@ use pyo3::types::PyDict;
 /// MotorfitWarning
 ///     For each entry of `warnings` of the result.
 #[pyfunction]
-#[pyo3(signature = (records, *, validate=None, progress=None, **settings), text_signature = None)]
+#[pyo3(signature = (records, *, model=None, validate=None, progress=None, **settings), text_signature = None)]
 pub fn identify(
     py: Python<'_>,
     records: &Bound<'_, PyAny>,
+    model: Option<&Bound<'_, PyAny>>,
     validate: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
     settings: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Identification> {
+    if let Some(model) = model {
+        return identify_own(&Model::of(model)?, records, (validate, progress, settings));
+    }
     let keys = Keywords::new(py, settings, &spec::keywords(&[&SEARCH, &PROBLEM, &DEVICE]))?;
     let records = several(records)?;
     let held_out = validate.map(several).transpose()?.unwrap_or_default();
@@ -70,7 +79,7 @@ pub fn identify(
     let (records, spec, found) = found;
     let found = found.raise(py)?;
     warn(py, &found.warnings)?;
-    Ok(Identification::new(records, spec, found))
+    Ok(Identification::new(Found::new(records, spec, found)))
 }
 
 fn run(

@@ -11,11 +11,12 @@ mod evaluator;
 mod exclusive_lock;
 mod export;
 mod figure;
+mod found;
 mod frame;
 mod identification;
 mod identify;
+mod identify_own;
 mod model;
-mod model_identification;
 mod model_methods;
 mod optimizer;
 mod pool;
@@ -47,8 +48,6 @@ mod _motorfit {
     use super::identify::identify;
     #[pymodule_export]
     use super::model::Model;
-    #[pymodule_export]
-    use super::model_identification::ModelIdentification;
     #[pymodule_export]
     use super::optimizer::Optimizer;
     #[pymodule_export]

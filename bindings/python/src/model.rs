@@ -12,7 +12,8 @@ use motorfit::setting::Setting;
 use motorfit::settings::{self, READING};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyString};
+use std::path::PathBuf;
 
 /// Differential equations of a machine, from a text in TOML (see the documentation of own models), immutable.
 ///
@@ -41,6 +42,28 @@ use pyo3::types::PyDict;
 pub struct Model(pub motorfit::model::Model);
 
 impl Model {
+    /// Makes a model of an argument: a model, its text, path or name, or a mapping.
+    pub fn of(source: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let py = source.py();
+        if let Ok(model) = source.cast::<Self>() {
+            return Ok(model.get().clone());
+        }
+        if let Ok(text) = source.cast::<PyString>()
+            && text.to_str()?.contains('\n')
+        {
+            return motorfit::model::Model::parse(text.to_str()?).map(Self).raise(py);
+        }
+        if source.is_instance_of::<PyString>() || source.hasattr("__fspath__")? {
+            let path: PathBuf = source.extract()?;
+            return motorfit::model::Model::open(&path).map(Self).raise(py);
+        }
+        if source.hasattr("items")? {
+            let text: String = py.import("motorfit._model")?.call_method1("to_toml", (source,))?.extract()?;
+            return motorfit::model::Model::parse(&text).map(Self).raise(py);
+        }
+        Err(PyTypeError::new_err("give the text, the path or the name of a model, or a mapping"))
+    }
+
     /// Reads the options of a recording file.
     pub fn reading(&self, py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Reading> {
         let known: [&[Setting]; 2] = [&READING, &[Setting::Discretization]];

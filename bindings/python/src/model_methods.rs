@@ -3,47 +3,26 @@
 use crate::arrays::{array, signal};
 use crate::compare::compare_model;
 use crate::comparison::Comparison;
-use crate::errors::{Raise as _, warn};
+use crate::errors::Raise as _;
+use crate::identification::Identification;
+use crate::identify_own::identify_own;
 use crate::model::Model;
-use crate::model_identification::ModelIdentification;
 use crate::pool::on_all;
-use crate::progress::watched;
 use crate::reading::records_of;
 use crate::record::Record;
-use crate::spec::{Keywords, keywords};
 use motorfit::Error;
-use motorfit::device::with_threads;
 use motorfit::evaluate::model::{ModelProblem, ModelSettings, ModelSpace};
-use motorfit::identify::model::{ModelProgress, hold_out_model, identify_model};
 use motorfit::model::{BuiltIn, ShaderPrecision};
 use motorfit::named::Named as _;
-use motorfit::optimize::Progress;
-use motorfit::setting::Setting;
-use motorfit::settings::{self, DEVICE, PROBLEM, SEARCH, Value};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
-use std::path::PathBuf;
+use pyo3::types::PyDict;
 
 #[pymethods]
 impl Model {
     #[new]
     fn new(source: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let py = source.py();
-        if let Ok(text) = source.cast::<PyString>()
-            && text.to_str()?.contains('\n')
-        {
-            return motorfit::model::Model::parse(text.to_str()?).map(Self).raise(py);
-        }
-        if source.is_instance_of::<PyString>() || source.hasattr("__fspath__")? {
-            let path: PathBuf = source.extract()?;
-            return motorfit::model::Model::open(&path).map(Self).raise(py);
-        }
-        if source.hasattr("items")? {
-            let text: String = py.import("motorfit._model")?.call_method1("to_toml", (source,))?.extract()?;
-            return motorfit::model::Model::parse(&text).map(Self).raise(py);
-        }
-        Err(PyTypeError::new_err("give the text, the path or the name of a model, or a mapping"))
+        Self::of(source)
     }
 
     /// Names of the built-in models.
@@ -224,7 +203,7 @@ impl Model {
     ///
     /// Returns
     /// -------
-    /// ModelIdentification
+    /// Identification
     ///     Estimates, standard errors and diagnostics, in the units of the parameters.
     ///
     /// Raises
@@ -243,34 +222,8 @@ impl Model {
         validate: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
         settings: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<ModelIdentification> {
-        let py = records.py();
-        let keys = Keywords::new(py, settings, &keywords(&[&SEARCH, &PROBLEM, &DEVICE, &[Setting::Start]]))?;
-        let mut given = keys.given(&[&SEARCH, &PROBLEM, &DEVICE])?;
-        let mut spec = settings::model_spec(&given).map_err(Error::from).raise(py)?;
-        for start in keys.groups("start")? {
-            given.put(Setting::Start, Value::List(start));
-            spec.starts.extend(settings::model_spec(&given).map_err(Error::from).raise(py)?.starts);
-        }
-        let threads = given.count(Setting::Threads);
-        let (records, recordings) = self.recordings(records)?;
-        let held_out = validate.map(|of| self.recordings(of)).transpose()?.map_or_else(Vec::new, |(_, of)| of);
-        let model = self.0.clone();
-        let (model, spec, found) = watched(py, progress, move |watch| {
-            let mut look = |of: ModelProgress| {
-                let (generation, generations) = (of.done, of.of);
-                watch.generation(&Progress { generation, generations, evaluations: 0, cost: f64::NAN })
-            };
-            let found = with_threads(threads, || {
-                let mut found = identify_model(&model, &recordings, &spec, &mut look)?;
-                hold_out_model(&model, &mut found, &recordings, &held_out, &spec)?;
-                Ok(found)
-            });
-            (model, spec, found)
-        })?;
-        let found = found.raise(py)?;
-        warn(py, &found.warnings)?;
-        Ok(ModelIdentification::new(records, model, &spec, found))
+    ) -> PyResult<Identification> {
+        identify_own(self, records, (validate, progress, settings))
     }
 
     /// Compares searches on recordings of the machine under equal budgets.

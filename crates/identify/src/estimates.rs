@@ -1,11 +1,6 @@
 //! The estimates of a result: a list of parameters.
 
-use super::dc_motor::DcMotor;
-use super::result::{Identification, side};
-use motorfit_core::Result;
-use motorfit_estimate::fit_problem;
-use motorfit_motor::{Extension, Input, Parameter, Scope};
-use motorfit_record::Record;
+use motorfit_motor::{Parameter, Scope};
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value, json};
 
@@ -36,7 +31,7 @@ pub struct ParameterEstimate {
 
 impl ParameterEstimate {
     /// Makes the estimate of a parameter of the DC motor without a standard error, an interval or bounds.
-    fn of_motor(parameter: Parameter, scope: Scope, value: Option<f64>) -> Self {
+    pub(super) fn of_motor(parameter: Parameter, scope: Scope, value: Option<f64>) -> Self {
         Self {
             name: parameter.symbol().to_owned(),
             recording: scope.recording(),
@@ -112,53 +107,31 @@ pub(super) fn document(estimates: &[ParameterEstimate]) -> Map<String, Value> {
     groups.filter_map(entry).collect()
 }
 
-impl Identification<DcMotor> {
-    /// Returns all estimates: R, L, K, B and J, then those of extensions, each in the order of the recordings.
-    pub(super) fn listed(&self) -> Vec<ParameterEstimate> {
-        let uncertainty = self.uncertainty.as_ref();
-        let free = self.space.free().iter().zip(&self.values).enumerate().map(|(n, (axis, value))| {
-            let estimate = ParameterEstimate {
-                std_error: uncertainty.and_then(|u| *u.std_error.get(n)?),
-                ci95: uncertainty.and_then(|u| *u.ci95.get(n)?),
-                at_bound: side([axis.min, axis.max], *value),
-                bounds: Some([axis.min, axis.max]),
-                ..ParameterEstimate::of_motor(axis.parameter, axis.scope, Some(*value))
-            };
-            ((axis.parameter, axis.scope), estimate)
-        });
-        let fixed = self.space.fixed().iter().map(|&(parameter, scope, value)| {
-            let estimate =
-                ParameterEstimate { fixed: true, ..ParameterEstimate::of_motor(parameter, scope, Some(value)) };
-            ((parameter, scope), estimate)
-        });
-        let mut all: Vec<((Parameter, Scope), ParameterEstimate)> = free.chain(fixed).collect();
-        for ((parameter, scope), unknown) in &mut all {
-            if self.unidentified.contains(&(*parameter, *scope)) {
-                *unknown = ParameterEstimate::of_motor(*parameter, *scope, None);
-            }
-        }
-        all.sort_by_key(|((parameter, scope), _)| scope.order(*parameter));
-        all.into_iter().map(|(_, estimate)| estimate).collect()
-    }
+/// A combination of parameters that recordings identify, while they do not identify each of them.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Combination {
+    /// Expression of the parameters, as `J/K`.
+    pub name: String,
+    /// Value in the units of the parameters.
+    pub value: f64,
+    /// Unit.
+    pub unit: String,
+    /// Standard error.
+    pub std_error: f64,
+    /// 95 % confidence interval.
+    pub ci95: [f64; 2],
+}
 
-    /// Returns the extensions of the identified motor.
-    #[must_use]
-    pub fn extensions(&self) -> Vec<Extension> {
-        self.space.features().extensions()
-    }
-
-    /// Simulates current \[A\] and speed \[rad/s\] of the recordings of the fit, one value per sample. The current is NaN where
-    /// it is the input.
-    ///
-    /// # Errors
-    /// Propagates the errors of [`fit_problem`].
-    pub fn modelled(&self, records: &[Record]) -> Result<Vec<[Vec<f64>; 2]>> {
-        let problem = fit_problem(records, &self.space, self.model)?;
-        let initial = |n: usize| self.initial.get(n).copied().unwrap_or_default();
-        let mut shown: Vec<_> = (0..records.len()).map(|n| problem.simulate(&self.values, n, initial(n))).collect();
-        if self.input == Input::Current {
-            shown.iter_mut().for_each(|[current, _]| current.fill(f64::NAN));
-        }
-        Ok(shown)
+/// Returns the bound at which a value is, `min` or `max`: within 1e-4 of the range and 1 % of the bound.
+pub fn side([min, max]: [f64; 2], value: f64) -> Option<&'static str> {
+    let near = 1e-4 * (max - min);
+    // A bound of zero has no relative tolerance.
+    let by_size = |bound: f64| if bound == 0.0 { near } else { near.min(0.01 * bound.abs()) };
+    if value - min <= by_size(min) {
+        Some("min")
+    } else if max - value <= by_size(max) {
+        Some("max")
+    } else {
+        None
     }
 }

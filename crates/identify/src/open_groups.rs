@@ -1,9 +1,9 @@
 //! Groups of parameters of which recordings identify at most some combinations, not each parameter.
 
+use super::estimates::side;
 use super::hull::{Moved, shift, widen};
 use super::profile::{FixedParameter, Points};
 use super::refine::Fit;
-use super::result::side;
 use motorfit_core::setting::text;
 use motorfit_motor::{Axis, Parameter, Scope, Space};
 use motorfit_record::warning::Warning;

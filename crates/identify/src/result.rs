@@ -166,20 +166,6 @@ impl<M> Identification<M> {
     }
 }
 
-/// Returns the bound at which a value is, `min` or `max`: within 1e-4 of the range and 1 % of the bound.
-pub fn side([min, max]: [f64; 2], value: f64) -> Option<&'static str> {
-    let near = 1e-4 * (max - min);
-    // A bound of zero has no relative tolerance.
-    let by_size = |bound: f64| if bound == 0.0 { near } else { near.min(0.01 * bound.abs()) };
-    if value - min <= by_size(min) {
-        Some("min")
-    } else if max - value <= by_size(max) {
-        Some("max")
-    } else {
-        None
-    }
-}
-
 /// Returns values of outputs by their names.
 pub fn by_output<T: Serialize>(outputs: &[Output], values: &[T]) -> Value {
     outputs.iter().zip(values).map(|(output, value)| (output.name.clone(), json!(value))).collect()

@@ -1,12 +1,12 @@
 //! Treatment of parameters that recordings do not identify. One parameter of each unidentifiable direction is fixed. Parameters
 //! that move with it are unidentified too, and the intervals of the others are widened to the hull over its profile.
 
+use super::estimates::side;
 use super::null_space::next_unknown;
 use super::open_groups::{Named, Unidentified};
 use super::prepare::Prepared;
 use super::profile::{FixedParameter, LIMIT, Points, QUANTILE, profile};
 use super::refine::{Fit, refine_widening};
-use super::result::side;
 use crate::analysis::fit_percent;
 use motorfit_core::Result;
 use motorfit_estimate::{Refined, optima};

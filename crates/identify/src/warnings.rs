@@ -143,7 +143,9 @@ fn not_separated(found: &Identification) -> Option<Warning> {
     let named = |with: &[Extension]| with.iter().map(|e| e.name()).collect::<Vec<_>>().join(", ");
     let fits = |fit: &[Option<f64>]| {
         let list = found.outputs.iter().zip(fit);
-        list.filter_map(|(output, fit)| Some(format!("{} {:.2} %", output.name, (*fit)?))).collect::<Vec<_>>().join(", ")
+        list.filter_map(|(output, fit)| Some(format!("{} {:.2} %", output.name, (*fit)?)))
+            .collect::<Vec<_>>()
+            .join(", ")
     };
     let others = found.alternatives.iter().map(|of| format!("{} ({})", named(&of.with), fits(&of.fit_percent)));
     let others: Vec<String> = others.collect();

@@ -41,8 +41,8 @@ impl Scope {
 
     /// Returns a key that sorts parameters by parameter, then by recording.
     #[must_use]
-    pub fn order(self, parameter: Parameter) -> (usize, Option<usize>) {
-        (parameter as usize, self.recording())
+    pub fn order(self, parameter: Parameter) -> (usize, Option<u32>) {
+        (parameter as usize, if let Self::Recording(n) = self { Some(n) } else { None })
     }
 
     /// Parses a name in the format of [`Self::name`] into the parameter and the scope; `None` if it is not one.

@@ -3,13 +3,13 @@
 use super::chart::Figure;
 use super::compare::{best, invariance, modelled, paper_tables, setting_name, tables};
 use super::figures;
-use super::model::{model_chart, model_correlations};
 use super::page::{Page, Part};
 use super::pages::{Reproduced, folded, reproduce, section, warnings};
+use super::recorded::Recorded;
 use super::spelling::command_line;
 use motorfit_core::setting::Spelling;
 use motorfit_core::text::{engineering, significant};
-use motorfit_study::compare::{Block, ComparedMachine, Comparison, Reference};
+use motorfit_study::compare::{Block, Comparison, Reference};
 
 /// Returns the warnings of a comparison, and the reasons for which results are missing.
 fn comparison_warnings(comparison: &Comparison, spelling: Spelling) -> Vec<Part> {
@@ -109,20 +109,13 @@ fn responses(comparison: &Comparison) -> Vec<Part> {
     let best = best(comparison, block);
     let signals = modelled(comparison, &best);
     let named = || best.iter().map(|(name, _)| *name);
-    let mut charts = match &comparison.subject.machine {
-        ComparedMachine::Motor { .. } => {
-            let Some(record) = comparison.subject.records.first() else { return Vec::new() };
-            let signals: Vec<[Vec<f64>; 2]> =
-                signals.into_iter().map(|signals| signals.try_into().unwrap_or_default()).collect();
-            let models: Vec<figures::Modelled<'_>> = named().zip(&signals).collect();
-            figures::response_charts("responses", record, &models, &[]).to_vec()
-        }
-        ComparedMachine::Model(of) => {
-            let Some(recording) = of.recordings.first() else { return Vec::new() };
-            let models: Vec<(&str, &[Vec<f64>])> = named().zip(signals.iter().map(Vec::as_slice)).collect();
-            vec![model_chart("responses", &of.model, recording, &models)]
-        }
+    let recorded = match comparison.subject.model() {
+        None => comparison.subject.records.first().map(Recorded::from),
+        Some(of) => of.recordings.first().map(|own| Recorded::of_model(&of.model, own, of.spec.is_first_order_hold)),
     };
+    let Some(recorded) = recorded else { return Vec::new() };
+    let models: Vec<figures::Modelled<'_>> = named().zip(signals.iter().map(Vec::as_slice)).collect();
+    let mut charts = figures::response_charts("responses", &recorded, &models, &[]);
     if let Some(first) = charts.first_mut() {
         first.caption = format!("The best run of each method. {}", first.caption);
     }
@@ -131,9 +124,8 @@ fn responses(comparison: &Comparison) -> Vec<Part> {
 
 /// Returns the matrix of the correlations of the refined estimate; `None` without one.
 fn correlations(comparison: &Comparison) -> Option<Figure> {
-    match (comparison.reference.as_ref().ok()?, &comparison.subject.machine) {
-        (Reference::Motor(found), _) => figures::correlations(found),
-        (Reference::Model(found), ComparedMachine::Model(of)) => model_correlations(&of.model, found),
-        _ => None,
+    match comparison.reference.as_ref().ok()? {
+        Reference::Motor(found) => figures::correlations(found),
+        Reference::Model(found) => figures::correlations(found),
     }
 }

@@ -1,12 +1,16 @@
 //! Curves as CSV.
 
+use super::recorded::{Recorded, RecordedInput, at_own};
 use motorfit_core::text::Shortest;
 use motorfit_identify::Identification;
-use motorfit_record::{Quantity, Record};
+use motorfit_identify::model::ModelIdentification;
+use motorfit_record::Record;
 
-/// Returns CSV with the measured and modelled signals of all recordings, one after the other.
-#[must_use]
-pub fn curves_csv(records: &[Record], found: &Identification) -> String {
+/// Headings and columns.
+type Columns = (Vec<String>, Vec<Vec<f64>>);
+
+/// Returns the columns of measured and modelled current and speed.
+pub(super) fn motor_curves(records: &[Record], found: &Identification) -> Columns {
     let mut columns = vec![Vec::new(); 7];
     let modelled = found.modelled(records).unwrap_or_default();
     for ((n, record), [current, speed]) in (1_u32..).zip(records).zip(modelled) {
@@ -16,21 +20,41 @@ pub fn curves_csv(records: &[Record], found: &Identification) -> String {
         columns[1].extend(&samples.time_s);
         let voltage = if samples.voltage.is_empty() { none() } else { samples.voltage.clone() };
         columns[2].extend(voltage);
-        columns[3].extend(samples.current.as_deref().map_or_else(none, |of| at_own(record, Quantity::Current, of)));
+        columns[3].extend(samples.current.as_deref().map_or_else(none, |of| at_own(record, 0, of)));
         columns[4].extend(current);
-        columns[5].extend(samples.speed.as_deref().map_or_else(none, |of| at_own(record, Quantity::Speed, of)));
+        columns[5].extend(samples.speed.as_deref().map_or_else(none, |of| at_own(record, 1, of)));
         columns[6].extend(speed);
     }
     let heads =
         ["recording", "time_s", "voltage_V", "current_A", "current_model_A", "speed_rad_s", "speed_model_rad_s"];
-    columns_csv(&heads.map(str::to_owned), &columns)
+    (heads.map(str::to_owned).to_vec(), columns)
 }
 
-/// Returns the values of an output at the samples at which it was measured, and NaN at those between.
-#[must_use]
-pub(super) fn at_own(record: &Record, quantity: Quantity, values: &[f64]) -> Vec<f64> {
-    let of = |(n, value): (usize, &f64)| if record.is_measured(quantity, n) { *value } else { f64::NAN };
-    values.iter().enumerate().map(of).collect()
+/// Returns the columns of the inputs, and of measured and modelled outputs, of a model.
+pub(super) fn model_curves(recorded: &[Recorded], found: &ModelIdentification) -> Columns {
+    let heading = |of: &RecordedInput| of.label.replace('·', "*");
+    let inputs: Vec<String> = recorded.first().iter().flat_map(|of| &of.inputs).map(heading).collect();
+    let mut heads: Vec<String> = ["recording", "time_s"].map(str::to_owned).into_iter().chain(inputs).collect();
+    let first = heads.len();
+    for output in &found.outputs {
+        heads.push(format!("{} [{}]", output.name, output.unit));
+        heads.push(format!("{} model [{}]", output.name, output.unit));
+    }
+    let mut columns = vec![Vec::new(); heads.len()];
+    for ((n, recorded), fit) in (1_u32..).zip(recorded).zip(&found.fits) {
+        let samples = recorded.time_s.len();
+        columns[0].extend(vec![f64::from(n); samples]);
+        columns[1].extend(&recorded.time_s);
+        for (column, input) in columns[2..first].iter_mut().zip(&recorded.inputs) {
+            column.extend(&input.values);
+        }
+        for (output, simulated) in recorded.outputs.iter().zip(&fit.simulated) {
+            let none = || vec![f64::NAN; samples];
+            columns[first + 2 * output.number].extend(output.measured.clone().unwrap_or_else(none));
+            columns[first + 2 * output.number + 1].extend(simulated);
+        }
+    }
+    (heads, columns)
 }
 
 /// Returns CSV text: a heading, then rows of numbers. A cell without a finite number is empty.

@@ -1,11 +1,13 @@
 //! Results as JSON documents. Values that are not available or not finite are `null`.
 
+use super::requested::Requested;
+use super::shown::Shown;
 use super::spelling::command_line;
 use motorfit_core::Error;
 use motorfit_core::setting::{Command, Reference, Spelling, Text};
 use motorfit_core::text::{printable_json, shell_quoted};
 use motorfit_evaluate::{Level, Problem, cpu_name};
-use motorfit_identify::{BatchCosts, Identification, IdentifySpec, bounds};
+use motorfit_identify::{BatchCosts, Identification, Keys, bounds};
 use motorfit_motor::{Parameter, Scope};
 use motorfit_record::warning::Warning;
 use motorfit_record::{Record, Severity};
@@ -42,7 +44,7 @@ pub(super) fn warnings(list: &[Warning], severity: Severity) -> Value {
 
 /// Returns the JSON document of an identification: its settings and its results.
 #[must_use]
-pub fn identify_document(records: &[Record], spec: &IdentifySpec, found: &Identification) -> Value {
+pub fn identify_document<M: Shown>(records: &[Record], spec: &M::Spec, found: &Identification<M>) -> Value {
     let mut record = value!(found);
     // A result refers to recordings by index, a document by file.
     let named = |entry: &mut Value| {
@@ -60,28 +62,29 @@ pub fn identify_document(records: &[Record], spec: &IdentifySpec, found: &Identi
         entry["message"] = reason.message.spelled(command_line).into();
     }
     record["trust"]["next"] = value!(found.trust.next.as_ref().map(|step| next_command(records, step)));
-    let asked = value!({
-        "motorfit": env!("CARGO_PKG_VERSION"),
-        "trust": null,
-        "records": records,
-        "method": spec.method.name(),
-        "polish": spec.polish.name(),
-        "seed": spec.seed,
-        "population": spec.population,
-        "generations": spec.generations,
-        "criterion": spec.criterion.norm.name(),
-        "scale": spec.criterion.scale.name(),
-        // This key is placed among the settings; other results follow in their own order.
-        "input": null,
-        "discretization": null,
-        "initial": spec.model.initial.name(),
-    });
-    joined(asked, record)
+    let Requested { method, polish, seed, population, generations, criterion } = M::requested(spec);
+    let mut keys: Keys = vec![("motorfit", env!("CARGO_PKG_VERSION").into()), ("trust", Value::Null)];
+    keys.extend(M::named(found));
+    keys.extend([
+        ("records", value!(records)),
+        ("method", method.into()),
+        ("polish", polish.into()),
+        ("seed", seed.into()),
+        ("population", population.into()),
+        ("generations", generations.into()),
+        ("criterion", criterion.norm.name().into()),
+        ("scale", criterion.scale.name().into()),
+    ]);
+    keys.extend(M::settings(spec));
+    joined(keys.into_iter().map(|(key, value)| (key.to_owned(), value)).collect(), record)
 }
 
-/// Returns the command of the next step, or only its text if a recording is not a file.
+/// Returns the command of the next step; only its text if it is none, or a recording is not a file.
 fn next_command(records: &[Record], step: &Text) -> String {
     let step = step.spelled(command_line);
+    if !step.starts_with("--") && !step.starts_with("motorfit ") {
+        return step;
+    }
     let path = |record: &Record| Some(shell_quoted(&record.source().path.as_ref()?.to_string_lossy()));
     let Some(mut paths) = records.iter().map(path).collect::<Option<Vec<String>>>() else { return step };
     // Several recordings of one file have the same path.

@@ -1,75 +1,70 @@
 //! Figures of reports.
 
 use super::chart::{AxisScale, Band, Chart, Figure, Form, Panel, Series, boxes, correlation, figure};
-use super::curves::at_own;
-use super::signals::input_form;
+use super::page::capital;
+use super::recorded::{Recorded, RecordedInput, RecordedOutput};
+use super::requested::Requested;
 pub use super::signals::model;
 use crate::compare::quartiles;
 use motorfit_core::numeric::{count, rms, sorted};
+use motorfit_core::text::listed;
 use motorfit_identify::analysis::ResidualCorrelation;
-use motorfit_identify::{Identification, IdentifySpec};
-use motorfit_motor::{Axis, Scope};
-use motorfit_record::{Quantity, Record};
+use motorfit_identify::{Identification, Machine};
 use motorfit_study::compare::{Block, ComparedParameter, Comparison, MethodEstimates, MethodResult, Reached, reached};
 
-/// Labels of current and speed, and of their residuals.
-const CHANNELS: [[&str; 2]; 2] =
-    [["current [A]", "residual of the current [A]"], ["speed [rad/s]", "residual of the speed [rad/s]"]];
+/// Simulated outputs of a machine, shape `[outputs][samples]`, with its name in the legend.
+pub type Modelled<'a> = (&'a str, &'a [Vec<f64>]);
 
-/// Signals of a model for a recording, current \[A\] and speed \[rad/s\], with the name of the model in the legend.
-pub type Modelled<'a> = (&'a str, &'a [Vec<f64>; 2]);
-
-/// Returns the residuals of a channel, measured minus modelled; NaN where they do not count: at masked samples, and in the intervals
+/// Returns the residuals of an output, measured minus modelled; NaN where they do not count: at masked samples, and in the intervals
 /// `left_out` \[s\], which were excluded automatically.
-fn residuals(record: &Record, channel: usize, modelled: &[f64], left_out: &[[f64; 2]]) -> Vec<f64> {
-    let counting = record.counting();
-    let time = &record.samples().time_s;
-    let is_excluded = |n: usize| {
-        let is_masked = counting.get(n).is_some_and(|counts| !counts[channel]);
-        is_masked || left_out.iter().any(|[from, to]| (*from..=*to).contains(&time[n]))
-    };
-    let measured = record.measured()[channel].unwrap_or_default();
-    let of = |(n, (a, b)): (usize, (&f64, &f64))| if is_excluded(n) { f64::NAN } else { a - b };
-    measured.iter().zip(modelled).enumerate().map(of).collect()
+fn residuals(signals: &Recorded, output: &RecordedOutput, modelled: &[f64], left_out: &[[f64; 2]]) -> Vec<f64> {
+    let time = &signals.time_s;
+    let is_left_out = |n: usize| left_out.iter().any(|[from, to]| (*from..=*to).contains(&time[n]));
+    let of = |(n, (a, b)): (usize, (&f64, &f64))| if !output.counts(n) || is_left_out(n) { f64::NAN } else { a - b };
+    output.measured.iter().flatten().zip(modelled).enumerate().map(of).collect()
 }
 
-/// Returns the input, the measured and modelled signals and their residuals over time, one below the other, and beside each
+/// Returns the inputs, the measured and modelled outputs and their residuals over time, one below the other, and beside each
 /// other the transient after the largest change of the input, enlarged. `left_out` are intervals that were excluded from the
 /// fit automatically \[s\].
 #[must_use]
-pub fn response_charts(id: &str, record: &Record, models: &[Modelled<'_>], left_out: &[[f64; 2]]) -> [Chart; 2] {
-    let time = &record.samples().time_s;
-    let curve = |values: &[f64]| time.iter().copied().zip(values.iter().copied()).collect::<Vec<_>>();
-    let by_current = record.driver() == Quantity::Current;
-    let input = Series::new("", 0, input_form(record), curve(record.input()));
-    let mut complete = vec![Panel::new(if by_current { "current [A], the input" } else { "voltage [V]" }, vec![input])];
-    complete.extend(
-        record
-            .samples()
-            .torque
-            .as_ref()
-            .map(|torque| Panel::new("load torque [N m]", vec![Series::new("", 0, Form::Steps, curve(torque))])),
-    );
+pub fn response_charts(id: &str, recorded: &Recorded, models: &[Modelled<'_>], left_out: &[[f64; 2]]) -> [Chart; 2] {
+    let curve = |values: &[f64]| recorded.time_s.iter().copied().zip(values.iter().copied()).collect::<Vec<_>>();
+    let input = |of: &RecordedInput| {
+        let form = if of.is_linear { Form::Line } else { Form::Steps };
+        Panel::new(&of.label, vec![Series::new("", 0, form, curve(&of.values))])
+    };
+    let mut complete: Vec<Panel> = recorded.drawn().map(input).collect();
     let (mut signals, mut differences) = (Vec::new(), Vec::new());
-    for (channel, labels) in CHANNELS.into_iter().enumerate().skip(usize::from(by_current)) {
-        let quantity = [Quantity::Current, Quantity::Speed][channel];
-        let measured = at_own(record, quantity, record.measured()[channel].unwrap_or_default());
-        let mut shown = vec![Series::new("measured", 0, Form::Dots, curve(&measured))];
+    let mut is_complete = left_out.is_empty();
+    for output in &recorded.outputs {
+        let measured = output.measured.as_ref();
+        is_complete &= output.counting.iter().all(|counts| *counts);
+        let mut shown: Vec<Series> =
+            measured.map(|of| Series::new("measured", 0, Form::Dots, curve(of))).into_iter().collect();
         let (mut left, mut limits) = (Vec::new(), Vec::new());
-        for (n, (name, values)) in (1..).zip(models.iter().map(|(name, values)| (*name, &values[channel]))) {
-            let residual = residuals(record, channel, values, left_out);
+        for (n, (name, outputs)) in (1..).zip(models) {
+            let Some(values) = outputs.get(output.number) else { continue };
+            let series = Series::new(name, n, Form::Line, curve(values));
+            if measured.is_none() {
+                shown.push(series);
+                continue;
+            }
+            let residual = residuals(recorded, output, values, left_out);
             let counting: Vec<f64> = residual.iter().copied().filter(|r| r.is_finite()).collect();
             let band = 1.96 * rms(&counting);
-            shown.push(Series::new(name, n, Form::Line, curve(values)).with_band(Band::Half(band)));
+            shown.push(series.with_band(Band::Half(band)));
             left.push(Series::new(name, n, Form::Dots, curve(&residual)));
             if models.len() == 1 {
                 limits.extend([-band, band]);
             }
         }
-        signals.push(Panel::new(labels[0], shown));
-        differences.push(Panel { limits: [Vec::new(), limits], ..Panel::new(labels[1], left) });
+        signals.push(Panel::new(&output.label, shown));
+        if !left.is_empty() {
+            differences.push(Panel { limits: [Vec::new(), limits], ..Panel::new(&output.residual, left) });
+        }
     }
-    let [from, to] = transient(record);
+    let [from, to] = transient(recorded);
     let enlarged = signals.iter().map(|panel| with_marks(panel.within([from, to]))).collect();
     complete.extend(signals.into_iter().chain(differences));
     let names = models.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
@@ -81,7 +76,6 @@ pub fn response_charts(id: &str, record: &Record, models: &[Modelled<'_>], left_
         alternative: format!("measured and by {names}, over time"),
         caption: caption.to_owned(),
     };
-    let is_complete = record.excluded().is_empty() && left_out.is_empty();
     let excluded = if is_complete { "" } else { " Excluded samples have no residual." };
     let bands = format!(
         "Bands and dashed lines: \u{b1}1.96 times the standard deviation of the residuals, measured minus modelled.{excluded}"
@@ -104,33 +98,33 @@ fn with_marks(mut panel: Panel) -> Panel {
 /// Returns the figure of measured and modelled signals, their residuals, and the transient enlarged, as a drawing of a fixed size.
 /// `name` is the name of the model in the legend.
 #[must_use]
-pub fn responses(id: &str, record: &Record, name: &str, signals: &[Vec<f64>; 2]) -> Figure {
-    let alternative = format!("Current and speed over time, measured and by {name}, with residuals");
-    Figure { alternative, ..figure(&response_charts(id, record, &[(name, signals)], &[])) }
+pub fn responses(id: &str, recorded: &Recorded, name: &str, signals: &[Vec<f64>]) -> Figure {
+    let names = recorded.outputs.iter().map(|output| output.name.as_str()).collect::<Vec<_>>();
+    let alternative = format!("{} over time, measured and by {name}, with residuals", capital(&listed(&names, "and")));
+    Figure { alternative, ..figure(&response_charts(id, recorded, &[(name, signals)], &[])) }
 }
 
-/// Returns the autocorrelation of the residuals of each channel and their cross-correlation with the input, with the limits
+/// Returns the autocorrelation of the residuals of each output and their cross-correlation with the first input, with the limits
 /// that 99 % of them are within if the model is adequate; `None` if they are not defined. `left_out` are intervals that were
 /// excluded from the fit automatically \[s\].
 #[must_use]
 pub fn residual_correlations(
     id: &str,
-    record: &Record,
-    signals: &[Vec<f64>; 2],
+    recorded: &Recorded,
+    signals: &[Vec<f64>],
     left_out: &[[f64; 2]],
 ) -> Option<Chart> {
+    let input = recorded.drawn().next()?;
+    let driver = input.label.split(" [").next().unwrap_or_default();
     let mut panels = Vec::new();
-    let driver = record.driver().to_string();
-    for (channel, name) in ["current", "speed"].into_iter().enumerate() {
-        if name == driver {
-            continue;
-        }
-        let residual = residuals(record, channel, &signals[channel], left_out);
+    for output in &recorded.outputs {
+        let (Some(measured), Some(modelled)) = (&output.measured, signals.get(output.number)) else { continue };
+        let residual = residuals(recorded, output, modelled, left_out);
         // Lags are those of the samples at which the sensor measured.
-        let quantity = [Quantity::Current, Quantity::Speed][channel];
-        let own = record.own_samples(quantity).unwrap_or_else(|| (0..record.len()).collect());
+        let is_own = |n: &usize| measured.get(*n).is_some_and(|value| value.is_finite());
+        let own: Vec<usize> = (0..residual.len()).filter(is_own).collect();
         let of_own = |values: &[f64]| own.iter().filter_map(|n| values.get(*n).copied()).collect::<Vec<f64>>();
-        let Some(of) = ResidualCorrelation::of(&of_own(&residual), &of_own(record.input())) else { continue };
+        let Some(of) = ResidualCorrelation::of(&of_own(&residual), &of_own(&input.values)) else { continue };
         let mut panel = |label: String, points, bound: f64| {
             let series = vec![Series::new("", 1, Form::Stems, points)];
             panels.push(Panel { limits: [Vec::new(), vec![-bound, bound]], ..Panel::new(&label, series) });
@@ -138,6 +132,7 @@ pub fn residual_correlations(
         // The autocorrelation is even; lag 0, which is 1, is left out.
         let sides = of.autocorrelation.iter().enumerate().map(|(n, r)| (count(n + 1), *r));
         let both = sides.clone().rev().map(|(lag, r)| (-lag, r)).chain(sides).collect();
+        let name = &output.name;
         panel(format!("{name} residual: autocorrelation"), both, of.autocorrelation_limit);
         let both = ResidualCorrelation::cross_lags().zip(of.cross_correlation).collect();
         panel(format!("{name} residual: cross-correlation with {driver}"), both, of.cross_correlation_limit);
@@ -155,34 +150,30 @@ pub fn residual_correlations(
     })
 }
 
-/// Returns the interval around the largest change of the input \[s\], or at the start of a constant input.
-fn transient(record: &Record) -> [f64; 2] {
-    let samples = record.samples();
-    let (time, voltage) = (&samples.time_s, record.input());
-    let change = |n: &usize| (voltage[*n] - voltage[n - 1]).abs();
-    let at = (1..voltage.len()).max_by(|a, b| change(a).total_cmp(&change(b)).then(b.cmp(a))).unwrap_or(0);
-    let whole = time[time.len() - 1] - time[0];
+/// Returns the interval around the largest change of the first input \[s\], or at the start of a constant input.
+fn transient(recorded: &Recorded) -> [f64; 2] {
+    let time = &recorded.time_s;
+    let (Some(first), Some(last)) = (time.first(), time.last()) else { return [0.0; 2] };
+    let values = recorded.drawn().next().map_or(&[][..], |input| &input.values);
+    let change = |n: &usize| (values[*n] - values[n - 1]).abs();
+    let at = (1..values.len()).max_by(|a, b| change(a).total_cmp(&change(b)).then(b.cmp(a))).unwrap_or(0);
+    let whole = last - first;
     [time[at] - 0.005 * whole, time[at] + 0.05 * whole]
 }
 
-/// Returns the figure of the correlations of the estimates; `None` without a covariance or with too many parameters.
+/// Returns the figure of the correlations of the estimates; `None` without a covariance, and for one or too many parameters.
 #[must_use]
-pub fn correlations(found: &Identification) -> Option<Figure> {
+pub fn correlations<M: Machine>(found: &Identification<M>) -> Option<Figure> {
     let uncertainty = found.uncertainty.as_ref()?;
-    let free = found.space.free();
+    let names = found.machine.free();
     // A matrix of the parameters of many recordings would not be legible.
-    if free.len() > CORRELATED {
+    if names.is_empty() || names.len() > CORRELATED {
         return None;
     }
-    let name = |axis: &Axis| match axis.scope {
-        Scope::Shared => axis.parameter.symbol().to_owned(),
-        Scope::Recording(n) => format!("{} {}", axis.parameter.symbol(), u64::from(n) + 1),
-    };
-    let names: Vec<String> = free.iter().map(name).collect();
-    let rows = uncertainty.correlation.get(..free.len())?.iter();
+    let rows = uncertainty.correlation.get(..names.len())?.iter();
     let values: Vec<Vec<f64>> =
-        rows.map(|row| row.get(..free.len())?.iter().copied().collect()).collect::<Option<_>>()?;
-    let pairs = (0..free.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
+        rows.map(|row| row.get(..names.len())?.iter().copied().collect()).collect::<Option<_>>()?;
+    let pairs = (0..names.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
     let strongest = pairs.max_by(|x, y| values[x.0][x.1].abs().total_cmp(&values[y.0][y.1].abs()));
     let caption = strongest.map_or(String::new(), |(a, b)| {
         format!(
@@ -200,11 +191,11 @@ pub fn correlations(found: &Identification) -> Option<Figure> {
 }
 
 /// Largest number of parameters whose correlations are drawn.
-const CORRELATED: usize = 16;
+const CORRELATED: usize = 24;
 
 /// Returns the chart of the lowest cost after each generation; `None` without a search.
 #[must_use]
-pub fn history(found: &Identification, spec: &IdentifySpec) -> Option<Chart> {
+pub fn history<M>(found: &Identification<M>, requested: &Requested) -> Option<Chart> {
     if found.history.len() < 2 {
         return None;
     }
@@ -215,7 +206,7 @@ pub fn history(found: &Identification, spec: &IdentifySpec) -> Option<Chart> {
         axis: "generation [1]".to_owned(),
         panels: vec![Panel { scales: LOG_COST, ..Panel::new("lowest cost [1]", series) }],
         alternative: "of the search after each generation, on a logarithmic axis".to_owned(),
-        caption: format!("{} agents, seed {}.", spec.population, spec.seed),
+        caption: format!("{} agents, seed {}.", requested.population, requested.seed),
         ..Chart::default()
     })
 }

@@ -1,10 +1,11 @@
 //! Parts of an identification as text: feedforward characteristics, residual tests and the noise floor.
 
 use motorfit_core::text::{engineering, significant};
-use motorfit_identify::Identification;
+use motorfit_estimate::ReferenceKind;
 use motorfit_identify::analysis::{
     Characteristic, Characteristics, NoiseFloor, Regression, ResidualTest, ResidualTests,
 };
+use motorfit_identify::{Identification, Status};
 
 /// Returns the identifiable characteristics as labelled lines, then the regression over the widest window if there is one.
 #[must_use]
@@ -40,13 +41,13 @@ pub(super) fn with_error(c: Characteristic) -> String {
     format!("{}{error}", significant(c.value, 5))
 }
 
-/// Returns the verdicts over recordings whether the residuals are white and independent of the voltage, each for
-/// current and speed; a dash marks a channel without a test.
+/// Returns the verdicts over recordings whether the residuals are white and independent of the inputs, shape `[2][outputs]`; a dash
+/// marks an output without a test.
 #[must_use]
-pub fn verdicts(tests: &[ResidualTests]) -> [String; 2] {
+pub fn verdicts(tests: &[ResidualTests], outputs: usize) -> [Vec<String>; 2] {
     let of = |verdict: &dyn Fn(&ResidualTest) -> Option<bool>| {
-        let channel = |channel: usize| {
-            let verdicts: Vec<bool> = tests.iter().filter_map(|t| verdict(t[channel].as_ref()?)).collect();
+        let one = |output: usize| {
+            let verdicts: Vec<bool> = tests.iter().filter_map(|t| verdict(t.get(output)?.as_ref()?)).collect();
             match (verdicts.iter().filter(|good| !**good).count(), verdicts.len()) {
                 (_, 0) => "\u{2013}".to_owned(),
                 (0, _) => "yes".to_owned(),
@@ -54,9 +55,42 @@ pub fn verdicts(tests: &[ResidualTests]) -> [String; 2] {
                 (bad, all) => format!("no in {bad} of {all}"),
             }
         };
-        format!("{}, {}", channel(0), channel(1))
+        (0..outputs).map(one).collect()
     };
     [of(&|test| Some(test.whiteness.is_white)), of(&|test| test.voltage.map(|v| v.is_independent))]
+}
+
+/// Describes the verification of a result.
+#[must_use]
+pub fn verdict<M>(found: &Identification<M>) -> String {
+    let check = &found.verification;
+    let reference = match check.reference {
+        Some(ReferenceKind::VariableProjection) => "a global search (variable projection)",
+        Some(_) => "refinements from starts spread over the bounds",
+        None => "no reference",
+    };
+    let gap = check.cost_gap.map_or(String::new(), |gap| format!(" {} %", significant(100.0 * gap, 2)));
+    let reached = match check.reference {
+        Some(ReferenceKind::MultiStart) => format!(" ({} of {} starts)", check.arrivals, check.starts),
+        _ => String::new(),
+    };
+    match check.status {
+        Status::Agrees if check.cost_gap.is_some_and(|gap| gap > 1e-6) => {
+            format!("agrees with {reference}: the same optimum, with a weighted sum of squares{gap} above the lowest")
+        }
+        Status::Agrees => format!("agrees with {reference}{reached}"),
+        Status::SearchStuck if check.refined_agrees && found.uncertainty.is_some() => format!(
+            "search stuck at a weighted sum of squares{gap} above the lowest; the refinement agrees with {reference}"
+        ),
+        Status::SearchStuck => {
+            format!("search stuck at a weighted sum of squares{gap} above that of a better optimum, from {reference}")
+        }
+        Status::ReferenceFailed if check.cost_gap.is_some_and(|gap| gap < -1e-6) => {
+            format!("reference failed: {reference} ended in a worse optimum")
+        }
+        Status::ReferenceFailed => format!("inconclusive: {reference} did not agree on one optimum{reached}"),
+        Status::NotApplicable => "not verified: no reference is available for this fit".to_owned(),
+    }
 }
 
 /// Describes the noise floor.

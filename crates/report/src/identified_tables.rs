@@ -1,54 +1,66 @@
 //! Tables of an identification: parameters, fit, feedforward characteristics, model selection.
 
-use super::identified::{window, with_error};
+use super::identified::{verdicts, window, with_error};
+use super::requested::Requested;
+use super::shown::Shown;
 use super::table::{Table, dash};
 use motorfit_core::text::{decimals, engineering, significant};
 use motorfit_identify::analysis::{Characteristic, Characteristics, TransferFunctions};
-use motorfit_identify::{Identification, IdentifySpec, SelectionStep};
-use motorfit_motor::{Discretization, Extension, Input, Scope};
+use motorfit_identify::{Identification, Machine, SelectionStep};
+use motorfit_motor::{Discretization, Extension, Input};
 
-/// Returns the table of parameters with their uncertainty.
-pub(super) fn parameters_table(found: &Identification) -> Table {
+/// Returns the table of parameters, and of identified combinations of others, with their uncertainty.
+pub(super) fn parameters_table<M: Machine>(found: &Identification<M>) -> Table {
     let heads = ["parameter", "value", "unit", "standard error", "95 % interval", "remark"];
     let mut table = Table::new("parameters", "Parameters", &heads);
-    for e in found.estimates() {
-        let p = e.parameter;
-        let remark = match (e.value, e.at_bound) {
-            (None, _) => "not identifiable".to_owned(),
-            _ if e.fixed => "fixed".to_owned(),
-            (_, Some("max")) => "at its upper bound".to_owned(),
-            (_, Some(_)) => "at its lower bound".to_owned(),
-            _ => String::new(),
-        };
-        let of = if let Scope::Recording(n) = e.scope {
-            format!(" of recording {}", u64::from(n) + 1)
-        } else {
-            String::new()
-        };
+    let interval = |[low, high]: [f64; 2]| format!("{} … {}", significant(low, 6), significant(high, 6));
+    for e in &found.estimates {
+        let of = e.recording.map_or_else(String::new, |n| format!(" of recording {}", n + 1));
+        let description = Some(&e.description).filter(|text| !text.is_empty());
+        let description = description.map_or_else(String::new, |text| format!(", {text}"));
         table.row(vec![
-            format!("{}, {}{of}", p.symbol(), p.name()),
+            format!("{}{description}{of}", e.name),
             e.value.map_or_else(dash, |value| significant(value, 6)),
-            p.unit().to_owned(),
+            e.unit.clone(),
             e.std_error.map_or_else(dash, |error| significant(error, 2)),
-            e.ci95.map_or_else(dash, |[low, high]| format!("{} … {}", significant(low, 6), significant(high, 6))),
-            remark,
+            e.ci95.map_or_else(dash, interval),
+            e.remark().to_owned(),
+        ]);
+    }
+    for c in found.machine.combinations() {
+        table.row(vec![
+            c.name.clone(),
+            significant(c.value, 6),
+            c.unit.clone(),
+            significant(c.std_error, 2),
+            interval(c.ci95),
+            "identified combination".to_owned(),
         ]);
     }
     table
 }
 
-/// Returns the table of the fit of each channel.
-pub(super) fn fit_table(found: &Identification, spec: &IdentifySpec) -> Table {
-    let mut table = Table::new("fit", "Fit", &["channel", "fit [%]", "residual σ", "residuals white"]);
-    for (channel, (name, unit)) in [("current", "A"), ("speed", "rad/s")].into_iter().enumerate() {
-        let white = found.uncertainty.as_ref().and_then(|u| u.whiteness[channel].as_ref());
-        let white = white.map_or_else(dash, |w| if w.is_white { "yes" } else { "no" }.to_owned());
-        let Some(fit) = found.fit_percent[channel] else { continue };
-        let residual = found.residual_sigma[channel].map_or_else(dash, |s| format!("{} {unit}", significant(s, 3)));
-        table.named_row(name, [decimals(fit, 3), residual, white]);
+/// Returns the table of the fit of each output.
+pub(super) fn fit_table<M: Shown>(found: &Identification<M>, requested: &Requested) -> Table {
+    let held_out = M::held_out_percent(found);
+    let mut heads = vec!["output", "fit [%]", "residual σ", "residuals white", "independent of the input"];
+    heads.extend(held_out.map(|_| "held out [%]"));
+    let mut table = Table::new("fit", "Fit", &heads);
+    let [white, independent] = verdicts(&found.residual_tests, found.outputs.len());
+    for (n, output) in found.outputs.iter().enumerate() {
+        let fit = |fits: &[Option<f64>]| fits.get(n).copied().flatten().map(|fit| decimals(fit, 3));
+        let Some(own) = fit(&found.fit_percent) else { continue };
+        let sigma = found.residual_sigma.get(n).copied().flatten();
+        let sigma = sigma.map_or_else(dash, |s| format!("{} {}", significant(s, 3), output.unit));
+        let mut cells = vec![output.name.clone(), own, sigma, white[n].clone(), independent[n].clone()];
+        cells.extend(held_out.map(|fits| fit(fits).unwrap_or_else(dash)));
+        table.row(cells);
     }
-    let (criterion, scale) = (spec.criterion.norm.name(), spec.criterion.scale.name());
+    let (criterion, scale) = (requested.criterion.norm.name(), requested.criterion.scale.name());
     table.note(format!("Cost {} ({criterion}, scale {scale}).", significant(found.cost, 4)));
+    if let Some(note) = M::note(found) {
+        table.note(note);
+    }
     table
 }
 

@@ -32,13 +32,18 @@ mod mechanism;
 mod mechanism_page;
 mod model;
 #[cfg(feature = "pages")]
+mod motor_sections;
+#[cfg(feature = "pages")]
 mod notebook;
 #[cfg(feature = "pages")]
 mod page;
 #[cfg(feature = "pages")]
 mod pages;
+mod recorded;
+mod requested;
 #[cfg(feature = "pages")]
 mod residual_panels;
+mod shown;
 #[cfg(feature = "pages")]
 mod signals;
 mod spelling;
@@ -54,10 +59,10 @@ pub use bench::bench_document;
 pub use chart::{AxisScale, Band, Chart, Figure, Form, Map, Mark, Panel, Series, heat_map};
 #[cfg(feature = "pages")]
 pub use compare_page::{compare_page, compare_parts};
-pub use curves::{columns_csv, curves_csv};
+pub use curves::columns_csv;
 pub use document::{EvaluateDocument, devices_document, error_document, identify_document, json};
 pub use export::{ExportFormat, Exported, ExportedParameter, exported_model, exported_motor};
-pub use identified::{characteristics_lines, noise_floor_text, verdicts};
+pub use identified::{characteristics_lines, noise_floor_text, verdict, verdicts};
 #[cfg(feature = "pages")]
 pub use identified_tables::{selection_table, selection_text};
 #[cfg(feature = "pages")]
@@ -74,16 +79,19 @@ pub use mechanism::{
 #[cfg(feature = "pages")]
 pub use mechanism_page::mechanism_page;
 #[cfg(feature = "pages")]
-pub use model::{ModelInspection, model_check_page, model_figure, model_inspect_page, model_page};
-pub use model::{ModelSignalFacts, model_check_document, model_costs_document, model_document, model_inspect_document};
+pub use model::{ModelInspection, model_check_page, model_inspect_page};
+pub use model::{ModelSignalFacts, model_check_document, model_costs_document, model_inspect_document};
 #[cfg(feature = "pages")]
 pub use notebook::{html_fragment, plain_text};
 #[cfg(feature = "pages")]
 pub use page::{Card, Item, Page, Part, Section, Trust};
 #[cfg(feature = "pages")]
 pub use pages::Reproduced;
+pub use recorded::{Recorded, RecordedInput, RecordedOutput};
+pub use requested::Requested;
 #[cfg(feature = "pages")]
 pub use residual_panels::{ResidualRow, residual_panels};
+pub use shown::{Shown, curves_csv, signals_csv};
 pub use spelling::command_line;
 #[cfg(feature = "pages")]
 pub use table::{Table, folded};

@@ -1,9 +1,10 @@
 //! Page of a mechanism of a robot.
 
+use super::identify_page::identify_page;
 use super::mechanism::{FeedbackDesign, mechanism_code, mechanism_lines, mechanism_selection};
-use super::model::model_page;
 use super::page::{Card, Page, Part, Section};
 use super::pages::{Reproduced, section};
+use super::recorded::Recorded;
 use super::table::{Table, dash};
 use motorfit_core::text::{Shortest, engineering, significant};
 use motorfit_identify::mechanism::{Feedback, MechanismFit};
@@ -12,7 +13,9 @@ use motorfit_record::Record;
 /// Returns the page of an identification of a mechanism.
 #[must_use]
 pub fn mechanism_page(records: &[Record], fit: &MechanismFit, design: &FeedbackDesign<'_>, how: &Reproduced) -> Page {
-    let page = model_page(&fit.fitted(records), (&fit.model, &fit.recordings), &fit.found, how);
+    let recorded: Vec<Recorded> =
+        fit.recordings.iter().map(|recording| Recorded::of_model(&fit.model, recording, false)).collect();
+    let page = identify_page((&fit.fitted(records), &recorded), &fit.spec, &fit.found, how);
     let cards = mechanism_lines(fit).into_iter().map(|line| Card {
         symbol: line.name.to_owned(),
         name: line.text.to_owned(),

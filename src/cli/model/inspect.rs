@@ -57,7 +57,7 @@ fn text(record: &Record, facts: &[ModelSignalFacts], found: &Result<ModelIdentif
     let line = match found {
         Err(error) => format!("nothing: {}. {}", error.spelled(command_line), error.hint().spelled(command_line)),
         Ok(found) => {
-            let one = |e: &motorfit::identify::model::ModelEstimate| {
+            let one = |e: &motorfit::identify::ParameterEstimate| {
                 let percent = 100.0 * (e.std_error? / e.value?).abs();
                 Some(format!("{} ± {} %", e.label(), significant(percent, 2)))
             };

@@ -3,7 +3,6 @@
 pub(super) mod args;
 mod check;
 pub(super) mod evaluate;
-pub(super) mod identify;
 pub(super) mod inspect;
 pub(super) mod simulate;
 

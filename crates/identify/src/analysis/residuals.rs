@@ -40,43 +40,44 @@ pub(crate) fn residual_tests(
         let model = simulated(values);
         let moved: Vec<[Vec<f64>; 2]> = moved.iter().map(|values| simulated(values)).collect();
         let mut regressors = None;
-        [0, 1].map(|channel| {
-            // Residuals of low-pass filtered signals are correlated even if the model is complete.
-            let measured =
-                record.measured()[channel].filter(|_| signals.effective_sample_ratio >= EFFECTIVE_RATIO_MIN)?;
-            let own = record.own_samples([Quantity::Current, Quantity::Speed][channel]);
-            let at_own = |values: Vec<f64>| match &own {
-                None => values,
-                Some(own) => own.iter().map(|n| values[*n]).collect(),
-            };
-            let less = |from: &[f64]| at_own(from.iter().zip(&model[channel]).map(|(a, b)| a - b).collect());
-            let counting: Vec<bool> = match record.excluded().is_empty() {
-                true => Vec::new(),
-                false => {
-                    let counts = |n: usize| signals.counts(channel, n);
-                    own.as_ref().map_or_else(
-                        || (0..record.len()).map(counts).collect(),
-                        |own| own.iter().map(|n| counts(*n)).collect(),
-                    )
-                }
-            };
-            let values = less(measured);
-            // If there are too few samples for the whiteness test, the input test is not possible either.
-            let whiteness = Whiteness::of(&kept(&values, &counting), signals.rms(channel))?;
-            let of_own = own.as_ref().map(|_| Regressors::new(&at_own(record.input().to_vec())));
-            let regressors = match &of_own {
-                Some(of_own) => of_own,
-                None => regressors.get_or_insert_with(|| Regressors::new(record.input())),
-            };
-            let residuals = Residuals {
-                values: &values,
-                regressors,
-                counting: &counting,
-                sensitivities: &moved.iter().map(|signals| less(&signals[channel])).collect::<Vec<_>>(),
-            };
-            Some(ResidualTest { whiteness, voltage: residual_input_test(&residuals) })
-        })
-        .to_vec()
+        [0, 1]
+            .map(|channel| {
+                // Residuals of low-pass filtered signals are correlated even if the model is complete.
+                let measured =
+                    record.measured()[channel].filter(|_| signals.effective_sample_ratio >= EFFECTIVE_RATIO_MIN)?;
+                let own = record.own_samples([Quantity::Current, Quantity::Speed][channel]);
+                let at_own = |values: Vec<f64>| match &own {
+                    None => values,
+                    Some(own) => own.iter().map(|n| values[*n]).collect(),
+                };
+                let less = |from: &[f64]| at_own(from.iter().zip(&model[channel]).map(|(a, b)| a - b).collect());
+                let counting: Vec<bool> = match record.excluded().is_empty() {
+                    true => Vec::new(),
+                    false => {
+                        let counts = |n: usize| signals.counts(channel, n);
+                        own.as_ref().map_or_else(
+                            || (0..record.len()).map(counts).collect(),
+                            |own| own.iter().map(|n| counts(*n)).collect(),
+                        )
+                    }
+                };
+                let values = less(measured);
+                // If there are too few samples for the whiteness test, the input test is not possible either.
+                let whiteness = Whiteness::of(&kept(&values, &counting), signals.rms(channel))?;
+                let of_own = own.as_ref().map(|_| Regressors::new(&at_own(record.input().to_vec())));
+                let regressors = match &of_own {
+                    Some(of_own) => of_own,
+                    None => regressors.get_or_insert_with(|| Regressors::new(record.input())),
+                };
+                let residuals = Residuals {
+                    values: &values,
+                    regressors,
+                    counting: &counting,
+                    sensitivities: &moved.iter().map(|signals| less(&signals[channel])).collect::<Vec<_>>(),
+                };
+                Some(ResidualTest { whiteness, voltage: residual_input_test(&residuals) })
+            })
+            .to_vec()
     };
     records.iter().enumerate().map(of).collect()
 }

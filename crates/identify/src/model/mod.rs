@@ -10,12 +10,14 @@ mod islands;
 mod pipeline;
 mod result;
 mod sampled_law;
+mod serialize;
 mod step_accuracy;
 mod tests_of_residuals;
 mod trust;
 
 pub use batch_costs::ModelCosts;
 pub use pipeline::{ModelProgress, ModelSpec, hold_out_model, identify_model};
-pub use result::{Combination, ModelFit, ModelIdentification, OwnModel};
+pub use result::{ModelFit, ModelIdentification, OwnModel};
+pub use serialize::integration;
 #[doc(hidden)]
 pub use tests_of_residuals::fit_percent;

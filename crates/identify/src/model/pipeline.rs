@@ -19,10 +19,10 @@ use crate::verify::{Status, Verification};
 use motorfit_core::candidates::Candidates;
 use motorfit_core::clock::Instant;
 use motorfit_core::{Error, Result};
-use motorfit_estimate::{ReferenceKind, Refined};
 use motorfit_estimate::model::{
     ARRIVALS, ModelOptima, ModelStarts, model_optima, open_flat, refine_model, rounds_max, signal_sigma,
 };
+use motorfit_estimate::{ReferenceKind, Refined};
 use motorfit_evaluate::criterion::Criterion;
 use motorfit_evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
 use motorfit_model::{IntegrationMethod, Model};

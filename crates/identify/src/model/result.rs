@@ -1,25 +1,10 @@
 //! What a result has of a user's model beside what results of all machines have.
 
 use crate::analysis::ResidualTests;
+use crate::estimates::Combination;
 use crate::result::Identification;
 use motorfit_evaluate::model::{ModelMethod, ModelSpace};
 use motorfit_model::Model;
-use serde::Serialize;
-
-/// A combination of parameters that recordings identify, while they do not identify each of them.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Combination {
-    /// Expression of the parameters, as `J/K`.
-    pub name: String,
-    /// Value in the units of the parameters.
-    pub value: f64,
-    /// Unit.
-    pub unit: String,
-    /// Standard error.
-    pub std_error: f64,
-    /// 95 % confidence interval.
-    pub ci95: [f64; 2],
-}
 
 /// The fit of a model on one recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,14 +43,6 @@ pub struct OwnModel {
     pub held_out: Vec<ModelFit>,
     /// Fit of each output over the held-out recordings \[%\]; empty if there are none.
     pub held_out_percent: Vec<Option<f64>>,
-}
-
-impl OwnModel {
-    /// Returns the names of the free parameters, as `R`, or `R[0]` for that of the first recording.
-    #[must_use]
-    pub fn free(&self) -> Vec<String> {
-        self.space.names(&self.model)
-    }
 }
 
 /// The result of an identification with a user's model.

@@ -63,7 +63,9 @@ fn search(found: &ModelIdentification, is_polished: bool) -> Option<Reason> {
             let message = format!("only {arrivals} of {starts} starts lead to the lowest optimum");
             Some((Check, "search_inconclusive", message.into()))
         }
-        Status::NotApplicable if is_polished => Some((Check, "not_verified", "no other search confirms the optimum".into())),
+        Status::NotApplicable if is_polished => {
+            Some((Check, "not_verified", "no other search confirms the optimum".into()))
+        }
         _ => None,
     }
 }

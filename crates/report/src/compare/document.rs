@@ -4,8 +4,8 @@ use super::cells::setting_name;
 use super::paper::paper_tables;
 use super::tables::tables;
 use crate::document::{joined, warnings};
-use crate::model::integration;
 use crate::spelling::command_line;
+use motorfit_identify::model::integration;
 use motorfit_record::Severity;
 use motorfit_study::compare::{
     Block, ComparedModel, Comparison, InvarianceTest, MethodResult, Outcome, PairwiseTest, Reached, reached,

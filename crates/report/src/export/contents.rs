@@ -2,6 +2,7 @@
 
 use motorfit_core::text::Shortest;
 use motorfit_core::{Error, Result};
+use motorfit_identify::{Identification, ParameterEstimate};
 use motorfit_model::{Model, Role};
 use motorfit_record::Record;
 use serde::Serialize;
@@ -21,6 +22,19 @@ pub struct ExportedParameter {
     pub std_error: Option<f64>,
     /// 95 % confidence interval.
     pub ci95: Option<[f64; 2]>,
+}
+
+impl From<&ParameterEstimate> for ExportedParameter {
+    fn from(e: &ParameterEstimate) -> Self {
+        let name = if e.description.is_empty() { &e.name } else { &e.description };
+        let (symbol, name, unit) = (e.name.clone(), name.clone(), e.unit.clone());
+        Self { symbol, name, value: e.value, unit, std_error: e.std_error, ci95: e.ci95 }
+    }
+}
+
+/// Returns the estimates of a machine; of parameters of single recordings those of the first.
+pub(super) fn first_estimates<M>(found: &Identification<M>) -> Vec<&ParameterEstimate> {
+    found.estimates.iter().filter(|e| e.recording.is_none_or(|n| n == 0)).collect()
 }
 
 /// An identified machine as simulators need it.

@@ -1,39 +1,24 @@
 //! Exported contents of an identification with a user's model.
 
-use super::contents::{Exported, ExportedParameter, effect, files};
+use super::contents::{Exported, ExportedParameter, effect, files, first_estimates};
 use motorfit_core::units::parse_unit;
 use motorfit_evaluate::model::ModelRecording;
-use motorfit_identify::model::{ModelEstimate, ModelIdentification};
-use motorfit_model::Model;
+use motorfit_identify::ParameterEstimate;
+use motorfit_identify::model::ModelIdentification;
 use motorfit_record::Record;
 
 /// Returns what simulators need of an identified model. Parameters of single recordings have the values of the first.
 #[must_use]
-pub fn exported_model(
-    records: &[Record],
-    (model, recordings): (&Model, &[ModelRecording]),
-    found: &ModelIdentification,
-) -> Exported {
-    let own: Vec<&ModelEstimate> = found.estimates.iter().filter(|e| e.recording.is_none_or(|n| n == 0)).collect();
+pub fn exported_model(records: &[Record], recordings: &[ModelRecording], found: &ModelIdentification) -> Exported {
+    let model = &found.model;
+    let own = first_estimates(found);
     // A parameter that is not identifiable has no value: that of the optimum is one of many.
     let value = |name: &str| own.iter().find(|e| e.name == name).and_then(|e| e.value).unwrap_or(f64::NAN);
     let values: Vec<f64> = model.parameters().iter().map(|of| value(&of.name)).collect();
-    let parameter = |e: &ModelEstimate| {
-        let of = model.parameters().iter().find(|of| of.name == e.name);
-        let name = of.map(|of| of.description.clone()).filter(|text| !text.is_empty());
-        ExportedParameter {
-            symbol: e.name.clone(),
-            name: name.unwrap_or_else(|| e.name.clone()),
-            value: e.value,
-            unit: e.unit.clone(),
-            std_error: e.std_error,
-            ci95: e.ci95,
-        }
-    };
     let in_roles = model.parameters_in_roles();
-    let place = |e: &ModelEstimate| model.parameters().iter().position(|of| of.name == e.name);
+    let place = |e: &ParameterEstimate| model.parameters().iter().position(|of| of.name == e.name);
     let outside = own.iter().filter(|e| !place(e).is_some_and(|n| in_roles.contains(&n)));
-    let not_held = outside.map(|e| effect(&parameter(e))).collect();
+    let not_held = outside.map(|e| effect(&ExportedParameter::from(*e))).collect();
     let volt = parse_unit("V").ok().map(|unit| unit.dimension);
     let volts = model.inputs().iter().enumerate().filter(|(_, input)| Some(input.unit.unit.dimension) == volt);
     let magnitudes = volts.flat_map(|(n, input)| {
@@ -46,7 +31,7 @@ pub fn exported_model(
         model: model.clone(),
         initial,
         roles: model.roles(&values),
-        parameters: own.iter().map(|e| parameter(e)).collect(),
+        parameters: own.iter().map(|e| (*e).into()).collect(),
         not_held,
         not_in_equations: Vec::new(),
         records: files(records),

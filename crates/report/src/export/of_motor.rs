@@ -1,10 +1,10 @@
 //! Exported contents of an identification of the DC motor.
 
-use super::contents::{Exported, ExportedParameter, effect, files};
+use super::contents::{Exported, ExportedParameter, effect, files, first_estimates};
 use motorfit_core::Result;
 use motorfit_identify::{Identification, ParameterEstimate};
 use motorfit_model::{BuiltIn, Model, ModelParameter, Role};
-use motorfit_motor::{Parameter, Scope};
+use motorfit_motor::Parameter;
 use motorfit_record::Record;
 
 /// Largest voltage of a drive without a known saturation \[V\].
@@ -15,31 +15,21 @@ const UNLIMITED: f64 = 1e9;
 /// # Errors
 /// Propagates the errors of [`BuiltIn::model`], of which a built-in model has none.
 pub fn exported_motor(records: &[Record], found: &Identification) -> Result<Exported> {
-    let all = found.estimates();
-    let first = |e: &&ParameterEstimate| e.scope == Scope::Shared || e.scope == Scope::Recording(0);
-    let own: Vec<&ParameterEstimate> = all.iter().filter(first).collect();
-    let is_linear = own.iter().all(|e| Parameter::ALL.contains(&e.parameter));
+    let own = first_estimates(found);
+    let is_linear = own.iter().all(|e| Parameter::ALL.iter().any(|p| p.symbol() == e.name));
     let model = if is_linear { BuiltIn::DcMotor } else { BuiltIn::DcExtended }.model()?;
     // A parameter that is not identifiable has no value, as if it were fixed; one that the motor does not have has no effect.
     let value = |p: &ModelParameter| {
-        let found = own.iter().find(|e| e.parameter.symbol() == p.name);
+        let found = own.iter().find(|e| e.name == p.name);
         found.map_or_else(|| usual(p), |e| e.value.unwrap_or(f64::NAN))
     };
     let values: Vec<f64> = model.parameters().iter().map(value).collect();
     let roles = roles(&model, &values);
     let in_roles = model.parameters_in_roles();
-    let place = |e: &ParameterEstimate| model.parameters().iter().position(|p| p.name == e.parameter.symbol());
-    let parameter = |e: &ParameterEstimate| ExportedParameter {
-        symbol: e.parameter.symbol().to_owned(),
-        name: e.parameter.name().to_owned(),
-        value: e.value,
-        unit: e.parameter.unit().to_owned(),
-        std_error: e.std_error,
-        ci95: e.ci95,
-    };
+    let place = |e: &ParameterEstimate| model.parameters().iter().position(|p| p.name == e.name);
     let effects = |is_held: &dyn Fn(usize) -> bool| -> Vec<String> {
         let others = own.iter().filter(|e| !place(e).is_some_and(is_held));
-        others.map(|e| effect(&parameter(e))).collect()
+        others.map(|e| effect(&ExportedParameter::from(*e))).collect()
     };
     let (not_held, not_in_equations) = (effects(&|n| in_roles.contains(&n)), effects(&|_| true));
     let voltages = records.iter().flat_map(|record| &record.samples().voltage).map(|voltage| voltage.abs());
@@ -48,7 +38,7 @@ pub fn exported_motor(records: &[Record], found: &Identification) -> Result<Expo
         title: "DC motor".to_owned(),
         initial,
         roles,
-        parameters: own.iter().map(|e| parameter(e)).collect(),
+        parameters: own.iter().map(|e| (*e).into()).collect(),
         not_held,
         not_in_equations,
         records: files(records),

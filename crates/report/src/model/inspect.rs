@@ -1,11 +1,11 @@
 //! Facts of the signals of a model in a recording.
 
-use super::document::integration;
 use crate::inspect::SignalStatistics;
 use crate::spelling::command_line;
 use motorfit_core::Result;
 use motorfit_evaluate::model::ModelRecording;
-use motorfit_identify::model::{ModelEstimate, ModelIdentification};
+use motorfit_identify::ParameterEstimate;
+use motorfit_identify::model::{ModelIdentification, integration};
 use motorfit_model::Model;
 use motorfit_record::Record;
 use serde::Serialize;
@@ -61,7 +61,7 @@ pub fn model_inspect_document(
     document["integration"] = found.as_ref().map_or(Value::Null, |found| integration(&found.method));
     document["identifiability"] = match found {
         Ok(found) => {
-            let error = |e: &ModelEstimate| {
+            let error = |e: &ParameterEstimate| {
                 let relative = e.std_error.zip(e.value).map(|(error, value)| (error / value).abs());
                 (e.name.clone(), json!(relative.filter(|value| value.is_finite())))
             };

@@ -9,13 +9,11 @@ mod mathml;
 #[cfg(feature = "pages")]
 mod page;
 
-#[cfg(feature = "pages")]
-pub(super) use document::integration;
-pub use document::{model_check_document, model_costs_document, model_document};
+pub use document::{model_check_document, model_costs_document};
 pub use inspect::{ModelSignalFacts, model_inspect_document};
 #[cfg(feature = "pages")]
 pub use inspect_page::{ModelInspection, model_inspect_page};
 #[cfg(feature = "pages")]
-pub(super) use page::{model_chart, model_correlations};
+pub(super) use page::equations;
 #[cfg(feature = "pages")]
-pub use page::{model_check_page, model_figure, model_page};
+pub use page::model_check_page;

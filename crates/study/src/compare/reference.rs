@@ -36,7 +36,7 @@ impl Reference {
     #[must_use]
     pub fn is_unidentified(&self, name: &str) -> bool {
         match self {
-            Self::Motor(found) => found.estimates().iter().any(|e| e.name() == name && e.value.is_none()),
+            Self::Motor(found) => found.estimates.iter().any(|e| e.label() == name && e.value.is_none()),
             Self::Model(found) => found.estimates.iter().any(|e| e.label() == name && e.value.is_none()),
         }
     }

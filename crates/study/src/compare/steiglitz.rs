@@ -82,7 +82,7 @@ fn noiseless(
         return Ok(Some((first.clone(), noise_of(first, Noise::Decibels(spec.noise_db)))));
     }
     let Some(found) = reference else { return Ok(None) };
-    let [Some(current), Some(speed)] = found.residual_sigma else { return Ok(None) };
+    let [Some(current), Some(speed)] = found.residual_sigma[..] else { return Ok(None) };
     if found.initial.first().is_some_and(|state| state.iter().any(|v| *v != 0.0)) {
         return Ok(None);
     }

@@ -9,7 +9,7 @@ use motorfit_evaluate::criterion::Noise;
 use motorfit_evaluate::experiment::{noise_of, white_noise, with_noise};
 use motorfit_evaluate::model::ModelRecording;
 use motorfit_identify::analysis::{split, warnings_of_records};
-use motorfit_identify::{Diagnosed, Identification, IdentifySpec, needs_voltage, validate};
+use motorfit_identify::{DcMotor, Diagnosed, Identification, IdentifySpec, needs_voltage, validate};
 use motorfit_record::warning::Warning;
 use motorfit_record::{Reading, Record};
 use sha2::{Digest as _, Sha256};
@@ -60,7 +60,8 @@ impl Recordings {
             return Ok(found);
         }
         let validation = validate(&self.held_out, spec, &found)?;
-        Ok(Identification { validation: Some(validation), ..found })
+        let machine = DcMotor { validation: Some(validation), ..found.machine };
+        Ok(Identification { machine, ..found })
     }
 }
 

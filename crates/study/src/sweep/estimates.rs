@@ -1,8 +1,6 @@
 //! Estimates of a run by the names of parameters, as they are stored on its line: of the DC motor or of a user's model.
 
-use motorfit_identify::model::{ModelEstimate, ModelIdentification};
-use motorfit_identify::{Identification, ParameterEstimate};
-use motorfit_model::Model;
+use motorfit_identify::{Identification, Output, ParameterEstimate};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value, json};
@@ -36,24 +34,12 @@ pub struct RunEstimates {
 
 impl From<&ParameterEstimate> for RunEstimate {
     fn from(e: &ParameterEstimate) -> Self {
-        Self { name: e.name(), value: e.value, std_error: e.std_error, ci95: e.ci95, at_bound: e.at_bound }
-    }
-}
-
-impl From<&ModelEstimate> for RunEstimate {
-    fn from(e: &ModelEstimate) -> Self {
         Self { name: e.label(), value: e.value, std_error: e.std_error, ci95: e.ci95, at_bound: e.at_bound }
     }
 }
 
-impl From<&Identification> for RunEstimates {
-    fn from(found: &Identification) -> Self {
-        Self { list: found.estimates().iter().map(Into::into).collect(), polished: found.uncertainty.is_some() }
-    }
-}
-
-impl From<&ModelIdentification> for RunEstimates {
-    fn from(found: &ModelIdentification) -> Self {
+impl<M> From<&Identification<M>> for RunEstimates {
+    fn from(found: &Identification<M>) -> Self {
         Self { list: found.estimates.iter().map(Into::into).collect(), polished: found.uncertainty.is_some() }
     }
 }
@@ -117,14 +103,9 @@ impl<'de> Deserialize<'de> for RunEstimates {
 pub struct OutputFits(pub Vec<(String, Option<f64>)>);
 
 impl OutputFits {
-    /// Returns the fits of current and speed.
-    pub(super) fn of_motor([current, speed]: [Option<f64>; 2]) -> Self {
-        Self(vec![("current".to_owned(), current), ("speed".to_owned(), speed)])
-    }
-
-    /// Returns the fits of the outputs of a model.
-    pub(super) fn of_model(model: &Model, fits: &[Option<f64>]) -> Self {
-        Self(model.outputs().iter().zip(fits).map(|(output, fit)| (output.name.clone(), *fit)).collect())
+    /// Returns the fits of outputs.
+    pub(super) fn new(outputs: &[Output], fits: &[Option<f64>]) -> Self {
+        Self(outputs.iter().zip(fits).map(|(output, fit)| (output.name.clone(), *fit)).collect())
     }
 
     /// Returns the fit of an output; `None` if it was not measured or there is no such output.

@@ -86,7 +86,7 @@ impl<'a> Fits<'a> {
         let [fitted, held_out] = of_model(&recordings, level, (noise, self.dataset.seed))?;
         let mut found = identify_model(&level.model, &fitted, &spec, &mut |_| ControlFlow::Continue(()))?;
         hold_out_model(&level.model, &mut found, &fitted, &held_out, &spec)?;
-        Ok(Outcome::of_model(&level.model, &found))
+        Ok(Outcome::of_model(&found))
     }
 
     /// Returns the Steiglitz–McBride estimate after the polish, with its cost in the criterion of the run.

@@ -9,7 +9,6 @@ use motorfit_core::Error;
 use motorfit_core::text::{hexadecimal, printable_json};
 use motorfit_identify::Identification;
 use motorfit_identify::model::ModelIdentification;
-use motorfit_model::Model;
 use motorfit_optimize::Stop;
 use motorfit_record::Severity;
 use motorfit_record::warning::Warning;
@@ -106,16 +105,14 @@ impl Outcome {
         Self { device: "cpu", precision: "f64", error, ..Self::default() }
     }
 
-    /// Creates the outcome of an identification.
-    #[must_use]
-    pub fn of(found: &Identification) -> Self {
-        let held_out = found.validation.as_ref();
+    /// Creates the outcome of an identification; `held_out` are the fits of held-out recordings, if there are any.
+    fn new<M>(found: &Identification<M>, held_out: Option<&[Option<f64>]>) -> Self {
+        let fits = |fits: &[Option<f64>]| OutputFits::new(&found.outputs, fits);
         Self {
             estimates: Some(found.into()),
             cost: Some(found.cost).filter(|cost| cost.is_finite()),
-            fit_percent: Some(OutputFits::of_motor(found.fit_percent)),
-            validation: held_out
-                .map(|validation| HeldOutFit { fit_percent: OutputFits::of_motor(validation.fit_percent) }),
+            fit_percent: Some(fits(&found.fit_percent)),
+            validation: held_out.map(|of| HeldOutFit { fit_percent: fits(of) }),
             evaluations: found.evaluations,
             stop: Some(found.stop),
             device: found.device.kind,
@@ -126,24 +123,16 @@ impl Outcome {
         }
     }
 
+    /// Creates the outcome of an identification of the DC motor.
+    #[must_use]
+    pub fn of(found: &Identification) -> Self {
+        Self::new(found, found.validation.as_ref().map(|of| &of.fit_percent[..]))
+    }
+
     /// Creates the outcome of an identification with a model.
     #[must_use]
-    pub fn of_model(model: &Model, found: &ModelIdentification) -> Self {
-        let held_out = (!found.held_out.is_empty())
-            .then(|| HeldOutFit { fit_percent: OutputFits::of_model(model, &found.held_out_percent) });
-        Self {
-            estimates: Some(found.into()),
-            cost: Some(found.cost).filter(|cost| cost.is_finite()),
-            fit_percent: Some(OutputFits::of_model(model, &found.fit_percent)),
-            validation: held_out,
-            evaluations: found.evaluations,
-            stop: Some(found.stop),
-            device: found.device.kind,
-            precision: found.device.precision,
-            warnings: codes(&found.warnings),
-            trust: Some((&found.trust).into()),
-            error: None,
-        }
+    pub fn of_model(found: &ModelIdentification) -> Self {
+        Self::new(found, Some(&found.held_out_percent[..]).filter(|fits| !fits.is_empty()))
     }
 
     /// Returns the name of the stopping criterion on the line.
