@@ -53,8 +53,7 @@ mod unidentified;
 mod verify;
 mod warnings;
 
-pub use batch_costs::BatchCosts;
-pub use batch_costs::estimated_space;
+pub use batch_costs::{BatchCosts, estimated_space, search_problem};
 pub use current_driven::needs_voltage;
 pub use estimates::ParameterEstimate;
 pub use fit::{Diagnosed, PreparedSearch, SearchRun, fit_on, has_all_channels, with_cost_on};

@@ -2,8 +2,8 @@
 
 pub(super) mod args;
 mod check;
-pub(super) mod evaluate;
 pub(super) mod identify;
+pub(super) mod inputs;
 pub(super) mod inspect;
 pub(super) mod simulate;
 

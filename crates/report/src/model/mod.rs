@@ -11,7 +11,7 @@ mod page;
 
 #[cfg(feature = "pages")]
 pub(super) use document::integration;
-pub use document::{model_check_document, model_costs_document, model_document};
+pub use document::{model_check_document, model_document};
 pub use inspect::{ModelSignalFacts, model_inspect_document};
 #[cfg(feature = "pages")]
 pub use inspect_page::{ModelInspection, model_inspect_page};
