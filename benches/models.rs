@@ -92,10 +92,7 @@ fn compared(mut own: impl FnMut(), mut other: impl FnMut()) -> (f64, f64) {
 /// Returns the largest number of multiply–adds per second of one core, as `motorfit bench` measures it.
 fn peak() -> Option<f64> {
     let spec = ThroughputSpec { populations: vec![64], samples: vec![16], budget_s: 0.05 }.checked().ok()?;
-    let subject = motorfit::study::BenchSubject::Motor;
-    throughput((&spec, &subject), contenders(1, false, true).ok()?, &mut |_, _| ControlFlow::Continue(()))
-        .ok()?
-        .fma_peak
+    throughput(&spec, contenders(1, false, true).ok()?, &mut |_, _| ControlFlow::Continue(())).ok()?.fma_peak
 }
 
 fn steps(time_s: f64) -> String {

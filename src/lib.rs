@@ -125,14 +125,14 @@ pub mod evaluate {
     //! recordings are evaluated in one call.
 
     pub use motorfit_evaluate::{
-        Batch, Evaluator, Group, Initial, Level, Model, Pending, PoleTables, Problem, Run, Scalar, Signals, Simd,
-        cpu_name, fma_loop, model,
+        Batch, CandidateValue, Evaluator, Group, Initial, Level, Model, Pending, PoleTables, Problem, Run, Scalar,
+        SearchProblem, Signals, Simd, cpu_name, fma_loop, model,
     };
     /// Evaluation by compute shaders.
     #[cfg(feature = "shaders")]
     pub mod gpu {
         #[cfg(feature = "gpu")]
-        pub use motorfit_gpu::{AdapterFacts, Gpu, ModelGpu, Selector, list};
+        pub use motorfit_gpu::{AdapterFacts, Gpu, Selector, list};
         pub use motorfit_gpu::{
             BufferBinding, BufferKind, Fetch, LANES, Precision, ShaderFeatures, Submission, UNIFORM_BYTES, Variant,
             assemble,
@@ -161,9 +161,8 @@ pub mod device {
     //! Devices: selection of the CPU or a GPU for a search, measured throughput, and evaluation of searches batch by batch.
 
     pub use motorfit_identify::device::{
-        AdapterThroughput, BatchSearchEvaluator, DeviceSettings, DeviceSpec, DeviceUsed, EvaluatorSpec, LIMITS,
-        ModelDevice, OnLoss, PrecisionSpec, THREADS_MAX, ThroughputCurve, ThroughputProfile, Work, check_threads,
-        with_threads,
+        AdapterThroughput, BatchSearchEvaluator, DeviceSettings, DeviceSpec, DeviceUsed, EvaluatorSpec, LIMITS, OnLoss,
+        PrecisionSpec, THREADS_MAX, ThroughputCurve, ThroughputProfile, Work, check_threads, with_threads,
     };
 }
 
@@ -196,7 +195,7 @@ pub mod identify {
         Inspection, Keys, LeftOut, LikelihoodPoint, LikelihoodProfile, Machine, Method, Output, ParameterEstimate,
         Polish, PreparedSearch, REASONS, SearchOutcome, SearchRun, SelectionStep, Status, Trust, TrustLevel,
         TrustReason, Verification, fit_on, has_all_channels, hold_out, identify, identify_with, likelihood_profiles,
-        mechanism, model, needs_voltage, validate, verify_at, with_cost_on,
+        mechanism, model, needs_voltage, search_problem, validate, verify_at, with_cost_on,
     };
 }
 
@@ -204,9 +203,8 @@ pub mod study {
     //! Studies of many runs: comparisons of methods, sweeps, cost maps, and the throughput of evaluators.
 
     pub use motorfit_study::{
-        BenchSubject, Contender, Contenders, Control, CostMap, Crossover, MapParameter, Measurement, Throughput,
-        ThroughputSpec, compare, contenders, cost_map, limits, model_contenders, model_cost_map, suite, sweep,
-        throughput,
+        Contender, Contenders, Control, CostMap, Crossover, MapParameter, Measurement, Throughput, ThroughputSpec,
+        compare, contenders, cost_map, limits, model_contenders, model_cost_map, suite, sweep, throughput,
     };
 }
 
@@ -225,7 +223,7 @@ pub mod report {
         Recorded, RecordedInput, RecordedOutput, Requested, Shown, SignalFacts, SignalStatistics, bench_document,
         characteristics_lines, columns_csv, command_line, curves_csv, devices_document, error_document, exported_model,
         exported_motor, identify_document, inspect_document, json, likelihood_document, mechanism_code,
-        mechanism_document, mechanism_lines, mechanism_selection, model_check_document, model_costs_document,
-        model_inspect_document, noise_floor_text, signals_csv, verdict, verdicts,
+        mechanism_document, mechanism_lines, mechanism_selection, model_check_document, model_inspect_document,
+        noise_floor_text, signals_csv, verdict, verdicts,
     };
 }

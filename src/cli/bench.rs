@@ -8,8 +8,7 @@ use motorfit::numeric::count;
 use motorfit::optimize::Progress;
 use motorfit::report::{AxisScale, Chart, Form, Panel, Series, bench_document};
 use motorfit::study::{
-    BenchSubject, Contender, Crossover, Measurement, Throughput, ThroughputSpec, contenders, model_contenders,
-    throughput,
+    Contender, Crossover, Measurement, Throughput, ThroughputSpec, contenders, model_contenders, throughput,
 };
 
 pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
@@ -19,22 +18,19 @@ pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
         ThroughputSpec { populations: args.populations.clone(), samples: args.samples.clone(), budget_s: args.seconds }
             .checked()?;
     let model = args.model.model.as_deref().map(Model::open).transpose()?;
-    let contenders = match &model {
-        None => contenders(threads, !args.no_gpu, args.plain)?,
-        Some(_) if args.plain => {
-            return Err(Error::usage("--plain is a form of the DC motor", "Leave it out with --model."));
-        }
-        Some(model) => model_contenders(model, threads, !args.no_gpu)?,
-    };
-    let is_of_motor = model.is_none();
-    let subject = model.map_or(BenchSubject::Motor, |model| BenchSubject::Model(Box::new(model)));
+    if model.is_some() && args.plain {
+        return Err(Error::usage("--plain is a form of the DC motor", "Leave it out with --model."));
+    }
     let mut observe = progress::reporter(style, "case");
-    let result = throughput((&spec, &subject), contenders, &mut |done, all| {
+    let mut look = |done, all| {
         observe(&Progress { generation: done, generations: all, evaluations: done as u64, cost: f64::NAN });
         signals::interrupted()
-    });
+    };
+    let result = match &model {
+        None => throughput(&spec, contenders(threads, !args.no_gpu, args.plain)?, &mut look)?,
+        Some(model) => throughput(&spec, model_contenders(model, threads, !args.no_gpu)?, &mut look)?,
+    };
     drop(observe);
-    let result = result?;
     for refused in &result.refused {
         style.note(&format!("not measured: {refused}"));
     }
@@ -42,7 +38,7 @@ pub(super) fn run(args: &BenchArgs, style: &Style) -> Result<Outcome> {
     show(&text)?;
     if result.interrupted {
         style.note("interrupted: the result has only the measurements made so far");
-    } else if !args.no_gpu && !args.no_keep && is_of_motor {
+    } else if !args.no_gpu && !args.no_keep && model.is_none() {
         keep(&spec, &result, style);
     }
     if let Some(path) = &args.svg {

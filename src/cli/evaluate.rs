@@ -1,24 +1,32 @@
-//! The command `evaluate`: costs of candidates from a file or a sample.
+//! The command `evaluate`: costs of candidates from a file or a sample, for the DC motor or a user's model.
 
 use super::args::EvaluateArgs;
-use super::candidates::{Sampled, Source};
 use super::evaluation::{BATCH_MAX, evaluate, sample};
+use super::model::inputs::ModelInputs;
 use super::prelude::*;
 use motorfit::identify::BatchCosts;
-use motorfit::optimize::{Sample, Sampling};
+use motorfit::optimize::Sampling;
 
 pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
-    if let Some(model) = &args.model.model {
-        return super::model::evaluate::run(args, model, style);
+    let model = args.model.model.as_deref();
+    if args.profile {
+        if model.is_some() {
+            let hint = "Leave --profile out, or identify the model: its result has the standard errors.";
+            return Err(Error::usage("--profile serves the DC motor only, not a model", hint));
+        }
+        return super::profile::run(args, style);
     }
     if let Some(slice) = &args.slice {
         return super::slice::run(args, slice, style);
     }
-    if args.profile {
-        return super::profile::run(args, style);
+    let sampled = sample(args)?;
+    if let Some(path) = model {
+        let ModelInputs { model, spec, records, recordings, threads } = ModelInputs::new(args, path)?;
+        return with_threads(threads, || {
+            evaluate(args, &records, BatchCosts::of_model(&model, recordings, &spec)?, sampled, style)
+        });
     }
     let mut spec = inputs::spec(&args.problem, &args.device, style)?;
-    let sampled = sample(args)?;
     let records = inputs::records(&args.recordings.records, &args.recordings.reading.0.and(&args.problem.0))?;
     // The choice of a device depends on the numbers of candidates per batch and in total. For a file the total is a guess.
     let axes = u32::try_from(spec.space.free().len()).unwrap_or(u32::MAX);
@@ -32,12 +40,5 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     spec.generations = expected.div_ceil(spec.population);
     // Costs of given candidates do not depend on their number.
     let spec = if sampled.is_none() { spec.by_kernel() } else { spec };
-    with_threads(spec.threads, || {
-        let costs = BatchCosts::new(&records, &spec)?;
-        let bounds = || costs.problem().space().bounds();
-        let sampled =
-            sampled.map(|(sampling, number)| Sample::new(sampling, number, bounds(), args.seed)).transpose()?;
-        let source = sampled.map(|sample| Box::new(Sampled(sample, 0)) as Box<dyn Source>);
-        evaluate(args, &records, Box::new(costs), source, style)
-    })
+    with_threads(spec.threads, || evaluate(args, &records, BatchCosts::new(&records, &spec)?, sampled, style))
 }

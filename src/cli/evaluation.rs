@@ -1,18 +1,15 @@
 //! Costs of candidates from a file or a sample, streamed in batches, for a motor or a model.
 
 use super::args::EvaluateArgs;
-use super::candidates::{self, Source, sampling};
+use super::candidates::{self, Sampled, Source, sampling};
 use super::output::is_read;
 use super::prelude::*;
 use motorfit::candidates::Candidates;
-use motorfit::device::DeviceUsed;
 use motorfit::identify::BatchCosts;
 use motorfit::numeric::count_u64;
 use motorfit::optimize::{Progress, Sampling};
 use motorfit::record::Record;
 use motorfit::report::EvaluateDocument;
-use motorfit::warning::Warning;
-use serde_json::Value;
 use std::time::{Duration, Instant};
 
 /// Largest number of candidate-steps in one batch: some hundredths of a second, so that progress and Ctrl-C are prompt.
@@ -32,71 +29,18 @@ pub(super) fn sample(args: &EvaluateArgs) -> Result<Option<(Sampling, u64)>> {
 pub(super) fn evaluate(
     args: &EvaluateArgs,
     records: &[Record],
-    costs: Box<dyn Costs>,
-    sampled: Option<Box<dyn Source>>,
+    costs: BatchCosts,
+    sampled: Option<(Sampling, u64)>,
     style: &Style,
 ) -> Result<Outcome> {
     style.warnings(costs.warnings());
-    let names = costs.names();
-    let source = match sampled {
-        Some(sampled) => sampled,
+    let names = costs.problem().names();
+    let source: Box<dyn Source> = match sampled {
+        Some((sampling, number)) => Box::new(Sampled::new(sampling, number, costs.problem().axes(), args.seed)?),
         None => candidates::file(args.candidates.as_deref().unwrap_or(Path::new("-")), &names)?,
     };
     let top = args.top.or(args.json.then_some(10));
     Evaluation { args, style, names, costs, source, top }.run(records)
-}
-
-/// Costs of candidates of a motor, or of a model.
-pub(super) trait Costs {
-    /// Returns the names of the free parameters.
-    fn names(&self) -> Vec<String>;
-
-    /// Returns the work of a candidate by which batches are sized, in steps of the kernel on the CPU.
-    fn steps(&self) -> usize;
-
-    /// Submits candidates; a device may compute their costs until they are asked for.
-    fn begin(&mut self, values: &[f64]) -> Result<()>;
-
-    /// Returns the costs of the oldest candidates that were submitted.
-    fn finish(&mut self, values: &[f64], costs: &mut [f64]) -> Result<()>;
-
-    /// Returns the device.
-    fn device(&self) -> DeviceUsed;
-
-    fn warnings(&self) -> &[Warning];
-
-    /// Returns the JSON document with the best candidates.
-    fn document(&self, document: &EvaluateDocument, records: &[Record], best: &[(f64, &[f64])]) -> Value;
-}
-
-impl Costs for BatchCosts {
-    fn names(&self) -> Vec<String> {
-        self.problem().space().free().iter().map(|axis| axis.scope.name(axis.parameter)).collect()
-    }
-
-    fn steps(&self) -> usize {
-        Self::steps(self)
-    }
-
-    fn begin(&mut self, values: &[f64]) -> Result<()> {
-        Self::begin(self, values)
-    }
-
-    fn finish(&mut self, values: &[f64], costs: &mut [f64]) -> Result<()> {
-        Self::finish(self, values, costs)
-    }
-
-    fn device(&self) -> DeviceUsed {
-        Self::device(self)
-    }
-
-    fn warnings(&self) -> &[Warning] {
-        Self::warnings(self)
-    }
-
-    fn document(&self, document: &EvaluateDocument, records: &[Record], best: &[(f64, &[f64])]) -> Value {
-        document.of(records, self, best.iter().copied())
-    }
 }
 
 fn batch(samples: usize) -> usize {
@@ -110,7 +54,7 @@ struct Evaluation<'a> {
     args: &'a EvaluateArgs,
     style: &'a Style,
     names: Vec<String>,
-    costs: Box<dyn Costs>,
+    costs: BatchCosts,
     source: Box<dyn Source>,
     /// Number of best candidates that are printed in place of all.
     top: Option<usize>,
@@ -210,9 +154,9 @@ impl Evaluation<'_> {
     fn show_best(&self, records: &[Record], evaluated: &Evaluated, seconds: f64) -> Result<()> {
         let Evaluated { count: candidates, is_interrupted: interrupted, ref best, .. } = *evaluated;
         if self.args.json {
-            let best: Vec<(f64, &[f64])> = best.iter().map(|(cost, _, values)| (*cost, values.as_slice())).collect();
+            let best = best.iter().map(|(cost, _, values)| (*cost, values.as_slice()));
             let document = EvaluateDocument { interrupted, candidates, seconds };
-            data(&json(&self.costs.document(&document, records, &best)))?;
+            data(&json(&document.of(records, &self.costs, best)))?;
         } else if self.top.is_some() {
             let table: Vec<f64> = best.iter().flat_map(|(_, _, values)| values.iter().copied()).collect();
             let costs: Vec<f64> = best.iter().map(|(cost, ..)| *cost).collect();

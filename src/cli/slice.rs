@@ -1,16 +1,23 @@
 //! The command `evaluate --slice`: a map of the cost over two parameters, as CSV and as a heat map.
 
 use super::args::EvaluateArgs;
+use super::model::inputs::ModelInputs;
 use super::prelude::*;
 use motorfit::criterion::Criterion;
 use motorfit::motor::Parameter;
 use motorfit::report::{Map, heat_map};
-use motorfit::study::{CostMap, MapParameter, cost_map};
+use motorfit::study::{CostMap, MapParameter, cost_map, model_cost_map};
 
 /// Default number of points per axis.
 const SIDE: usize = 101;
 
 pub(super) fn run(args: &EvaluateArgs, slice: &str, style: &Style) -> Result<Outcome> {
+    if let Some(path) = &args.model.model {
+        let ModelInputs { model, spec, recordings, threads, .. } = ModelInputs::new(args, path)?;
+        let (names, side) = (names(slice)?, side(args)?);
+        let map = with_threads(threads, || model_cost_map((&model, &recordings), &spec, names, side))?;
+        return shown(args, &map, &spec.criterion, style);
+    }
     let spec = inputs::spec(&args.problem, &args.device, style)?;
     let [first, second] = names(slice)?;
     let parameters: [Parameter; 2] = [first.parse()?, second.parse()?];
@@ -21,7 +28,7 @@ pub(super) fn run(args: &EvaluateArgs, slice: &str, style: &Style) -> Result<Out
 }
 
 /// Returns the names of the two parameters of a slice.
-pub(super) fn names(slice: &str) -> Result<[&str; 2]> {
+fn names(slice: &str) -> Result<[&str; 2]> {
     let names: Vec<&str> = slice.split(',').map(str::trim).collect();
     names[..].try_into().map_err(|_| {
         let message = format!("--slice: \"{}\" is not two parameters", excerpt(slice));
@@ -30,7 +37,7 @@ pub(super) fn names(slice: &str) -> Result<[&str; 2]> {
 }
 
 /// Returns the number of points per axis.
-pub(super) fn side(args: &EvaluateArgs) -> Result<usize> {
+fn side(args: &EvaluateArgs) -> Result<usize> {
     let Some(sample) = args.sample.as_deref() else { return Ok(SIDE) };
     sample.strip_prefix("grid:").and_then(|number| number.parse().ok()).ok_or_else(|| {
         let message = format!("--slice takes --sample grid:N, not \"{}\"", excerpt(sample));
@@ -39,7 +46,7 @@ pub(super) fn side(args: &EvaluateArgs) -> Result<usize> {
 }
 
 /// Writes a map as CSV, or as a heat map.
-pub(super) fn shown(args: &EvaluateArgs, map: &CostMap, criterion: &Criterion, style: &Style) -> Result<Outcome> {
+fn shown(args: &EvaluateArgs, map: &CostMap, criterion: &Criterion, style: &Style) -> Result<Outcome> {
     style.warnings(&map.warnings);
     if let Some(path) = &args.svg {
         out::write_file(path, &svg(map, criterion))?;

@@ -8,7 +8,7 @@ use crate::support::varied::{self, log_uniform, noisy, numbers, voltage};
 use motorfit::estimate::{ReferenceKind, RefineOptions, Refined, refine};
 use motorfit::experiment::{Excitation, simulated};
 use motorfit::identify::{
-    BatchCosts, Identifiability, Identification, IdentifySpec, Inspection, Method, Status, identify, verify_at,
+    Identifiability, Identification, IdentifySpec, Inspection, Method, Status, identify, search_problem, verify_at,
 };
 use motorfit::motor::{Discretization, Extended, Extension, Parameter, Parameters, Space, With};
 use motorfit::optimize::GwoOptions;
@@ -245,8 +245,8 @@ fn bounds_of_a_search_follow_the_estimate_on_resampled_copies() {
     for seed in 0..6 {
         let case = Case::new(seed, 0.2, 1000);
         let spec = IdentifySpec { method: Method::from(GwoOptions::default()), ..IdentifySpec::default() };
-        let costs = BatchCosts::new(&[case.record(1, &case.motor)], &spec).unwrap();
-        for axis in costs.problem().space().free() {
+        let problem = search_problem(&[case.record(1, &case.motor)], &spec).unwrap();
+        for axis in problem.space().free() {
             let truth = case.motor.get(axis.parameter);
             // The bounds are a decade to each side of an estimate whose error is below 20 %.
             let off = (axis.min / (0.1 * truth)).ln().abs().max((axis.max / (10.0 * truth)).ln().abs());

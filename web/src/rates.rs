@@ -9,7 +9,7 @@ use motorfit::Result;
 use motorfit::candidates::Candidates;
 use motorfit::evaluate::gpu::Submission;
 use motorfit::evaluate::{Batch, Evaluator, Group, Pending, Problem, Simd};
-use motorfit::identify::BatchCosts;
+use motorfit::identify::search_problem;
 use motorfit::optimize::{Sample, Sampling};
 use std::sync::Arc;
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -102,7 +102,7 @@ impl Rates {
     fn of(bench: &mut Workbench, settings: &str, count: u32) -> Result<Self> {
         let settings = Settings::of(settings)?;
         let (records, spec) = bench.problem(&settings)?;
-        let problem = BatchCosts::new(records, &spec)?.problem().clone();
+        let problem = Arc::new(search_problem(records, &spec)?);
         let sample = Sample::new(Sampling::LatinHypercube, count.into(), problem.space().bounds(), spec.seed)?;
         let shared = Shared::default();
         let evaluator = ByPage(shared.clone());

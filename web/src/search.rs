@@ -9,7 +9,7 @@ use motorfit::Result;
 use motorfit::candidates::Candidates;
 use motorfit::device::BatchSearchEvaluator;
 use motorfit::evaluate::{Problem, Simd};
-use motorfit::identify::BatchCosts;
+use motorfit::identify::search_problem;
 use motorfit::motor::Axis;
 use motorfit::optimize::{Evaluate, LocalOptimum, Optimizer, SearchSettings};
 use serde_json::json;
@@ -97,7 +97,7 @@ impl Search {
     fn begin(bench: &mut Workbench, settings: &str, on_gpu: bool) -> Result<Self> {
         let settings = Settings::of(settings)?;
         let (records, spec) = bench.problem(&settings)?;
-        let problem = BatchCosts::new(records, &spec)?.problem().clone();
+        let problem = Arc::new(search_problem(records, &spec)?);
         let (bounds, coordinates) = (problem.space().bounds(), spec.method.coordinates());
         let (population, generations, seed) = (spec.population, spec.generations, spec.seed);
         let setup = SearchSettings { bounds, population, generations, seed, coordinates, ..SearchSettings::default() };

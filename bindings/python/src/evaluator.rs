@@ -8,8 +8,6 @@ use crate::pool::{Pool, on_all};
 use crate::reading::several;
 use crate::spec::{self, Keywords};
 use motorfit::device::{DeviceUsed, with_threads};
-use motorfit::evaluate::Simd;
-use motorfit::identify::model::ModelCosts;
 use motorfit::identify::{BatchCosts, IdentifySpec};
 use motorfit::setting::Setting;
 use motorfit::settings::{DEVICE, PROBLEM};
@@ -47,7 +45,7 @@ use std::sync::Mutex;
 /// Calls from several threads are serialized. An evaluator can be pickled, with its recordings.
 #[pyclass(frozen, module = "motorfit")]
 pub struct Evaluator {
-    costs: Mutex<Costs>,
+    costs: Mutex<BatchCosts>,
     lock: ExclusiveLock,
     /// Buffer of the candidates, reused by the next call.
     buffer: Mutex<Vec<f64>>,
@@ -79,28 +77,43 @@ impl Evaluator {
         settings: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let keys = Keywords::new(py, settings, &spec::keywords(&[&PROBLEM, &DEVICE]))?;
-        if let Some(model) = model {
-            return Self::of_model(py, model, records, (&keys, settings));
-        }
-        let records = several(records)?;
-        let spec = spec::problem(&keys, &records)?;
-        // A caller's optimizer may take differences of costs, which tables do not compute to the last digits.
-        let spec = IdentifySpec { population, generations: 1, ..spec.by_kernel() };
-        let costs = on_all(py, || with_threads(spec.threads, || BatchCosts::new(&records, &spec)))?.raise(py)?;
-        let free = costs.problem().space().free();
-        let of = PyTuple::new(py, records.iter().cloned().map(crate::record::Record))?;
-        let keywords = copied(py, settings)?;
-        keywords.set_item("population", population)?;
+        let keywords = settings.map_or_else(|| Ok(PyDict::new(py)), |settings| settings.copy())?;
+        let (records, costs, threads) = match model {
+            Some(model) => {
+                let given = keys.given(&[&PROBLEM, &DEVICE])?;
+                let spec = motorfit::settings::model_spec(&given).map_err(motorfit::Error::from).raise(py)?;
+                let threads = given.count(Setting::Threads);
+                let (records, recordings) = model.get().recordings(records)?;
+                let own = &model.get().0;
+                keywords.set_item("model", model)?;
+                (
+                    records,
+                    on_all(py, || with_threads(threads, || BatchCosts::of_model(own, recordings, &spec)))?,
+                    threads,
+                )
+            }
+            None => {
+                let records = several(records)?;
+                let spec = spec::problem(&keys, &records)?;
+                // A caller's optimizer may take differences of costs, which tables do not compute to the last digits.
+                let spec = IdentifySpec { population, generations: 1, ..spec.by_kernel() };
+                keywords.set_item("population", population)?;
+                let costs = on_all(py, || with_threads(spec.threads, || BatchCosts::new(&records, &spec)))?;
+                (records, costs, spec.threads)
+            }
+        };
+        let costs = costs.raise(py)?;
+        let of = PyTuple::new(py, records.into_iter().map(crate::record::Record))?;
         Ok(Self {
-            names: free.iter().map(|axis| axis.scope.name(axis.parameter)).collect(),
-            bounds: free.iter().map(|axis| (axis.min, axis.max)).collect(),
+            names: costs.problem().names(),
+            bounds: costs.problem().bounds(),
             steps: costs.steps(),
             device: costs.device(),
-            costs: Mutex::new(Costs::Motor(Box::new(costs))),
+            costs: Mutex::new(costs),
             lock: ExclusiveLock::default(),
             buffer: Mutex::new(Vec::new()),
-            threads: spec.threads,
-            pool: Pool::new(spec.threads),
+            threads,
+            pool: Pool::new(threads),
             process: std::process::id(),
             arguments: (of.unbind(), keywords.unbind()),
         })
@@ -182,67 +195,7 @@ impl Evaluator {
     }
 }
 
-/// Costs of a motor, or of a model.
-enum Costs {
-    Motor(Box<BatchCosts>),
-    Model(Box<ModelCosts>),
-}
-
-impl Costs {
-    fn evaluate(&mut self, values: &[f64], costs: &mut [f64]) -> motorfit::Result<()> {
-        match self {
-            Self::Motor(of) => of.evaluate(values, costs),
-            Self::Model(of) => of.evaluate(values, costs),
-        }
-    }
-
-    /// Returns true if candidates take less time than waking other threads.
-    fn is_small(&self, candidates: usize) -> bool {
-        match self {
-            Self::Motor(of) => Simd::is_small(of.problem(), candidates),
-            // A block of lanes is computed by one thread.
-            Self::Model(_) => false,
-        }
-    }
-}
-
-fn copied<'py>(py: Python<'py>, settings: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyDict>> {
-    settings.map_or_else(|| Ok(PyDict::new(py)), |settings| settings.copy())
-}
-
 impl Evaluator {
-    fn of_model(
-        py: Python<'_>,
-        model: &Bound<'_, Model>,
-        records: &Bound<'_, PyAny>,
-        (keys, settings): (&Keywords<'_, '_>, Option<&Bound<'_, PyDict>>),
-    ) -> PyResult<Self> {
-        let given = keys.given(&[&PROBLEM, &DEVICE])?;
-        let spec = motorfit::settings::model_spec(&given).map_err(motorfit::Error::from).raise(py)?;
-        let threads = given.count(Setting::Threads);
-        let (records, recordings) = model.get().recordings(records)?;
-        let own = &model.get().0;
-        let made = on_all(py, || with_threads(threads, || ModelCosts::new(own, recordings, &spec)))?;
-        let costs = made.raise(py)?;
-        let problem = costs.problem();
-        let keywords = copied(py, settings)?;
-        keywords.set_item("model", model)?;
-        let of = PyTuple::new(py, records.into_iter().map(crate::record::Record))?;
-        Ok(Self {
-            names: costs.names(),
-            bounds: problem.space().free.iter().map(|axis| (axis.min, axis.max)).collect(),
-            steps: costs.steps(),
-            device: costs.device(),
-            costs: Mutex::new(Costs::Model(Box::new(costs))),
-            lock: ExclusiveLock::default(),
-            buffer: Mutex::new(Vec::new()),
-            threads,
-            pool: Pool::new(threads),
-            process: std::process::id(),
-            arguments: (of.unbind(), keywords.unbind()),
-        })
-    }
-
     fn evaluate(&self, py: Python<'_>, values: &[f64], count: usize) -> PyResult<Vec<f64>> {
         if self.process != std::process::id() && self.device.kind == "gpu" {
             let message =
@@ -256,7 +209,8 @@ impl Evaluator {
         let mut found = vec![f64::INFINITY; count];
         let piece = (SIGNAL_INTERVAL / self.steps).clamp(1024, 1 << 20);
         for (values, found) in values.chunks(piece * self.names.len()).zip(found.chunks_mut(piece)) {
-            let (is_small, is_motor) = (costs.is_small(found.len()), matches!(costs, Costs::Motor(_)));
+            // The kernel of a model takes its threads from a pool.
+            let (is_small, is_motor) = (costs.problem().is_small(found.len()), costs.problem().user_model().is_none());
             match self.threads {
                 Some(1) if is_motor => py.detach(|| costs.evaluate(values, found)),
                 _ if is_small => py.detach(|| costs.evaluate(values, found)),

@@ -1,30 +1,48 @@
 //! Batches of candidates and the trait of evaluators.
 
 use super::problem::Problem;
+use super::search_problem::SearchProblem;
 use motorfit_core::candidates::Candidates;
 use motorfit_core::{Error, Result};
 use std::any::Any;
 use std::sync::Arc;
 
-/// A group of candidates that are evaluated on the same problem.
-#[derive(Debug, Clone, Copy)]
-pub struct Group<'a> {
+/// A group of candidates that are evaluated on the same problem, that of the DC motor or of a user's model.
+#[derive(Debug)]
+pub struct Group<'a, P = Problem> {
     /// The problem that the candidates are evaluated on.
-    pub problem: &'a Arc<Problem>,
-    /// The candidates, shape `[candidates, free axes of the problem's space]`.
+    pub problem: &'a Arc<P>,
+    /// The candidates, shape `[candidates, free parameters of the problem]`.
     pub candidates: Candidates<'a>,
     /// A candidate near the others, used as the reference by evaluators that compute in deviations and ignored otherwise.
     pub reference: Option<&'a [f64]>,
 }
 
-/// A batch of groups that are evaluated together.
-#[derive(Debug, Clone, Copy)]
-pub struct Batch<'a> {
-    /// The groups, in the order of the costs.
-    pub groups: &'a [Group<'a>],
+// Derived, these would ask the same of the problem.
+impl<P> Clone for Group<'_, P> {
+    fn clone(&self) -> Self {
+        *self
+    }
 }
 
-impl Batch<'_> {
+impl<P> Copy for Group<'_, P> {}
+
+/// A batch of groups that are evaluated together.
+#[derive(Debug)]
+pub struct Batch<'a, P = Problem> {
+    /// The groups, in the order of the costs.
+    pub groups: &'a [Group<'a, P>],
+}
+
+impl<P> Clone for Batch<'_, P> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<P> Copy for Batch<'_, P> {}
+
+impl<P: SearchProblem> Batch<'_, P> {
     /// Returns the number of candidates of all groups.
     #[must_use]
     pub fn count(&self) -> usize {
@@ -49,7 +67,7 @@ impl Batch<'_> {
     #[doc(hidden)]
     pub fn check_candidates(&self) -> Result<()> {
         for group in self.groups {
-            let (width, axes) = (group.candidates.width(), group.problem.space().free().len());
+            let (width, axes) = (group.candidates.width(), group.problem.width());
             if width != axes {
                 return Err(Error::usage(
                     format!("candidates of {width} values for a space of {axes} free parameters"),
@@ -79,24 +97,32 @@ impl Pending {
     }
 }
 
-/// An evaluator of batches of candidates.
+/// An evaluator of batches of candidates, on problems of the DC motor or of users' models.
 ///
 /// A cost is finite and at most 1e30, or +∞ for a candidate that diverges, and never NaN. It depends only on the candidate and
 /// its problem, not on the rest of the batch; for an evaluator in deviations also on the reference of its group. In place of a cost
 /// above the candidate's cutoff it may return any value between the two.
-pub trait Evaluator: Send {
+pub trait Evaluator<P: SearchProblem = Problem>: Send {
     /// Evaluates a batch and writes the cost of every candidate, group after group, to `costs`, shape `[candidates]`.
     ///
     /// # Errors
     /// Returns a usage error if lengths do not match, and a device error if the device fails.
-    fn evaluate(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<()>;
+    fn evaluate(&mut self, batch: &Batch<'_, P>, costs: &mut [f64]) -> Result<()>;
+
+    /// Evaluates candidates on one problem and writes their costs, shape `[candidates]`.
+    ///
+    /// # Errors
+    /// Returns an error in the cases of [`Evaluator::evaluate`].
+    fn costs(&mut self, problem: &Arc<P>, candidates: Candidates<'_>, costs: &mut [f64]) -> Result<()> {
+        self.evaluate(&Batch { groups: &[Group { problem, candidates, reference: None }] }, costs)
+    }
 
     /// Begins a batch. A GPU evaluator starts the computation and returns at once; a CPU evaluator does all the work in
     /// [`Evaluator::finish`].
     ///
     /// # Errors
     /// Returns an error in the cases of [`Evaluator::evaluate`].
-    fn begin(&mut self, batch: &Batch<'_>) -> Result<Pending> {
+    fn begin(&mut self, batch: &Batch<'_, P>) -> Result<Pending> {
         batch.check_candidates().map(|()| Pending::default())
     }
 
@@ -104,7 +130,7 @@ pub trait Evaluator: Send {
     ///
     /// # Errors
     /// Returns an error in the cases of [`Evaluator::evaluate`].
-    fn finish(&mut self, batch: &Batch<'_>, pending: Pending, costs: &mut [f64]) -> Result<()> {
+    fn finish(&mut self, batch: &Batch<'_, P>, pending: Pending, costs: &mut [f64]) -> Result<()> {
         drop(pending);
         self.evaluate(batch, costs)
     }
@@ -123,7 +149,7 @@ pub trait Evaluator: Send {
     ///
     /// # Errors
     /// Returns an error in the cases of [`Evaluator::evaluate`].
-    fn evaluate_timed(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<Option<f64>> {
+    fn evaluate_timed(&mut self, batch: &Batch<'_, P>, costs: &mut [f64]) -> Result<Option<f64>> {
         self.evaluate(batch, costs).map(|()| None)
     }
 

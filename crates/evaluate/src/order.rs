@@ -1,7 +1,7 @@
 //! The order of the recordings of a joint fit in evaluations with cutoffs. A candidate leaves once its total so far is above its
 //! cutoff, so recordings on which errors are large come first. Costs do not depend on the order.
 
-use super::evaluator::{Batch, Evaluator, Group};
+use super::evaluator::Evaluator;
 use super::problem::Problem;
 use motorfit_core::candidates::Candidates;
 use motorfit_core::numeric::count;
@@ -19,9 +19,8 @@ pub(super) fn hardest_first(problem: &Problem, evaluator: &mut dyn Evaluator) ->
         let alone = Arc::new(problem.only(recording));
         let candidates = Candidates::new(&probes, problem.space().free().len());
         let mut costs = vec![0.0; candidates.count()];
-        let group = Group { problem: &alone, candidates, reference: None };
         // If the evaluation fails, the recording comes first.
-        if evaluator.evaluate(&Batch { groups: &[group] }, &mut costs).is_err() {
+        if evaluator.costs(&alone, candidates, &mut costs).is_err() {
             return f64::INFINITY;
         }
         costs.sort_by(f64::total_cmp);

@@ -60,6 +60,13 @@ impl Simd {
         candidates.saturating_mul(problem.active()).saturating_mul(factor) < least
     }
 
+    /// Returns a description of the processor, its SIMD level and the number of threads.
+    #[must_use]
+    pub fn name(self) -> String {
+        let threads = self.threads();
+        format!("{} ({}, {threads} thread{})", cpu_name(), self.level.name(), if threads == 1 { "" } else { "s" })
+    }
+
     /// Returns the number of threads that the evaluator may use.
     fn threads(self) -> usize {
         if self.alone { 1 } else { rayon::current_num_threads() }
@@ -173,7 +180,6 @@ impl Evaluator for Simd {
     }
 
     fn name(&self) -> String {
-        let threads = self.threads();
-        format!("{} ({}, {threads} thread{})", cpu_name(), self.level.name(), if threads == 1 { "" } else { "s" })
+        Self::name(*self)
     }
 }

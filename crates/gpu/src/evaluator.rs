@@ -6,6 +6,7 @@ use super::constants::is_served;
 use super::device::{AdapterFacts, Device, Selector, caught, error};
 use super::features::ShaderFeatures;
 use super::layout::BUDGET;
+use super::model::ModelsOnDevice;
 use super::parts::{Part, split};
 use super::pipelines::Pipelines;
 use super::set::Set;
@@ -20,10 +21,10 @@ const FLIGHTS: usize = 2;
 /// Number of sets of buffers.
 const SETS: usize = 4;
 
-/// The GPU evaluator on one adapter.
+/// The GPU evaluator on one adapter, for problems of the DC motor and of users' models.
 pub struct Gpu {
-    device: Device,
-    precision: Precision,
+    pub(crate) device: Device,
+    pub(crate) precision: Precision,
     budget: usize,
     pipelines: Pipelines,
     /// Shaders that passed the comparison with the scalar evaluator.
@@ -35,6 +36,8 @@ pub struct Gpu {
     losses: usize,
     /// Computing time of the device in a timed evaluation.
     kernel: Kernel,
+    /// Problems of users' models that are on the device.
+    pub(crate) models: ModelsOnDevice,
 }
 
 /// A submission in flight, with its parts of the batch.
@@ -58,11 +61,20 @@ impl Gpu {
     /// Returns a device error if there is no matching adapter, or it lacks the requested f64, cannot be opened or computes
     /// wrong costs.
     pub fn open(selector: &Selector, precision: Option<Precision>) -> Result<Self> {
+        let mut gpu = Self::unchecked(selector, precision)?;
+        let (precision, uniform, fetch) = (gpu.precision, gpu.device.uniform, gpu.device.fetch);
+        let usual = Variant { precision, absolute: false, weighted: false, uniform, fetch, features: None };
+        gpu.guard(|gpu| gpu.check_shader(usual))?;
+        Ok(gpu)
+    }
+
+    /// Opens an adapter without the check of the motor's shader, for models, whose shaders are compared with their graph.
+    #[doc(hidden)]
+    pub fn unchecked(selector: &Selector, precision: Option<Precision>) -> Result<Self> {
         let device = Device::open(selector, precision == Some(Precision::F64))?;
         let precision = precision.unwrap_or(if device.facts.f64 { Precision::F64 } else { Precision::F32 });
         let budget = usize::try_from(device.facts.binding_bytes_max).unwrap_or(usize::MAX).min(BUDGET);
-        let (uniform, fetch) = (device.uniform, device.fetch);
-        let mut gpu = Self {
+        Ok(Self {
             device,
             precision,
             budget,
@@ -72,10 +84,8 @@ impl Gpu {
             next: 0,
             losses: 0,
             kernel: Kernel::default(),
-        };
-        let usual = Variant { precision, absolute: false, weighted: false, uniform, fetch, features: None };
-        gpu.guard(|gpu| gpu.check_shader(usual))?;
-        Ok(gpu)
+            models: ModelsOnDevice::default(),
+        })
     }
 
     /// Returns the properties of the adapter.
@@ -88,6 +98,12 @@ impl Gpu {
     #[must_use]
     pub fn precision(&self) -> Precision {
         self.precision
+    }
+
+    /// Returns the name of the adapter and its graphics interface.
+    #[must_use]
+    pub fn name(&self) -> String {
+        format!("{} ({})", self.device.facts.name, self.device.facts.backend)
     }
 
     /// Compares a shader with the scalar evaluator before its first use.
@@ -109,11 +125,12 @@ impl Gpu {
     }
 
     /// Runs `work`, also if it panics. After a device error everything in flight is dropped.
-    fn guard<T>(&mut self, work: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
+    pub(crate) fn guard<T>(&mut self, work: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
         let facts = self.device.facts.clone();
         let done = caught(&facts, || work(self));
         if done.as_ref().is_err_and(|e| e.kind() == ErrorKind::Device) {
             self.sets.clear();
+            self.models.clear();
             self.losses += 1;
         }
         done
@@ -255,7 +272,7 @@ impl Evaluator for Gpu {
     }
 
     fn name(&self) -> String {
-        format!("{} ({})", self.device.facts.name, self.device.facts.backend)
+        Self::name(self)
     }
 }
 

@@ -31,6 +31,8 @@ mod maps;
 #[cfg(feature = "gpu")]
 mod model;
 #[cfg(feature = "gpu")]
+mod model_evaluator;
+#[cfg(feature = "gpu")]
 mod parts;
 #[cfg(feature = "gpu")]
 mod pipelines;
@@ -48,8 +50,6 @@ pub use device::{AdapterFacts, Selector, list};
 #[cfg(feature = "gpu")]
 pub use evaluator::Gpu;
 pub use features::ShaderFeatures;
-#[cfg(feature = "gpu")]
-pub use model::ModelGpu;
 pub use shader::assemble;
 pub use submission::{BufferBinding, BufferKind, Submission};
 pub use variant::{Fetch, LANES, Precision, UNIFORM_BYTES, Variant};

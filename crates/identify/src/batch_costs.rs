@@ -1,50 +1,68 @@
 //! Costs of given candidates on the device of a spec.
 
 use super::current_driven::needs_voltage;
+use super::model::ModelSpec;
 use super::model_selection::named_space;
 use super::normalized::is_usual;
 use super::pipeline::identify;
 use super::spec::IdentifySpec;
 use super::start::{around, on_any_clock};
-use crate::device::{BatchSearchEvaluator, DeviceSettings, DeviceUsed};
-use motorfit_core::Result;
+use crate::device::{BatchSearchEvaluator, DeviceProblem, DeviceSettings, DeviceUsed, SearchEvaluator};
 use motorfit_core::candidates::Candidates;
+use motorfit_core::setting::text;
+use motorfit_core::{Error, Result};
 use motorfit_estimate::fit_problem;
-use motorfit_evaluate::Problem;
+use motorfit_evaluate::model::{ModelProblem, ModelRecording};
+use motorfit_evaluate::{Problem, SearchProblem};
+use motorfit_model::Model;
 use motorfit_motor::Space;
-use motorfit_optimize::Evaluate as _;
 use motorfit_record::Record;
 use motorfit_record::warning::Warning;
 use std::sync::Arc;
 
-/// Evaluates tables of candidates one after another.
+/// Evaluates tables of candidates one after another, for the DC motor or a user's model.
 pub struct BatchCosts {
-    problem: Arc<Problem>,
-    evaluation: BatchSearchEvaluator,
+    problem: Arc<dyn SearchProblem>,
+    evaluation: Box<dyn SearchEvaluator>,
 }
 
 impl BatchCosts {
-    /// Prepares recordings. Automatic bounds are set around the Steiglitz–McBride estimate if there is one. The device is
+    /// Prepares recordings of a DC motor. Automatic bounds are set around the Steiglitz–McBride estimate if there is one. The device is
     /// selected for as many candidates as the spec's population times its generations.
     ///
     /// # Errors
-    /// Propagates the errors of [`Problem::new`]; returns `Data` for a recording without a voltage and `Device` if the
-    /// requested device is not available.
+    /// Propagates the errors of [`search_problem`]; returns `Device` if the requested device is not available.
     pub fn new(records: &[Record], spec: &IdentifySpec) -> Result<Self> {
-        let space = search_space(records, spec)?;
-        let problem = Arc::new(Problem::new(records, spec.model, space, spec.criterion)?);
-        let device = DeviceSettings { needs_all_costs: true, ..spec.into() };
-        let evaluation = BatchSearchEvaluator::open(device, vec![problem.clone()])?;
+        Self::on(search_problem(records, spec)?, spec.into())
+    }
+
+    /// Prepares recordings of a model and opens the device of the spec.
+    ///
+    /// # Errors
+    /// Returns `Usage` if no parameter is free, the errors of [`ModelSpec::space`] and [`ModelProblem::new`], and `Device` if the requested
+    /// device is not available.
+    pub fn of_model(model: &Model, recordings: Vec<ModelRecording>, spec: &ModelSpec) -> Result<Self> {
+        let space = spec.space(model, recordings.len())?;
+        if space.free.is_empty() {
+            return Err(Error::usage("every parameter is fixed", text!("Leave one out of " [Fix] ".")));
+        }
+        Self::on(ModelProblem::new(model, space, recordings, spec.settings())?, spec.into())
+    }
+
+    fn on<P: DeviceProblem>(problem: P, device: DeviceSettings) -> Result<Self> {
+        let problem = Arc::new(problem);
+        let device = DeviceSettings { needs_all_costs: true, ..device };
+        let evaluation = Box::new(BatchSearchEvaluator::open(device, vec![problem.clone()])?);
         Ok(Self { problem, evaluation })
     }
 
-    /// Returns the problem, whose space defines the order of a candidate's values.
+    /// Returns the problem, whose free parameters define the order of a candidate's values.
     #[must_use]
-    pub fn problem(&self) -> &Arc<Problem> {
-        &self.problem
+    pub fn problem(&self) -> &dyn SearchProblem {
+        self.problem.as_ref()
     }
 
-    /// Computes the cost of each candidate of the row-major table `values`, shape `[candidates, parameters]`.
+    /// Computes the cost of each candidate of the row-major table `values`, shape `[candidates, parameters]`; +∞ for one that diverges.
     ///
     /// # Errors
     /// Returns `Usage` if the lengths do not match and `Device` if the device fails.
@@ -73,18 +91,18 @@ impl BatchCosts {
     }
 
     fn candidates<'a>(&self, values: &'a [f64]) -> Result<Candidates<'a>> {
-        let width = self.problem.space().free().len();
+        let width = self.problem.width();
         if !values.len().is_multiple_of(width) {
             let message = format!("{} values are not complete rows of {width}", values.len());
-            return Err(motorfit_core::Error::usage(message, "Give one value per free parameter."));
+            return Err(Error::usage(message, "Give one value per free parameter."));
         }
         Ok(Candidates::new(values, width))
     }
 
-    /// Returns the work of a candidate by which batches are sized, in steps of the kernel on the CPU.
+    /// Returns the work of a candidate by which batches are sized, in steps of the kernel of the linear motor on the CPU.
     #[must_use]
     pub fn steps(&self) -> usize {
-        self.evaluation.steps(&self.problem)
+        self.evaluation.steps()
     }
 
     /// Returns the device.
@@ -98,6 +116,15 @@ impl BatchCosts {
     pub fn warnings(&self) -> &[Warning] {
         self.evaluation.warnings()
     }
+}
+
+/// Returns the problem of searches on recordings of a DC motor, with automatic bounds around the Steiglitz–McBride estimate if there is
+/// one.
+///
+/// # Errors
+/// Propagates the errors of [`Problem::new`], and returns `Data` for a recording without a voltage.
+pub fn search_problem(records: &[Record], spec: &IdentifySpec) -> Result<Problem> {
+    Problem::new(records, spec.model, search_space(records, spec)?, spec.criterion)
 }
 
 /// Returns the search space of the spec, with automatic bounds around the Steiglitz–McBride estimate if there is one.

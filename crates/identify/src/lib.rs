@@ -56,8 +56,7 @@ mod unidentified;
 mod verify;
 mod warnings;
 
-pub use batch_costs::BatchCosts;
-pub use batch_costs::estimated_space;
+pub use batch_costs::{BatchCosts, estimated_space, search_problem};
 pub use current_driven::needs_voltage;
 pub use dc_motor::DcMotor;
 pub use estimates::{Combination, ParameterEstimate, side};

@@ -6,9 +6,9 @@ use super::spelling::command_line;
 use motorfit_core::Error;
 use motorfit_core::setting::{Command, Reference, Spelling, Text};
 use motorfit_core::text::{printable_json, shell_quoted};
-use motorfit_evaluate::{Level, Problem, cpu_name};
-use motorfit_identify::{BatchCosts, Identification, Keys, bounds};
-use motorfit_motor::{Parameter, Scope};
+use motorfit_evaluate::{CandidateValue, Level, SearchProblem, cpu_name};
+use motorfit_identify::{BatchCosts, Identification, Keys};
+use motorfit_motor::Parameter;
 use motorfit_record::warning::Warning;
 use motorfit_record::{Record, Severity};
 use serde_json::{Value, json as value};
@@ -119,7 +119,7 @@ pub struct EvaluateDocument {
 
 impl EvaluateDocument {
     /// Returns the reason for which the evaluation ended.
-    pub(super) fn stop(&self) -> &'static str {
+    fn stop(&self) -> &'static str {
         if self.interrupted { "interrupted" } else { "budget_spent" }
     }
 
@@ -133,34 +133,35 @@ impl EvaluateDocument {
     ) -> Value {
         let problem = costs.problem();
         let entry = |(cost, values): (f64, &[f64])| value!({"cost": cost, "parameters": by_name(problem, values)});
-        value!({
-            "motorfit": env!("CARGO_PKG_VERSION"),
+        // The parameters of single recordings have the same bounds.
+        let bounds = |(name, (min, max)): (String, (f64, f64))| {
+            (name.split('[').next().unwrap_or(&name).to_owned(), value!([min, max]))
+        };
+        let model = problem.user_model().map(|of| value!({"model": {"name": of.name(), "sha256": of.digest()}}));
+        let others = value!({
             "records": records,
             "criterion": problem.criterion().norm.name(),
             "scale": problem.criterion().scale.name(),
-            "bounds": bounds(problem.space()),
+            "bounds": problem.names().into_iter().zip(problem.bounds()).map(bounds).collect::<Value>(),
             "device": costs.device(),
             "candidates": self.candidates,
             "stop": self.stop(),
             "seconds": self.seconds,
             "best": best.map(entry).collect::<Value>(),
             "warnings": warnings(costs.warnings(), Severity::Report),
-        })
+        });
+        let first = value!({"motorfit": env!("CARGO_PKG_VERSION")});
+        joined(joined(first, model.unwrap_or_default()), others)
     }
 }
 
-/// Returns the parameters of a candidate by symbol, as lists if each recording has its own value.
-fn by_name(problem: &Problem, candidate: &[f64]) -> Value {
-    let space = problem.space();
-    let extensions = space.free().iter().map(|axis| axis.parameter).chain(space.fixed().iter().map(|(p, _, _)| *p));
-    let all = Parameter::ALL.into_iter().chain(extensions.filter(|p| p.is_extension()));
-    let entry = |p: Parameter| {
-        let is_own = space.free().iter().any(|axis| axis.parameter == p && matches!(axis.scope, Scope::Recording(_)));
-        let of = |n| Value::from(problem.motor(candidate, n).get(p));
-        let value = if is_own { (0..problem.signals().len()).map(of).collect() } else { of(0) };
-        (p.symbol().to_owned(), value)
+/// Returns the parameters of a candidate by name, as lists if each recording has its own value.
+fn by_name(problem: &dyn SearchProblem, candidate: &[f64]) -> Value {
+    let entry = |(name, value)| match value {
+        CandidateValue::Shared(value) => (name, Value::from(value)),
+        CandidateValue::OfRecordings(values) => (name, Value::from(values)),
     };
-    all.map(entry).collect()
+    problem.values_of(candidate).into_iter().map(entry).collect()
 }
 
 /// Returns the JSON document of the devices of this machine; `threads` is the number of CPU threads.

@@ -80,7 +80,7 @@ pub use mechanism::{
 pub use mechanism_page::mechanism_page;
 #[cfg(feature = "pages")]
 pub use model::{ModelInspection, model_check_page, model_inspect_page};
-pub use model::{ModelSignalFacts, model_check_document, model_costs_document, model_inspect_document};
+pub use model::{ModelSignalFacts, model_check_document, model_inspect_document};
 #[cfg(feature = "pages")]
 pub use notebook::{html_fragment, plain_text};
 #[cfg(feature = "pages")]

@@ -4,6 +4,7 @@
 // Counts are converted by the functions of `numeric`.
 #![cfg_attr(not(test), warn(clippy::cast_precision_loss, clippy::cast_sign_loss))]
 
+mod bench_problem;
 pub mod compare;
 mod contender;
 mod limits;
@@ -11,7 +12,6 @@ mod measurement;
 pub mod settings;
 mod slice;
 mod statistics;
-mod subject;
 pub mod suite;
 pub mod sweep;
 mod throughput;
@@ -20,7 +20,6 @@ pub use contender::{Contender, Contenders, contenders, model_contenders};
 pub use limits::limits;
 pub use measurement::{Control, Crossover, Measurement, Throughput};
 pub use slice::{CostMap, MapParameter, cost_map, model_cost_map};
-pub use subject::BenchSubject;
 pub use throughput::{ThroughputSpec, throughput};
 
 /// Runs the example of the README as a test.

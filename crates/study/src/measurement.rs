@@ -220,11 +220,9 @@ impl Throughput {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use motorfit_evaluate::Scalar;
-
-    /// Returns an evaluator that is never run.
+    /// Returns the facts of an evaluator.
     fn named(name: &str) -> Contender {
-        Contender::on_cpu(name.to_owned(), Box::new(Scalar), 1).unwrap()
+        Contender::on_cpu(name.to_owned(), 1, 8.0)
     }
 
     fn result(contenders: Vec<Contender>, measurements: Vec<Measurement>) -> Throughput {

@@ -5,18 +5,20 @@
 //! Short evaluations are repeated until a round takes some milliseconds. This measures a stream of batches, as in a
 //! search, and not the time to wake idle threads or to compute the cells of tables of poles, which batches share.
 
-use super::contender::Contenders;
+use super::bench_problem::candidates;
+use super::contender::{Contenders, Runner};
 use super::measurement::{Measurement, Throughput};
-use super::subject::{BenchProblem, BenchSubject};
+use motorfit_core::candidates::Candidates;
 use motorfit_core::clock::Instant;
 use motorfit_core::numeric::{count, whole};
 use motorfit_core::setting::{Setting, text};
 use motorfit_core::{Error, Result};
-use motorfit_evaluate::{Level, fma_loop};
+use motorfit_evaluate::{Level, SearchProblem, fma_loop};
 use motorfit_record::SAMPLES_MAX;
 use rand::SeedableRng as _;
 use rand::seq::SliceRandom as _;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// Settings of a throughput benchmark.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,9 +79,9 @@ impl ThroughputSpec {
 ///
 /// # Errors
 /// Returns a `Usage` error for invalid settings.
-pub fn throughput(
-    (spec, subject): (&ThroughputSpec, &BenchSubject),
-    (contenders, refused): Contenders,
+pub fn throughput<P: SearchProblem>(
+    spec: &ThroughputSpec,
+    Contenders { list: contenders, refused, mut runners, problem, .. }: Contenders<P>,
     observe: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
 ) -> Result<Throughput> {
     let spec = spec.clone().checked()?;
@@ -90,10 +92,11 @@ pub fn throughput(
     let share = spec.budget_s / count(cases.len() * (result.contenders.len() + 1));
     let mut failed = vec![false; result.contenders.len()];
     for (done, &(samples, population)) in cases.iter().enumerate() {
-        let problem = subject.problem(samples)?;
-        let values = problem.values(population)?;
+        let problem = Arc::new(problem(samples)?);
+        let values = candidates(problem.as_ref(), population)?;
         let costs = vec![0.0; population];
-        let mut case = Case { problem, values, costs, samples, population, share, failed: &mut failed };
+        let (runners, failed) = (&mut runners[..], &mut failed[..]);
+        let mut case = Case { problem, values, costs, samples, population, share, runners, failed };
         if case.measure(&mut result, &mut || observe(done, cases.len())).is_break() {
             result.interrupted = true;
             return Ok(result);
@@ -114,18 +117,19 @@ fn fma_peak() -> Option<f64> {
 }
 
 /// One population size on one recording, with a budget of `share` seconds for each evaluator.
-struct Case<'a> {
-    problem: BenchProblem,
+struct Case<'a, P: SearchProblem> {
+    problem: Arc<P>,
     values: Vec<f64>,
     costs: Vec<f64>,
     samples: usize,
     population: usize,
     share: f64,
+    runners: &'a mut [Runner<P>],
     /// True for each evaluator that has failed.
     failed: &'a mut [bool],
 }
 
-impl Case<'_> {
+impl<P: SearchProblem> Case<'_, P> {
     /// Measures all evaluators and adds the measurements to the result.
     fn measure(&mut self, result: &mut Throughput, observe: &mut dyn FnMut() -> ControlFlow<()>) -> ControlFlow<()> {
         // The last index is the control, a second measurement of the baseline.
@@ -191,11 +195,12 @@ impl Case<'_> {
     /// Returns the mean time of an evaluation of the first `size` candidates \[s\]; `None` if the evaluator fails, which
     /// excludes it from then on.
     fn seconds(&mut self, result: &mut Throughput, contender: usize, size: usize, repeats: usize) -> Option<f64> {
-        let (problem, values) = (&self.problem, &self.values[..self.problem.width() * size]);
+        let (problem, width) = (&self.problem, self.problem.width());
+        let values = Candidates::new(&self.values[..width * size], width);
         if self.failed[contender] {
             return None;
         }
-        let seconds = result.contenders[contender].seconds((problem, values), &mut self.costs[..size], repeats);
+        let seconds = self.runners[contender].seconds((problem, values), &mut self.costs[..size], repeats);
         if let Err(error) = &seconds {
             self.failed[contender] = true;
             result.refused.push(format!("{}: {error}", result.contenders[contender].name));
@@ -217,7 +222,8 @@ impl Case<'_> {
             let mut kernel = Vec::new();
             for _ in 0..TIMED.min(rounds).min(if result.contenders[n].driver.is_some() { TIMED } else { 0 }) {
                 // The measurement of a device that fails here is kept.
-                let timed = result.contenders[n].kernel_seconds((&self.problem, &self.values), &mut self.costs);
+                let values = Candidates::new(&self.values, self.problem.width());
+                let timed = self.runners[n].kernel_seconds((&self.problem, values), &mut self.costs);
                 kernel.extend(timed.ok().flatten().filter(|[kernel, _]| *kernel > 0.0));
             }
             kernel.sort_by(|a: &[f64; 2], b| a[0].total_cmp(&b[0]));

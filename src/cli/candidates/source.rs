@@ -1,7 +1,8 @@
 //! The interface of readers of candidates, and the columns of a file.
 
+use motorfit::coordinate::Coordinate;
 use motorfit::numeric::index;
-use motorfit::optimize::Sample;
+use motorfit::optimize::{Sample, Sampling};
 use motorfit::text::excerpt;
 use motorfit::{Error, Result};
 use std::fs::File;
@@ -16,19 +17,36 @@ pub(in crate::cli) trait Source {
     fn next(&mut self, most: usize, width: usize, values: &mut Vec<f64>) -> Result<()>;
 }
 
-/// A sample, and the number of its next candidate.
-pub(in crate::cli) struct Sampled(pub Sample, pub u64);
+/// A sample within bounds, even in the coordinates of the parameters.
+pub(in crate::cli) struct Sampled {
+    sample: Sample,
+    axes: Vec<Coordinate>,
+    /// Number of the next candidate.
+    next: u64,
+}
+
+impl Sampled {
+    pub(in crate::cli) fn new(sampling: Sampling, number: u64, axes: Vec<Coordinate>, seed: u64) -> Result<Self> {
+        // Logarithms are sampled as fractions of their range.
+        let range = |axis: &Coordinate| if axis.is_logarithmic { (0.0, 1.0) } else { (axis.min, axis.max) };
+        let sample = Sample::new(sampling, number, axes.iter().map(range).collect(), seed)?;
+        Ok(Self { sample, axes, next: 0 })
+    }
+}
 
 impl Source for Sampled {
     fn count(&self) -> Option<u64> {
-        Some(self.0.count())
+        Some(self.sample.count())
     }
 
     fn next(&mut self, most: usize, width: usize, values: &mut Vec<f64>) -> Result<()> {
-        let count = most.min(index(self.0.count() - self.1));
+        let count = most.min(index(self.sample.count() - self.next));
         values.resize(count * width, 0.0);
-        self.0.fill(self.1, values);
-        self.1 += count as u64;
+        self.sample.fill(self.next, values);
+        self.next += count as u64;
+        for (place, axis) in self.axes.iter().enumerate().filter(|(_, axis)| axis.is_logarithmic) {
+            values.iter_mut().skip(place).step_by(width).for_each(|value| *value = axis.at(*value));
+        }
         Ok(())
     }
 }

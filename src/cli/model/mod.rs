@@ -2,7 +2,7 @@
 
 pub(super) mod args;
 mod check;
-pub(super) mod evaluate;
+pub(super) mod inputs;
 pub(super) mod inspect;
 pub(super) mod simulate;
 

@@ -144,7 +144,7 @@ fn numbers_have_as_many_digits_as_there_are() {
 
 #[test]
 fn a_search_without_problems_evaluates_nothing() {
-    refused(BatchSearchEvaluator::open(&IdentifySpec::default(), Vec::new()).map(drop), "nothing to search");
+    refused(BatchSearchEvaluator::<Problem>::open(&IdentifySpec::default(), Vec::new()).map(drop), "nothing to search");
     let mut none = BatchSearchEvaluator::new(Box::new(Scalar), Vec::new());
     assert!(none.slice() >= 1);
     none.begin(&[]).unwrap();

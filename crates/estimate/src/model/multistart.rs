@@ -8,10 +8,12 @@ use super::fitted::check;
 use super::search::Search;
 use motorfit_core::candidates::Candidates;
 use motorfit_core::{Error, Result};
-use motorfit_evaluate::model::{ModelEvaluator, ModelProblem};
+use motorfit_evaluate::Evaluator;
+use motorfit_evaluate::model::ModelProblem;
 use motorfit_model::Model;
 use rand::{RngExt as _, SeedableRng as _};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// Number of candidates for each free parameter, and the limits of their number.
 const CANDIDATES_PER_AXIS: usize = 400;
@@ -48,7 +50,8 @@ pub struct ModelOptima {
 
 /// A function that evolves populations on a problem with an evaluator and a seed; returns the best candidate of each, and the number of
 /// evaluated candidates.
-pub type Populations<'a> = dyn FnMut(&ModelProblem, &mut dyn ModelEvaluator, u64) -> Result<(Vec<Vec<f64>>, u64)> + 'a;
+pub type Populations<'a> =
+    dyn FnMut(&Arc<ModelProblem>, &mut dyn Evaluator<ModelProblem>, u64) -> Result<(Vec<Vec<f64>>, u64)> + 'a;
 
 /// Starts of descents beside the best of random candidates.
 pub struct ModelStarts<'a> {
@@ -66,7 +69,7 @@ pub struct ModelStarts<'a> {
 /// the evaluator fails.
 pub fn model_optima(
     problem: &ModelProblem,
-    evaluator: &mut dyn ModelEvaluator,
+    evaluator: &mut dyn Evaluator<ModelProblem>,
     seed: u64,
     starts: ModelStarts<'_>,
     observe: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
@@ -109,7 +112,7 @@ pub fn model_ends(problem: &ModelProblem, given: &[Vec<f64>]) -> Result<(Vec<Mod
 /// Descends in rounds until enough starts reached the lowest optimum; returns true if `observe` ended the search.
 fn rounds(
     search: &mut Search<'_>,
-    evaluator: &mut dyn ModelEvaluator,
+    evaluator: &mut dyn Evaluator<ModelProblem>,
     ModelStarts { given, populations }: ModelStarts<'_>,
     observe: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
 ) -> Result<bool> {
@@ -120,7 +123,7 @@ fn rounds(
     }
     let has_stick = problem.model().reactions() > 0;
     let screened = problem.with_fewer_samples(SAMPLES_SCREENED)?;
-    let screened = screened.as_ref().unwrap_or(problem);
+    let screened = &Arc::new(screened.unwrap_or_else(|| problem.clone()));
     // With matrix exponentials derivatives are cheap, so that every round has random candidates too.
     let is_affine = has_stick && problem.method().stiffness.is_affine;
     let (rounds, all_rounds) = (rounds_spread(problem.model()), rounds_max(problem.model()));
@@ -169,8 +172,8 @@ pub fn rounds_max(model: &Model) -> usize {
 
 /// Returns the best of random candidates that lie apart from each other.
 fn best_apart(
-    problem: &ModelProblem,
-    evaluator: &mut dyn ModelEvaluator,
+    problem: &Arc<ModelProblem>,
+    evaluator: &mut dyn Evaluator<ModelProblem>,
     number: usize,
     seed: u64,
 ) -> Result<Vec<Vec<f64>>> {

@@ -15,6 +15,7 @@ mod reaction_tests;
 mod recording;
 #[cfg(test)]
 mod sampled_tests;
+mod searched;
 mod space;
 mod stiffness;
 #[cfg(test)]
@@ -23,7 +24,6 @@ mod trajectory;
 mod trial;
 mod walk;
 
-pub use evaluator::{ModelEvaluator, ModelSimd};
 pub use method::{ModelMethod, StepChange, Stiffness};
 #[doc(hidden)]
 pub use normal::OutputSums;

@@ -10,7 +10,6 @@ use crate::affine::AffineJob;
 use crate::criterion::Criterion;
 use crate::interpreter::{Job, Loss, Register, Rows, RunProgram as _, Work};
 use motorfit_core::candidates::Candidates;
-use motorfit_core::text::counted;
 use motorfit_core::{Error, Result};
 use motorfit_model::graph::Leaf;
 use motorfit_model::step::StepSettings;
@@ -172,27 +171,19 @@ impl ModelProblem {
     /// # Errors
     /// Returns `Usage` if the lengths do not match.
     pub fn costs(&self, candidates: Candidates<'_>, costs: &mut [f64]) -> Result<()> {
-        self.check_candidates(&candidates, costs)?;
+        let (width, free) = (candidates.width(), self.space.free.len());
+        if width != free || candidates.count() != costs.len() {
+            let message = format!(
+                "{} candidates of {width} values for {} costs and {free} free parameters",
+                candidates.count(),
+                costs.len()
+            );
+            return Err(Error::usage(message, "Give one value per free parameter and one cost per candidate."));
+        }
         costs.par_chunks_mut(LANES).enumerate().for_each_init(Work::<PARTS>::default, |work, (block, costs)| {
             let rows: Vec<&[f64]> = (0..costs.len()).map(|lane| candidates.row(block * LANES + lane)).collect();
             self.block(work, &rows, costs);
         });
-        Ok(())
-    }
-
-    /// Returns an error unless there is a value for each free parameter and a cost for each candidate.
-    #[doc(hidden)]
-    pub fn check_candidates(&self, candidates: &Candidates<'_>, costs: &[f64]) -> Result<()> {
-        if candidates.width() != self.space.free.len() || candidates.count() != costs.len() {
-            let message = format!(
-                "{} of {} for {} and a space of {}",
-                counted(candidates.count(), "candidate"),
-                counted(candidates.width(), "value"),
-                counted(costs.len(), "cost"),
-                counted(self.space.free.len(), "free parameter")
-            );
-            return Err(Error::usage(message, "Give one value per free parameter and one cost per candidate."));
-        }
         Ok(())
     }
 

@@ -1,11 +1,11 @@
 //! The evaluator with tables of poles.
 
 use super::bounded::Bounded;
-use super::same_problem::{Costed, as_one, by_problem};
 use super::shared::{self, tables};
 use crate::cpu::Level;
 use crate::evaluator::{Batch, Evaluator, Group};
 use crate::problem::Problem;
+use crate::same_problem::{Costed, as_one, by_problem};
 use crate::signals::Signals;
 use crate::simd::Simd;
 use motorfit_core::Result;
@@ -155,7 +155,7 @@ impl Evaluator for PoleTables {
     fn evaluate(&mut self, batch: &Batch<'_>, costs: &mut [f64]) -> Result<()> {
         batch.check(costs)?;
         let evaluator = *self;
-        let evaluate = |groups: Vec<Costed<'_, '_>>| {
+        let evaluate = |groups: Vec<Costed<'_, '_, Problem>>| {
             as_one(groups, |group, costs| {
                 let mut evaluator = evaluator;
                 if !Self::serves(group.problem) {

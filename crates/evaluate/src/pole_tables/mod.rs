@@ -18,7 +18,6 @@ mod geometry;
 mod lanes;
 mod moments;
 mod response;
-mod same_problem;
 mod sequences;
 mod series;
 mod shared;

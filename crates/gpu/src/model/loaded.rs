@@ -20,7 +20,7 @@ const CANDIDATES: usize = 1 << 17;
 const BUDGET: u64 = 64 << 20;
 
 /// The recordings of a problem on the device, and the buffers of candidates.
-pub(super) struct Loaded {
+pub(crate) struct Loaded {
     precision: ShaderPrecision,
     units: Vec<Unit>,
     rounds: Option<wgpu::Buffer>,
@@ -60,7 +60,7 @@ impl Loaded {
     }
 
     /// Returns the largest number of candidates of a submission.
-    pub(super) fn candidates_max(&self, device: &Device) -> usize {
+    pub(crate) fn candidates_max(&self, device: &Device) -> usize {
         let numbers = self.units.iter().map(|unit| unit.layout.parameters.len().max(unit.layout.kept())).max();
         let budget = usize::try_from(BUDGET.min(device.facts.binding_bytes_max)).unwrap_or(usize::MAX);
         (budget / (numbers.unwrap_or(1).max(1) * self.precision.bytes())).clamp(1, CANDIDATES)
@@ -68,7 +68,7 @@ impl Loaded {
 
     /// Returns the sums of the losses of each output over the first `samples` samples of a recording, shape
     /// `[outputs][candidates]`; +∞ for candidates that diverge.
-    pub(super) fn sums(
+    pub(crate) fn sums(
         &mut self,
         device: &Device,
         problem: &ModelProblem,

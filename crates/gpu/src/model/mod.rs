@@ -4,10 +4,10 @@
 //! for some candidates of the problem before its first use.
 
 mod check;
-mod evaluator;
 mod loaded;
+mod on_device;
 #[cfg(test)]
 mod tests;
 mod unit;
 
-pub use evaluator::ModelGpu;
+pub(crate) use on_device::ModelsOnDevice;

@@ -3,22 +3,23 @@
 #![allow(clippy::unwrap_used, clippy::float_cmp, reason = "a test may stop; equal costs have no error")]
 
 use super::check::check;
-use super::evaluator::ModelGpu;
 use super::loaded::Loaded;
 use super::unit::UnitSource;
-use crate::Selector;
+use crate::{Gpu, Precision, Selector};
 use motorfit_core::ErrorKind;
 use motorfit_core::candidates::Candidates;
 use motorfit_core::numeric::{count, order_statistic};
+use motorfit_evaluate::Evaluator as _;
 use motorfit_evaluate::criterion::{Criterion, Norm, Scale};
-use motorfit_evaluate::model::{ModelEvaluator as _, ModelProblem, ModelRecording, ModelSettings, ModelSpace};
+use motorfit_evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
 use motorfit_model::wgsl::ShaderPrecision;
 use motorfit_model::{BuiltIn, IntegrationMethod, Model};
 use rand::{RngExt as _, SeedableRng as _};
+use std::sync::Arc;
 
 /// Opens the best adapter; `None` if there is none and the test may be skipped.
-fn open(precision: ShaderPrecision) -> Option<ModelGpu> {
-    let gpu = ModelGpu::open(&Selector::Best, Some(precision)).ok();
+fn open(precision: Precision) -> Option<Gpu> {
+    let gpu = Gpu::unchecked(&Selector::Best, Some(precision)).ok();
     assert!(gpu.is_some() || std::env::var_os("MOTORFIT_NO_SKIP").is_none(), "no adapter");
     gpu
 }
@@ -50,7 +51,7 @@ fn candidates(problem: &ModelProblem, number: usize) -> Vec<f64> {
 }
 
 /// Returns the relative errors of the costs of a device, in increasing order; the interpreter is the reference.
-fn errors(gpu: &mut ModelGpu, problem: &ModelProblem, number: usize) -> Vec<f64> {
+fn errors(gpu: &mut Gpu, problem: &Arc<ModelProblem>, number: usize) -> Vec<f64> {
     let values = candidates(problem, number);
     let candidates = Candidates::new(&values, problem.space().free.len());
     let (mut own, mut expected) = (vec![0.0; number], vec![0.0; number]);
@@ -62,14 +63,14 @@ fn errors(gpu: &mut ModelGpu, problem: &ModelProblem, number: usize) -> Vec<f64>
     errors
 }
 
-fn problem(model: &Model, recordings: Vec<ModelRecording>, settings: ModelSettings) -> ModelProblem {
-    ModelProblem::new(model, ModelSpace::new(model, recordings.len()), recordings, settings).unwrap()
+fn problem(model: &Model, recordings: Vec<ModelRecording>, settings: ModelSettings) -> Arc<ModelProblem> {
+    Arc::new(ModelProblem::new(model, ModelSpace::new(model, recordings.len()), recordings, settings).unwrap())
 }
 
 #[test]
 fn shaders_of_all_models_compute_the_costs_of_the_interpreter() {
     // More samples than a round. Rounding alone in f64; in f32 its accumulation. At the bounces of a backlash two computations part.
-    for (precision, limits) in [(ShaderPrecision::F64, [1e-12, 1e-9]), (ShaderPrecision::F32, [1e-4, 1e-3])] {
+    for (precision, limits) in [(Precision::F64, [1e-12, 1e-9]), (Precision::F32, [1e-4, 1e-3])] {
         let Some(mut gpu) = open(precision) else { return };
         for of in BuiltIn::ALL {
             let model = of.model().unwrap();
@@ -77,7 +78,7 @@ fn shaders_of_all_models_compute_the_costs_of_the_interpreter() {
             for method in IntegrationMethod::ALL {
                 let settings = ModelSettings { method: Some((method, 1)), ..ModelSettings::default() };
                 let problem = problem(&model, vec![recording(&model, 2500, step_s)], settings);
-                assert!(gpu.serves(&problem).unwrap(), "{}", of.name());
+                assert!(gpu.serves_model(&problem).unwrap(), "{}", of.name());
                 let errors = errors(&mut gpu, &problem, 200);
                 let [median, most] = [0.5, 0.8].map(|part| order_statistic(&mut errors.clone(), part));
                 assert!(errors.len() > 100, "{}: {} finite costs", of.name(), errors.len());
@@ -94,7 +95,7 @@ fn shaders_of_all_models_compute_the_costs_of_the_interpreter() {
 
 #[test]
 fn criteria_masks_and_joint_recordings_are_those_of_the_interpreter() {
-    let Some(mut gpu) = open(ShaderPrecision::F64) else { return };
+    let Some(mut gpu) = open(Precision::F64) else { return };
     let model = BuiltIn::DcExtended.model().unwrap();
     for norm in Norm::ALL {
         for scale in [Scale::None, Scale::Std] {
@@ -106,7 +107,7 @@ fn criteria_masks_and_joint_recordings_are_those_of_the_interpreter() {
             partial.measured[0] = None;
             let settings = ModelSettings { criterion, ..ModelSettings::default() };
             let problem = problem(&model, vec![masked, partial], settings);
-            assert!(gpu.serves(&problem).unwrap());
+            assert!(gpu.serves_model(&problem).unwrap());
             let errors = errors(&mut gpu, &problem, 100);
             assert!(errors.len() == 100 && errors[99] < 1e-10, "{norm:?} {scale:?}: {:e}", errors[99]);
         }
@@ -145,7 +146,7 @@ pick  = { unit = "1", value = "select(x < a && x > -a, x, 1/(1 + x*x))" }
 fn functions_of_shaders_are_those_of_the_interpreter() {
     let model = Model::parse(FUNCTIONS).unwrap();
     let samples = 500;
-    for (precision, limit) in [(ShaderPrecision::F64, 1e-12), (ShaderPrecision::F32, 2e-4)] {
+    for (precision, limit) in [(Precision::F64, 1e-12), (Precision::F32, 2e-4)] {
         let Some(mut gpu) = open(precision) else { return };
         for output in 0..model.outputs().len() {
             let mut one = recording(&model, samples, 1e-3);
@@ -154,7 +155,7 @@ fn functions_of_shaders_are_those_of_the_interpreter() {
             one.measured[output] = Some(vec![0.0; samples]);
             let criterion = Criterion { scale: Scale::None, ..Criterion::default() };
             let problem = problem(&model, vec![one], ModelSettings { criterion, ..ModelSettings::default() });
-            assert!(gpu.serves(&problem).unwrap());
+            assert!(gpu.serves_model(&problem).unwrap());
             let errors = errors(&mut gpu, &problem, 64);
             let worst = errors.last().copied().unwrap();
             assert!(errors.len() == 64 && worst < limit, "{} {precision:?}: {worst:e}", model.outputs()[output].name);
@@ -192,12 +193,12 @@ fn late_signals_in_outputs_and_sampled_laws_are_those_of_the_interpreter() {
     let text = LATE_AND_SAMPLED.replace("[constants]", "[constants]\nv0 = { value = 1, unit = \"V\" }");
     let model = Model::parse(&text).unwrap();
     // In f32 a delay near a jump has another value.
-    for (precision, limit) in [(ShaderPrecision::F64, 1e-10), (ShaderPrecision::F32, 1e-3)] {
+    for (precision, limit) in [(Precision::F64, 1e-10), (Precision::F32, 1e-3)] {
         let Some(mut gpu) = open(precision) else { return };
         for (method, substeps) in IntegrationMethod::ALL.into_iter().flat_map(|method| [1, 3].map(|n| (method, n))) {
             let settings = ModelSettings { method: Some((method, substeps)), ..ModelSettings::default() };
             let problem = problem(&model, vec![recording(&model, 2500, 1e-3)], settings);
-            assert!(gpu.serves(&problem).unwrap());
+            assert!(gpu.serves_model(&problem).unwrap());
             let errors = errors(&mut gpu, &problem, 100);
             let most = order_statistic(&mut errors.clone(), 0.95);
             assert!(errors.len() == 100 && most < limit, "{method:?} {substeps} {precision:?}: {most:e}");
@@ -207,8 +208,8 @@ fn late_signals_in_outputs_and_sampled_laws_are_those_of_the_interpreter() {
 
 #[test]
 fn a_wrong_shader_is_refused() {
-    let Some(gpu) = open(ShaderPrecision::F64) else { return };
-    let device = gpu.device();
+    let Some(gpu) = open(Precision::F64) else { return };
+    let device = &gpu.device;
     let model = BuiltIn::Pmsm.model().unwrap();
     let problem = problem(&model, vec![recording(&model, 300, 1e-4)], ModelSettings::default());
     let source = UnitSource::new(&problem, 0, ShaderPrecision::F64).unwrap();
@@ -225,14 +226,14 @@ fn a_wrong_shader_is_refused() {
 
 #[test]
 fn a_lost_device_is_an_error() {
-    let Some(mut gpu) = open(ShaderPrecision::F64) else { return };
+    let Some(mut gpu) = open(Precision::F64) else { return };
     let model = BuiltIn::DcMotor.model().unwrap();
     let problem = problem(&model, vec![recording(&model, 300, 1e-3)], ModelSettings::default());
     let values = candidates(&problem, 10);
     let candidates = Candidates::new(&values, problem.space().free.len());
     let mut costs = [0.0; 10];
     gpu.costs(&problem, candidates, &mut costs).unwrap();
-    gpu.device().device.destroy();
+    gpu.device.device.destroy();
     for _ in 0..2 {
         let error = gpu.costs(&problem, candidates, &mut costs).unwrap_err();
         assert!(error.kind() == ErrorKind::Device && !error.hint().is_empty(), "{error}");
@@ -241,11 +242,11 @@ fn a_lost_device_is_an_error() {
 
 #[test]
 fn moving_averages_are_evaluated_on_the_cpu() {
-    let Some(mut gpu) = open(ShaderPrecision::F64) else { return };
+    let Some(mut gpu) = open(Precision::F64) else { return };
     let text = FUNCTIONS.replace("value = \"sin(a*x*8)\"", "value = \"sin(a*x*8)\", average = 4");
     let model = Model::parse(&text).unwrap();
     let problem = problem(&model, vec![recording(&model, 100, 1e-3)], ModelSettings::default());
-    assert!(!gpu.serves(&problem).unwrap());
+    assert!(!gpu.serves_model(&problem).unwrap());
     let errors = errors(&mut gpu, &problem, 20);
     assert!(errors.iter().all(|error| *error == 0.0), "{errors:?}");
 }

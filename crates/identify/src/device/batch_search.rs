@@ -1,13 +1,14 @@
 //! The cost function of [`minimize`](motorfit_optimize::minimize): evaluates the populations of many searches as one batch.
 
-use super::select::{DeviceSettings, OnLoss, SLICE_STEPS, SelectedDevice, taken_over};
+use super::problem::{DeviceProblem, Problems};
+use super::select::{OnLoss, SLICE_STEPS, SelectedDevice, taken_over};
+use super::settings::DeviceSettings;
 use super::used::DeviceUsed;
 use motorfit_core::candidates::Candidates;
 use motorfit_core::setting::text;
 use motorfit_core::{Error, Result};
-use motorfit_estimate::descend;
-use motorfit_evaluate::{Batch, Evaluator, Group, Pending, Problem, Scalar};
-use motorfit_optimize::{Evaluate, LocalOptimum, LocalSearch};
+use motorfit_evaluate::{Batch, Evaluator, Group, Pending, Problem};
+use motorfit_optimize::{Evaluate, LocalSearch};
 use motorfit_record::warning::Warning;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -18,39 +19,25 @@ const LEADERS: usize = 3;
 /// The best candidate of each run with its cost: the reference of deviations.
 type References = Vec<Option<Arc<(f64, Vec<f64>)>>>;
 
-/// One problem for each run, or one for all.
-struct Problems(Vec<Arc<Problem>>);
-
-impl Problems {
-    fn of(&self, run: usize) -> &Arc<Problem> {
-        &self.0[if self.0.len() == 1 { 0 } else { run }]
-    }
-}
-
-impl LocalSearch for Problems {
-    fn descend(&self, run: usize, start: &[f64], evaluations: u64) -> LocalOptimum {
-        let (values, cost, evaluations) = descend(self.of(run), start, evaluations);
-        LocalOptimum { values, cost, evaluations }
-    }
-}
-
 /// Evaluates the populations of any number of runs as one batch, each run on its own problem.
 ///
 /// If the evaluator is not exact, the reference of each run is its best candidate, and the leaders of each run are evaluated
 /// again in f64 until the lowest cost is one in f64. A run therefore does not depend on the others.
-pub struct BatchSearchEvaluator {
-    opened: SelectedDevice,
-    problems: Problems,
+pub struct BatchSearchEvaluator<P: DeviceProblem = Problem> {
+    opened: SelectedDevice<P>,
+    /// The problems that it was opened for.
+    given: Vec<Arc<P>>,
+    problems: Problems<P>,
     /// Lowest cost of each run, and its candidate.
     references: References,
     /// Batches that were begun, each with the number of evaluators replaced before it and its references.
     pending: VecDeque<((Pending, usize), References)>,
 }
 
-impl BatchSearchEvaluator {
+impl<P: DeviceProblem> BatchSearchEvaluator<P> {
     /// Creates an instance with an evaluator of the caller. `problems` has one problem for each run, or one for all.
     #[must_use]
-    pub fn new(evaluator: Box<dyn Evaluator>, problems: Vec<Arc<Problem>>) -> Self {
+    pub fn new(evaluator: Box<dyn Evaluator<P>>, problems: Vec<Arc<P>>) -> Self {
         Self::on(SelectedDevice::given(evaluator), problems)
     }
 
@@ -58,7 +45,7 @@ impl BatchSearchEvaluator {
     ///
     /// # Errors
     /// Returns a device error if the requested device is not available, and a usage error without problems.
-    pub fn open(settings: impl Into<DeviceSettings>, problems: Vec<Arc<Problem>>) -> Result<Self> {
+    pub fn open(settings: impl Into<DeviceSettings>, problems: Vec<Arc<P>>) -> Result<Self> {
         Ok(Self::on(SelectedDevice::for_search(&settings.into(), &problems)?, problems))
     }
 
@@ -66,7 +53,7 @@ impl BatchSearchEvaluator {
     ///
     /// # Errors
     /// Returns a device error if the requested device is not available.
-    pub(crate) fn for_check(settings: impl Into<DeviceSettings>, problem: Arc<Problem>) -> Result<Self> {
+    pub(crate) fn for_check(settings: impl Into<DeviceSettings>, problem: Arc<P>) -> Result<Self> {
         Ok(Self::on(SelectedDevice::for_check(&settings.into(), &problem)?, vec![problem]))
     }
 
@@ -78,7 +65,7 @@ impl BatchSearchEvaluator {
     }
 
     /// Replaces the problems: later populations are those of other runs on the same device.
-    pub fn set_problems(&mut self, problems: Vec<Arc<Problem>>) {
+    pub fn set_problems(&mut self, problems: Vec<Arc<P>>) {
         self.problems = Problems(problems);
         self.references.clear();
         self.pending.clear();
@@ -88,7 +75,7 @@ impl BatchSearchEvaluator {
     #[must_use]
     pub fn slice(&self) -> usize {
         let longest = self.problems.0.iter().map(|problem| self.opened.steps(problem)).max().unwrap_or(1);
-        (SLICE_STEPS / longest.max(1)).max(1)
+        (SLICE_STEPS / longest.max(1)).max(1).next_multiple_of(P::BLOCK)
     }
 
     /// Returns the description of the device.
@@ -98,8 +85,18 @@ impl BatchSearchEvaluator {
     }
 
     /// Returns the work of a candidate of a problem by which batches are sized, in steps of the kernel on the CPU.
-    pub(crate) fn steps(&self, problem: &Problem) -> usize {
+    pub(crate) fn steps(&self, problem: &P) -> usize {
         self.opened.steps(problem).max(1)
+    }
+
+    /// Returns the problems that it was opened for.
+    pub(super) fn given(&self) -> &[Arc<P>] {
+        &self.given
+    }
+
+    /// Returns the evaluator of the device.
+    pub(crate) fn evaluator(&mut self) -> &mut dyn Evaluator<P> {
+        self.opened.evaluator.as_mut()
     }
 
     /// Returns warnings about the device.
@@ -115,8 +112,14 @@ impl BatchSearchEvaluator {
         self
     }
 
-    fn on(opened: SelectedDevice, problems: Vec<Arc<Problem>>) -> Self {
-        Self { opened, problems: Problems(problems), references: Vec::new(), pending: VecDeque::new() }
+    fn on(opened: SelectedDevice<P>, problems: Vec<Arc<P>>) -> Self {
+        Self {
+            opened,
+            given: problems.clone(),
+            problems: Problems(problems),
+            references: Vec::new(),
+            pending: VecDeque::new(),
+        }
     }
 
     /// Removes and returns the warnings about the device.
@@ -125,11 +128,11 @@ impl BatchSearchEvaluator {
     }
 
     /// Returns the problem of a run.
-    fn problem(&self, run: usize) -> &Arc<Problem> {
+    fn problem(&self, run: usize) -> &Arc<P> {
         self.problems.of(run)
     }
 
-    fn groups<'a>(&'a self, populations: &[Candidates<'a>], references: &'a References) -> Vec<Group<'a>> {
+    fn groups<'a>(&'a self, populations: &[Candidates<'a>], references: &'a References) -> Vec<Group<'a, P>> {
         let group = |(run, &candidates): (usize, &Candidates<'a>)| {
             let reference = references.get(run).and_then(Option::as_ref).map(|best| best.1.as_slice());
             (candidates.count() > 0).then(|| Group { problem: self.problem(run), candidates, reference })
@@ -142,7 +145,7 @@ impl BatchSearchEvaluator {
         &mut self,
         populations: &[Candidates<'_>],
         references: &References,
-        mut work: impl FnMut(&mut SelectedDevice, &Batch<'_>) -> Result<T>,
+        mut work: impl FnMut(&mut SelectedDevice<P>, &Batch<'_, P>) -> Result<T>,
     ) -> Result<T> {
         let (runs, problems) = (populations.len(), self.problems.0.len());
         if runs > problems && problems != 1 {
@@ -175,7 +178,7 @@ impl BatchSearchEvaluator {
             if place >= LEADERS && costs[row] >= lowest {
                 break;
             }
-            costs[row] = Scalar::cost(&problem, population.row(row));
+            costs[row] = problem.cost_of(population.row(row));
             lowest = lowest.min(costs[row]);
             if costs[row] < self.references[run].as_ref().map_or(f64::INFINITY, |best| best.0) {
                 self.references[run] = Some(Arc::new((costs[row], population.row(row).to_vec())));
@@ -195,7 +198,7 @@ impl BatchSearchEvaluator {
         let groups = [Group { problem: &problem, candidates, reference: Some(&reference) }];
         let mut cost = [0.0];
         match self.opened.evaluator.evaluate(&Batch { groups: &groups }, &mut cost) {
-            Ok(()) => Some(cost[0] - Scalar::cost(&problem, values)),
+            Ok(()) => Some(cost[0] - problem.cost_of(values)),
             Err(error) => {
                 let message = text!({error.text()} "; the result is not affected, it was computed on the CPU");
                 self.opened.warnings.push(Warning::new("gpu_failed", message));
@@ -205,11 +208,12 @@ impl BatchSearchEvaluator {
     }
 }
 
-impl Evaluate for BatchSearchEvaluator {
+impl<P: DeviceProblem> Evaluate for BatchSearchEvaluator<P> {
     fn begin(&mut self, populations: &[Candidates<'_>]) -> Result<()> {
         let references = self.references.clone();
-        let begin =
-            |opened: &mut SelectedDevice, batch: &Batch<'_>| Ok((opened.evaluator.begin(batch)?, opened.replaced));
+        let begin = |opened: &mut SelectedDevice<P>, batch: &Batch<'_, P>| {
+            Ok((opened.evaluator.begin(batch)?, opened.replaced))
+        };
         let pending = self.with_evaluator(populations, &references, begin)?;
         self.pending.push_back((pending, references));
         Ok(())
@@ -240,7 +244,7 @@ impl Evaluate for BatchSearchEvaluator {
     }
 
     fn local_search(&self) -> Option<&dyn LocalSearch> {
-        Some(&self.problems)
+        P::local_search(&self.problems)
     }
 }
 
@@ -248,7 +252,7 @@ impl Evaluate for BatchSearchEvaluator {
 mod tests {
     use super::*;
     use motorfit_evaluate::criterion::Criterion;
-    use motorfit_evaluate::{Model, Simd};
+    use motorfit_evaluate::{Model, Scalar, Simd};
     use motorfit_motor::Space;
     use motorfit_record::{Record, Samples};
 
@@ -296,7 +300,7 @@ mod tests {
         // The device can be opened twice and evaluates two batches each time.
         for (on_loss, serves) in [(OnLoss::Reopen, 6), (OnLoss::ReopenOrCpu, 20), (OnLoss::Fail, 2)] {
             let mut left = 2;
-            let reopen: super::super::select::Reopen = Box::new(move || {
+            let reopen: super::super::select::Reopen<Problem> = Box::new(move || {
                 if left == 0 {
                     return Err(motorfit_core::Error::new(motorfit_core::ErrorKind::Device, "gone", "Run again."));
                 }

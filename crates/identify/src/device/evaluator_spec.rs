@@ -36,7 +36,7 @@ const GAIN_MIN: f64 = 1.2;
 
 /// Candidates to come on the recordings of a problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Expected {
+pub struct Expected {
     /// Candidates of a generation.
     pub population: usize,
     pub generations: usize,

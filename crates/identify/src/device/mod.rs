@@ -4,15 +4,26 @@ mod awake;
 mod batch_search;
 mod evaluator_spec;
 mod model;
+mod motor;
+mod problem;
+mod search_evaluator;
 mod select;
+mod settings;
 mod throughput_profile;
 mod used;
 
 pub(crate) use awake::with_threads_awake;
 pub use batch_search::BatchSearchEvaluator;
 pub use evaluator_spec::EvaluatorSpec;
-pub use model::ModelDevice;
-pub use select::{DeviceSettings, DeviceSpec, OnLoss, PrecisionSpec};
+#[doc(hidden)]
+pub use problem::DeviceProblem;
+#[cfg(feature = "gpu")]
+#[doc(hidden)]
+pub use problem::NO_SHADER;
+#[doc(hidden)]
+pub use search_evaluator::SearchEvaluator;
+pub use select::OnLoss;
+pub use settings::{DeviceSettings, DeviceSpec, PrecisionSpec};
 pub use throughput_profile::{AdapterThroughput, ThroughputCurve, ThroughputProfile, Work};
 pub use used::DeviceUsed;
 

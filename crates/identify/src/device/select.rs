@@ -1,116 +1,23 @@
 //! Selection of the device of a search: the CPU, or a GPU if one is requested or the work is large enough for it to be faster.
 
-use super::evaluator_spec::{EvaluatorSpec, Expected, STEPS};
-use super::throughput_profile::ThroughputProfile;
+use super::evaluator_spec::EvaluatorSpec;
+use super::problem::DeviceProblem;
 #[cfg(feature = "gpu")]
-use super::throughput_profile::{AdapterThroughput, Work};
+use super::problem::NO_SHADER;
+use super::settings::{DeviceSettings, DeviceSpec, PrecisionSpec};
 use super::used::DeviceUsed;
-use motorfit_core::named::named;
-use motorfit_core::numeric::whole;
 use motorfit_core::setting::text;
-use motorfit_core::text::excerpt;
 use motorfit_core::{Error, ErrorKind, Result};
-use motorfit_evaluate::{Evaluator, PoleTables, Problem, Simd};
+use motorfit_evaluate::{Evaluator, Simd};
 use motorfit_record::warning::Warning;
-use std::str::FromStr;
 use std::sync::Arc;
 use std::time::Duration;
 
 #[cfg(feature = "gpu")]
-use motorfit_gpu::{self as gpu, Gpu, Precision};
-
-/// The requested device.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub enum DeviceSpec {
-    /// A GPU if there is one in hardware and the work is large enough for it to be faster, else the CPU.
-    #[default]
-    Auto,
-    /// The CPU.
-    Cpu,
-    /// The best GPU adapter, which may be a software adapter if there is no other.
-    Gpu,
-    /// The GPU adapter with an index in the list of devices.
-    GpuIndex(usize),
-    /// The GPU adapter whose name contains a text.
-    GpuName(String),
-}
-
-impl FromStr for DeviceSpec {
-    type Err = Error;
-
-    /// Parses `auto`, `cpu`, `gpu`, `gpu:INDEX` or `gpu:NAME`.
-    fn from_str(text: &str) -> Result<Self> {
-        match text {
-            "auto" => Ok(Self::Auto),
-            "cpu" => Ok(Self::Cpu),
-            "gpu" => Ok(Self::Gpu),
-            other => match other.strip_prefix("gpu:").map(|which| (which, which.parse())) {
-                Some((_, Ok(index))) => Ok(Self::GpuIndex(index)),
-                Some((name, Err(_))) if !name.is_empty() => Ok(Self::GpuName(name.to_owned())),
-                _ => Err(Error::usage(
-                    text!([Device](": \"{}\" is no device", excerpt(other))),
-                    text!("Give auto, cpu, gpu, gpu:INDEX or gpu:NAME; " [Command::Devices] " lists those of this machine."),
-                )),
-            },
-        }
-    }
-}
-
-named! {
-    /// The floating-point precision of the evaluation.
-    pub enum PrecisionSpec (default Auto) {
-        /// f64 if the device supports it, else f32.
-        Auto = "auto",
-        /// f32 in deviations from the best candidate, on GPUs only; the leaders are evaluated again in f64.
-        F32 = "f32",
-        /// f64 throughout.
-        F64 = "f64",
-    }
-}
-
-/// Settings that select the device of a search.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct DeviceSettings {
-    /// The requested device.
-    pub device: DeviceSpec,
-    /// The requested precision.
-    pub precision: PrecisionSpec,
-    /// The requested evaluator on the CPU.
-    pub evaluator: EvaluatorSpec,
-    /// Throughput measured on this machine, for `auto`; with `None` fixed limits on the work decide.
-    pub throughput_profile: Option<ThroughputProfile>,
-    /// Number of threads; `None` uses the rayon pool of the caller.
-    pub threads: Option<usize>,
-    /// Number of candidates in a generation.
-    pub population: usize,
-    /// Number of generations, the initial population included.
-    pub generations: usize,
-    /// True if every cost is needed; false for searches, whose cutoffs may end simulations early.
-    pub needs_all_costs: bool,
-}
-
-/// Smallest number of candidate-steps in one generation for which `auto` opens a GPU that was not measured: a smaller batch
-/// does not use the GPU fully.
-#[cfg(feature = "gpu")]
-const GPU_GENERATION_STEPS: u64 = 200_000_000;
-/// Smallest number of candidate-steps in a search for which `auto` opens a GPU that was not measured: opening takes some tenths
-/// of a second, in which a few cores evaluate 1e9.
-#[cfg(feature = "gpu")]
-const GPU_SEARCH_STEPS: u64 = 20_000_000_000;
-/// Largest ratio of a GPU's throughput to that of all cores which is expected of a GPU that was not measured: an H200 against 16 threads
-/// with AVX-512 on 100,001 samples.
-#[cfg(feature = "gpu")]
-const GPU_SPEEDUP_MAX: u64 = 25;
+use motorfit_gpu::{Precision, Selector};
 
 /// Number of candidate-steps between two calls of the observer on the CPU: some tenths of a second of a few cores.
 pub(super) const SLICE_STEPS: usize = 500_000_000;
-/// Size of batches of a discrete GPU relative to those of the CPU; smaller ones would not use it fully.
-#[cfg(feature = "gpu")]
-const BATCH_FACTOR_DISCRETE: usize = 100;
-/// Size of batches of other GPUs in hardware relative to those of the CPU.
-#[cfg(feature = "gpu")]
-const BATCH_FACTOR_OTHER: usize = 10;
-
 /// Treatment of a device that fails during a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum OnLoss {
@@ -126,7 +33,7 @@ pub enum OnLoss {
 }
 
 /// A function that opens the same device again.
-pub(super) type Reopen = Box<dyn FnMut() -> Result<Box<dyn Evaluator>> + Send>;
+pub(super) type Reopen<P> = Box<dyn FnMut() -> Result<Box<dyn Evaluator<P>>> + Send>;
 
 /// Largest number of times that a device may fail on the same batch.
 const LOSSES_MAX: usize = 3;
@@ -134,12 +41,12 @@ const LOSSES_MAX: usize = 3;
 const WAITS_S: [f64; LOSSES_MAX] = if cfg!(test) { [0.0; LOSSES_MAX] } else { [0.0, 1.0, 5.0] };
 
 /// The selected evaluator, with its device and the treatment of failures.
-pub(super) struct SelectedDevice {
-    pub evaluator: Box<dyn Evaluator>,
+pub(super) struct SelectedDevice<P> {
+    pub evaluator: Box<dyn Evaluator<P>>,
     /// Kind of the device: `cpu` or `gpu`.
     pub kind: &'static str,
     pub on_loss: OnLoss,
-    pub reopen: Option<Reopen>,
+    pub reopen: Option<Reopen<P>>,
     /// Number of times that the evaluator was replaced.
     pub replaced: usize,
     /// True if the evaluator has tables of poles.
@@ -151,13 +58,13 @@ pub(super) struct SelectedDevice {
     pub simd: Simd,
 }
 
-impl SelectedDevice {
+impl<P: DeviceProblem> SelectedDevice<P> {
     pub(super) fn cpu(warnings: Vec<Warning>) -> Self {
-        Self { warnings, ..Self::given(Box::new(Simd::default())) }
+        Self { warnings, ..Self::given(P::kernel(Simd::default())) }
     }
 
     /// Returns a device with an evaluator of the caller.
-    pub(super) fn given(evaluator: Box<dyn Evaluator>) -> Self {
+    pub(super) fn given(evaluator: Box<dyn Evaluator<P>>) -> Self {
         Self {
             evaluator,
             kind: "cpu",
@@ -185,7 +92,7 @@ impl SelectedDevice {
             self.warnings.push(Warning::new("gpu_reopened", text!({error.text()} "; the device was opened again")));
         } else if self.kind == "gpu" && matches!(self.on_loss, OnLoss::Cpu | OnLoss::ReopenOrCpu) {
             self.warnings.push(taken_over(error));
-            self.evaluator = Box::new(self.simd);
+            self.evaluator = P::kernel(self.simd);
             (self.kind, self.batch_factor) = ("cpu", 1);
         } else {
             return false;
@@ -195,7 +102,7 @@ impl SelectedDevice {
     }
 
     /// Selects the device for searches on problems.
-    pub(super) fn for_search(settings: &DeviceSettings, problems: &[Arc<Problem>]) -> Result<Self> {
+    pub(super) fn for_search(settings: &DeviceSettings, problems: &[Arc<P>]) -> Result<Self> {
         let Some(first) = problems.first() else {
             return Err(Error::usage("there is nothing to search", "Give at least one problem."));
         };
@@ -221,23 +128,27 @@ impl SelectedDevice {
     }
 
     /// Selects the evaluator on the CPU.
-    fn on_cpu(settings: &DeviceSettings, problems: &[Arc<Problem>]) -> Self {
+    fn on_cpu(settings: &DeviceSettings, problems: &[Arc<P>]) -> Self {
         let simd = simd(settings);
-        let kernel = Self { simd, ..Self::given(Box::new(simd)) };
-        let expected = expected_work(settings, problems.len());
-        let is_served = |problem: &Arc<Problem>| PoleTables::serves(problem);
-        let warnings = match settings.evaluator {
-            EvaluatorSpec::Auto if problems.iter().any(|problem| expected.prefers_tables(problem)) => Vec::new(),
-            EvaluatorSpec::Auto | EvaluatorSpec::Kernel => return kernel,
-            EvaluatorSpec::Tables if problems.iter().any(is_served) => Vec::new(),
-            // Later problems may be served.
-            EvaluatorSpec::Tables => vec![unsuited()],
+        let kernel = Self { simd, ..Self::given(P::kernel(simd)) };
+        let expected = settings.expected(problems.len());
+        let is_served = || problems.iter().any(|problem| problem.steps_of_tables().is_some());
+        let has_tables = match settings.evaluator {
+            EvaluatorSpec::Auto => problems.iter().any(|problem| problem.prefers_tables(expected)),
+            EvaluatorSpec::Kernel => false,
+            EvaluatorSpec::Tables => true,
         };
-        Self { evaluator: Box::new(PoleTables::default()), has_tables: true, warnings, ..kernel }
+        let is_unsuited = settings.evaluator == EvaluatorSpec::Tables && !is_served();
+        let warnings = is_unsuited.then(unsuited).into_iter().collect();
+        match P::tables().filter(|_| has_tables) {
+            // Later problems may be served.
+            Some(evaluator) => Self { evaluator, has_tables, warnings, ..kernel },
+            None => Self { warnings, ..kernel },
+        }
     }
 
     /// Selects the device for a computation without a population: the CPU unless a GPU is requested.
-    pub(super) fn for_check(settings: &DeviceSettings, problem: &Arc<Problem>) -> Result<Self> {
+    pub(super) fn for_check(settings: &DeviceSettings, problem: &Arc<P>) -> Result<Self> {
         if settings.device == DeviceSpec::Auto {
             return Ok(Self::cpu(Vec::new()));
         }
@@ -247,93 +158,84 @@ impl SelectedDevice {
     }
 
     /// Returns the description of the device.
-    pub(super) fn used(&self, problems: &[Arc<Problem>]) -> DeviceUsed {
+    pub(super) fn used(&self, problems: &[Arc<P>]) -> DeviceUsed {
         DeviceUsed {
             kind: self.kind,
             name: self.evaluator.name(),
             precision: if self.evaluator.is_exact() { "f64" } else { "f32" },
             evaluator: match self.kind {
-                "cpu" if problems.iter().any(|problem| self.serves_by_tables(problem)) => "tables",
+                "cpu" if problems.iter().any(|problem| self.steps_of_tables(problem).is_some()) => "tables",
                 "cpu" => "kernel",
                 _ => "shader",
             },
         }
     }
 
-    fn serves_by_tables(&self, problem: &Problem) -> bool {
-        self.has_tables && PoleTables::serves(problem)
+    fn steps_of_tables(&self, problem: &P) -> Option<usize> {
+        problem.steps_of_tables().filter(|_| self.has_tables)
     }
 
     /// Returns the work of a candidate of a problem by which batches are sized: the number of steps of the kernel that take as long, divided by
     /// the batch factor of the device.
-    pub(super) fn steps(&self, problem: &Problem) -> usize {
-        if self.serves_by_tables(problem) {
-            return whole(STEPS) * problem.signals().len();
-        }
-        problem.active().div_ceil(self.batch_factor)
-    }
-}
-
-/// Returns the expected work per problem.
-fn expected_work(settings: &DeviceSettings, problems: usize) -> Expected {
-    Expected {
-        population: settings.population / problems.max(1),
-        generations: settings.generations,
-        needs_all_costs: settings.needs_all_costs,
+    pub(super) fn steps(&self, problem: &P) -> usize {
+        self.steps_of_tables(problem).unwrap_or_else(|| problem.steps().div_ceil(self.batch_factor))
     }
 }
 
 #[cfg(feature = "gpu")]
-fn open(settings: &DeviceSettings, problem: &Problem, problems: usize) -> Result<SelectedDevice> {
+fn open<P: DeviceProblem>(settings: &DeviceSettings, problem: &Arc<P>, problems: usize) -> Result<SelectedDevice<P>> {
     let selector = match &settings.device {
-        DeviceSpec::Gpu => gpu::Selector::Best,
-        DeviceSpec::GpuIndex(index) => gpu::Selector::Index(*index),
-        DeviceSpec::GpuName(name) => gpu::Selector::Name(name.clone()),
+        DeviceSpec::Gpu => Selector::Best,
+        DeviceSpec::GpuIndex(index) => Selector::Index(*index),
+        DeviceSpec::GpuName(name) => Selector::Name(name.clone()),
         DeviceSpec::Auto => {
-            let Some(index) = worth_opening(settings, problem, problems) else {
+            let Some(index) = problem.faster_adapter(settings, problems) else {
                 return Ok(SelectedDevice::cpu(Vec::new()));
             };
             // A GPU that cannot be opened gives a warning, and the CPU is used.
-            return Ok(match open_gpu(&gpu::Selector::Index(index), settings.precision) {
+            return Ok(match open_gpu(Selector::Index(index), settings.precision, problem) {
                 Ok(opened) => SelectedDevice { on_loss: OnLoss::Cpu, ..opened },
                 Err(error) => SelectedDevice::cpu(vec![taken_over(&error)]),
             });
         }
         DeviceSpec::Cpu => return Ok(SelectedDevice::cpu(Vec::new())),
     };
-    open_gpu(&selector, settings.precision)
+    open_gpu(selector, settings.precision, problem)
 }
 
 #[cfg(feature = "gpu")]
-fn open_gpu(selector: &gpu::Selector, precision: PrecisionSpec) -> Result<SelectedDevice> {
+fn open_gpu<P: DeviceProblem>(
+    selector: Selector,
+    precision: PrecisionSpec,
+    problem: &Arc<P>,
+) -> Result<SelectedDevice<P>> {
     let precision = match precision {
         PrecisionSpec::Auto => None,
         PrecisionSpec::F32 => Some(Precision::F32),
         PrecisionSpec::F64 => Some(Precision::F64),
     };
-    let gpu = Gpu::open(selector, precision)?;
-    let software = gpu.facts().kind == "software";
-    let message = text!(("{} is a software adapter: slower than ", gpu.facts().name)[Device = "cpu"]);
-    let warnings = software.then_some(Warning::new("software_adapter", message));
-    let batch_factor = match gpu.facts().kind {
-        "discrete" => BATCH_FACTOR_DISCRETE,
-        _ if software => 1,
-        _ => BATCH_FACTOR_OTHER,
+    let Some(gpu) = problem.open_gpu(&selector, precision)? else {
+        return Ok(SelectedDevice::cpu(vec![Warning::new("gpu_unsuited", NO_SHADER)]));
     };
-    let warnings = warnings.into_iter().collect();
-    let selector = selector.clone();
-    let reopen: Reopen = Box::new(move || Ok(Box::new(Gpu::open(&selector, precision)?)));
+    let kind = gpu.facts().kind;
+    let slow = text!(("{} is a software adapter: slower than ", gpu.facts().name)[Device = "cpu"]);
+    let warnings = (kind == "software").then(|| Warning::new("software_adapter", slow)).into_iter().collect();
+    let problem = problem.clone();
+    let reopen: Reopen<P> = Box::new(move || {
+        let gpu = problem.open_gpu(&selector, precision)?;
+        Ok(gpu.map_or_else(|| P::kernel(Simd::default()), P::on_gpu))
+    });
     Ok(SelectedDevice {
         kind: "gpu",
-        batch_factor,
+        batch_factor: P::batch_factor(kind),
         warnings,
         reopen: Some(reopen),
-        ..SelectedDevice::given(Box::new(gpu))
+        ..SelectedDevice::given(P::on_gpu(gpu))
     })
 }
 
 #[cfg(not(feature = "gpu"))]
-fn open(settings: &DeviceSettings, _: &Problem, _: usize) -> Result<SelectedDevice> {
+fn open<P: DeviceProblem>(settings: &DeviceSettings, _: &Arc<P>, _: usize) -> Result<SelectedDevice<P>> {
     if matches!(settings.device, DeviceSpec::Auto | DeviceSpec::Cpu) {
         return Ok(SelectedDevice::cpu(Vec::new()));
     }
@@ -354,45 +256,4 @@ fn simd(settings: &DeviceSettings) -> Simd {
 
 pub(super) fn taken_over(error: &Error) -> Warning {
     Warning::new("gpu_failed", text!({error.text()} "; the CPU evaluates instead"))
-}
-
-/// Returns the index of a hardware adapter that is predicted to be faster than the CPU with its evaluator for the work, or `None` if there
-/// is none or the work is too small. The prediction is based on the throughput profile for measured adapters, and on the size of the work
-/// for others.
-#[cfg(feature = "gpu")]
-fn worth_opening(settings: &DeviceSettings, problem: &Problem, problems: usize) -> Option<usize> {
-    let equivalent_samples = || expected_work(settings, problems).equivalent_samples(problem);
-    let work = Work {
-        samples: problem.active() as u64,
-        population: settings.population as u64,
-        generations: settings.generations as u64,
-        threads: rayon::current_num_threads(),
-        equivalent_samples: (settings.evaluator == EvaluatorSpec::Auto).then(equivalent_samples).flatten(),
-    };
-    let throughput_profile =
-        settings.throughput_profile.as_ref().filter(|throughput_profile| throughput_profile.is_current());
-    let precision = (settings.precision == PrecisionSpec::F64).then_some("f64");
-    let faster = throughput_profile.and_then(|throughput_profile| throughput_profile.faster(work, precision));
-    if faster.is_none() && !is_large(work) {
-        return None;
-    }
-    let is = |a: &gpu::AdapterFacts, known: &AdapterThroughput| {
-        a.name == known.name && a.driver == known.driver && a.backend == known.backend
-    };
-    let real: Vec<gpu::AdapterFacts> = gpu::list().into_iter().filter(|a| a.kind != "software").collect();
-    let measured =
-        |a: &&gpu::AdapterFacts| throughput_profile.is_some_and(|p| p.adapters.iter().any(|known| is(a, known)));
-    let chosen = faster.and_then(|faster| real.iter().find(|a| is(a, faster)));
-    let unknown = || real.iter().filter(|_| is_large(work)).find(|a| !measured(a));
-    chosen.or_else(unknown).map(|a| a.index)
-}
-
-/// Returns true if a search is large enough for a GPU that was not measured to be faster.
-#[cfg(feature = "gpu")]
-fn is_large(work: Work) -> bool {
-    let on_cpu = work.equivalent_samples.unwrap_or(work.samples);
-    let candidates = work.population.saturating_mul(work.generations);
-    work.population.saturating_mul(work.samples) >= GPU_GENERATION_STEPS
-        && candidates.saturating_mul(on_cpu) >= GPU_SEARCH_STEPS
-        && work.samples <= GPU_SPEEDUP_MAX.saturating_mul(on_cpu)
 }

@@ -6,7 +6,8 @@ use super::result::ModelFit;
 use motorfit_core::{ErrorKind, Result};
 use motorfit_estimate::Refined;
 use motorfit_estimate::model::{ModelEnd, ModelOptima, ModelStarts, model_ends, model_optima, refine_model};
-use motorfit_evaluate::model::{ModelAxis, ModelEvaluator, ModelProblem};
+use motorfit_evaluate::Evaluator;
+use motorfit_evaluate::model::{ModelAxis, ModelProblem};
 use std::ops::ControlFlow;
 
 /// Given starts and the ends of the descents from them with the steps and weights of the search.
@@ -36,7 +37,7 @@ impl GivenStarts {
 /// ones; with them, if the model diverges from all others.
 pub(super) fn optima_beside(
     problem: &ModelProblem,
-    evaluator: &mut dyn ModelEvaluator,
+    evaluator: &mut dyn Evaluator<ModelProblem>,
     seed: u64,
     given: &[Vec<f64>],
     observe: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,

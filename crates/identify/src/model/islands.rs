@@ -5,9 +5,11 @@
 
 use motorfit_core::Result;
 use motorfit_core::candidates::Candidates;
-use motorfit_evaluate::model::{ModelEvaluator, ModelProblem};
+use motorfit_evaluate::Evaluator;
+use motorfit_evaluate::model::ModelProblem;
 use motorfit_optimize::{Budget, ConfiguredSearch, DifferentialEvolutionOptions, Run, SearchSettings, minimize};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// Number of populations.
 const ISLANDS: u64 = 4;
@@ -20,8 +22,8 @@ const SLICE: usize = 1 << 14;
 
 /// Returns the best candidate of each population, and the number of evaluated candidates.
 pub(super) fn islands(
-    problem: &ModelProblem,
-    evaluator: &mut dyn ModelEvaluator,
+    problem: &Arc<ModelProblem>,
+    evaluator: &mut dyn Evaluator<ModelProblem>,
     seed: u64,
 ) -> Result<(Vec<Vec<f64>>, u64)> {
     let axes = &problem.space().free;

@@ -1,6 +1,5 @@
 //! Identification with a user's model: search, refinement, residual tests, trust.
 
-mod batch_costs;
 mod combinations;
 mod estimates;
 mod fine_steps;
@@ -15,7 +14,6 @@ mod step_accuracy;
 mod tests_of_residuals;
 mod trust;
 
-pub use batch_costs::ModelCosts;
 pub use pipeline::{ModelProgress, ModelSpec, hold_out_model, identify_model};
 pub use result::{ModelFit, ModelIdentification, OwnModel};
 pub use serialize::integration;

@@ -11,7 +11,7 @@ use super::sampled_law::add_sampled_law;
 use super::tests_of_residuals::fitted;
 use super::trust::trust;
 use crate::analysis::FitMetrics;
-use crate::device::{DeviceSpec, ModelDevice, PrecisionSpec};
+use crate::device::{BatchSearchEvaluator, DeviceSettings, DeviceSpec, PrecisionSpec};
 use crate::method::Method;
 use crate::repeated::{check_repeated, validation_repeats};
 use crate::result::{Identification, Output, SearchOutcome};
@@ -29,6 +29,7 @@ use motorfit_model::{IntegrationMethod, Model};
 use motorfit_optimize::{Budget, ConfiguredSearch, Run, SearchSettings, Stop, minimize};
 use motorfit_record::warning::Warning;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// Settings of an identification with a user's model.
 #[derive(Debug, Clone)]
@@ -116,6 +117,13 @@ impl ModelSpec {
     }
 }
 
+impl From<&ModelSpec> for DeviceSettings {
+    fn from(spec: &ModelSpec) -> Self {
+        let &ModelSpec { precision, population, generations, .. } = spec;
+        Self { device: spec.device.clone(), precision, population, generations, ..Self::default() }
+    }
+}
+
 /// Progress of an identification: the steps that are done, and all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ModelProgress {
@@ -128,9 +136,8 @@ pub struct ModelProgress {
 /// Identifies the parameters of a model from recordings. `observe` may end the search; the result is then the best so far.
 ///
 /// # Errors
-/// Returns the errors of [`ModelSpec::space`], [`ModelProblem::new`] and [`ModelDevice::open`], `Data` for a recording that is given
-/// twice, `Usage` for Steiglitz–McBride, and `NotIdentified` if the model
-/// diverges from every start.
+/// Returns the errors of [`ModelSpec::space`], [`ModelProblem::new`] and [`BatchSearchEvaluator::open`], `Data` for a recording that is
+/// given twice, `Usage` for Steiglitz–McBride, and `NotIdentified` if the model diverges from every start.
 pub fn identify_model(
     model: &Model,
     recordings: &[ModelRecording],
@@ -140,11 +147,12 @@ pub fn identify_model(
     let begin = Instant::now();
     check_repeated(recordings)?;
     let space = spec.space(model, recordings.len())?;
-    let problem = ModelProblem::new(model, space, recordings.to_vec(), spec.settings())?;
-    let mut device = ModelDevice::open(&spec.device, spec.precision, &problem)?;
+    let problem = Arc::new(ModelProblem::new(model, space, recordings.to_vec(), spec.settings())?);
+    let mut device = BatchSearchEvaluator::open(spec, vec![problem.clone()])?;
     let found = search((&problem, &mut device), spec, observe)?;
     // With the steps of the search: others have another lowest sum of squares.
     let mut verification = verified(&problem, spec, &found);
+    let problem = Arc::unwrap_or_clone(problem);
     let (problem, refined) = match spec.is_polished {
         true => {
             let refined = refine_model(&problem, &found.start.0, &found.start.1, None)?;
@@ -163,14 +171,11 @@ pub fn identify_model(
     };
     let mut result = result(&problem, spec, (found, verification), refined.as_ref());
     add_sampled_law(&problem, &mut result, refined.as_ref());
-    result.device = device.used();
-    result.warnings.extend(device.warnings);
+    result.device = device.device();
+    result.warnings.extend(device.take_warnings());
     result.seconds = begin.elapsed().as_secs_f64();
     Ok(result)
 }
-
-/// Largest number of candidates between two looks at an interruption.
-const SLICE: usize = 1 << 14;
 
 /// The outcome of a search.
 struct Found {
@@ -194,7 +199,7 @@ fn cost_of(problem: &ModelProblem, values: &[f64]) -> Result<f64> {
 
 /// Runs a population search.
 fn of_population(
-    (problem, device): (&ModelProblem, &mut ModelDevice),
+    (problem, device): (&Arc<ModelProblem>, &mut BatchSearchEvaluator<ModelProblem>),
     spec: &ModelSpec,
     search: &ConfiguredSearch,
     observe: &mut dyn FnMut(ModelProgress) -> ControlFlow<()>,
@@ -203,26 +208,17 @@ fn of_population(
     let &ModelSpec { population, generations, seed, .. } = spec;
     let search_settings = SearchSettings { bounds, population, generations, seed, ..SearchSettings::default() };
     let mut runs = [Run::new(search.begin(search_settings)?)];
-    let budget = Budget { generations, slice: SLICE };
-    let mut evaluate = |populations: &[Candidates<'_>], costs: &mut [f64]| {
-        let mut at = 0;
-        for population in populations {
-            let end = at + population.count();
-            device.evaluator.costs(problem, *population, &mut costs[at..end])?;
-            at = end;
-        }
-        Ok(())
-    };
+    let budget = Budget { generations, slice: device.slice() };
     let rounds = rounds_max(problem.model());
     let mut progress =
         |of: &motorfit_optimize::Progress| observe(ModelProgress { done: of.generation, of: of.generations + rounds });
-    let stop = minimize(&mut runs, budget, &mut evaluate, &mut progress)?;
+    let stop = minimize(&mut runs, budget, device, &mut progress)?;
     let [run] = runs;
     Ok((run, stop))
 }
 
 fn search(
-    (problem, device): (&ModelProblem, &mut ModelDevice),
+    (problem, device): (&Arc<ModelProblem>, &mut BatchSearchEvaluator<ModelProblem>),
     spec: &ModelSpec,
     observe: &mut dyn FnMut(ModelProgress) -> ControlFlow<()>,
 ) -> Result<Found> {
@@ -250,7 +246,7 @@ fn search(
         let optima = match spec.is_polished && stop != Stop::Interrupted {
             true => {
                 let starts = ModelStarts { given: std::slice::from_ref(&best), populations: &mut islands };
-                Some(model_optima(problem, device.evaluator.as_mut(), seed, starts, &mut look)?)
+                Some(model_optima(problem, device.evaluator(), seed, starts, &mut look)?)
             }
             false => None,
         };
@@ -273,7 +269,7 @@ fn search(
             history: run.history,
         });
     }
-    let (optima, given) = optima_beside(problem, device.evaluator.as_mut(), seed, &starts, &mut look)?;
+    let (optima, given) = optima_beside(problem, device.evaluator(), seed, &starts, &mut look)?;
     // Refined, each is compared with the other.
     let lower = given.lower_than(optima.cost).filter(|_| !spec.is_polished);
     let (values, initial) = lower.map_or((&optima.values, &optima.initial), |lower| (&lower.values, &lower.initial));

@@ -1,51 +1,7 @@
-//! JSON documents of results with a user's model.
+//! JSON document of what was understood of a user's model.
 
-use crate::document::{EvaluateDocument, warnings};
-use motorfit_evaluate::model::{ModelAxis, ModelSpace};
-use motorfit_identify::model::ModelCosts;
 use motorfit_model::{InitialState, Model};
-use motorfit_record::{Record, Severity};
 use serde_json::{Value, json};
-
-/// Returns the bounds of the free parameters by their names.
-fn bounds(model: &Model, space: &ModelSpace) -> Value {
-    let entry =
-        |axis: &ModelAxis| Some((model.parameters().get(axis.parameter)?.name.clone(), json!([axis.min, axis.max])));
-    Value::Object(space.free.iter().filter_map(entry).collect())
-}
-
-/// Returns the JSON document of evaluated candidates of a model with the best of them, each a cost and the values of the free parameters.
-#[must_use]
-pub fn model_costs_document(
-    document: &EvaluateDocument,
-    records: &[Record],
-    costs: &ModelCosts,
-    best: &[(f64, &[f64])],
-) -> Value {
-    let problem = costs.problem();
-    let model = problem.model();
-    let entry =
-        |(cost, values): &(f64, &[f64])| json!({"cost": cost, "parameters": named(model, problem.space(), values)});
-    json!({
-        "motorfit": env!("CARGO_PKG_VERSION"),
-        "model": {"name": model.name(), "sha256": model.digest()},
-        "records": records,
-        "criterion": problem.criterion().norm.name(),
-        "scale": problem.criterion().scale.name(),
-        "bounds": bounds(model, problem.space()),
-        "device": costs.device(),
-        "candidates": document.candidates,
-        "stop": document.stop(),
-        "seconds": document.seconds,
-        "best": best.iter().map(entry).collect::<Vec<_>>(),
-        "warnings": warnings(costs.warnings(), Severity::Report),
-    })
-}
-
-/// Returns values of the free parameters by name.
-fn named(model: &Model, space: &ModelSpace, values: &[f64]) -> Value {
-    Value::Object(space.names(model).into_iter().zip(values.iter().map(|value| json!(value))).collect())
-}
 
 /// Returns the JSON document of what was understood of a model.
 #[must_use]

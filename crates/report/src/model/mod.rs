@@ -9,7 +9,7 @@ mod mathml;
 #[cfg(feature = "pages")]
 mod page;
 
-pub use document::{model_check_document, model_costs_document};
+pub use document::model_check_document;
 pub use inspect::{ModelSignalFacts, model_inspect_document};
 #[cfg(feature = "pages")]
 pub use inspect_page::{ModelInspection, model_inspect_page};

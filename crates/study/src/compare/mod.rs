@@ -9,8 +9,6 @@ mod engine;
 mod estimates;
 mod invariance;
 mod invariance_test;
-mod model_engine;
-mod motor_engine;
 mod parameter;
 mod precision;
 mod ranking;
@@ -39,8 +37,6 @@ pub use subject::{ComparedMachine, ComparedModel, ComparisonSubject};
 pub use targets::{Reached, reached};
 
 use engine::Engine;
-use model_engine::ModelEngine;
-use motor_engine::MotorEngine;
 use motorfit_core::setting::text;
 use motorfit_core::{Error, Result};
 use motorfit_identify::Method;
@@ -52,6 +48,8 @@ use std::ops::ControlFlow;
 
 /// Largest work of the estimates that an interrupted comparison still computes \[samples\].
 const INTERRUPTED_MAX: usize = 4_000_000;
+/// Work of the refined estimate of a DC motor, relative to Steiglitz–McBride on one record with new noise.
+const REFERENCE: usize = 20;
 
 /// Compares methods. `observe` receives the progress after every generation and may end the comparison; the results
 /// until then are kept.
@@ -65,36 +63,40 @@ pub fn compare(
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Comparison> {
     check(spec)?;
-    let mut engine = open(&subject, spec)?;
+    let mut engine = Engine::open(&subject, spec)?;
     let mut blocks: Vec<Block> = spec.settings.iter().map(empty).collect();
-    let mut run = ComparisonRun::new(spec, engine.as_mut());
+    let mut run = ComparisonRun::new(spec, &mut engine);
     let mut interrupted = run.all(&mut blocks, observe)?;
     let ComparisonRun { evaluations, batch_seconds, last, .. } = run;
     // An interrupted comparison still computes the estimates that take no more than some tenths of a second.
     let samples: usize = subject.records.iter().map(Record::len).sum();
     let has = |work: usize| !interrupted || work <= INTERRUPTED_MAX;
-    let has_reference = has(engine.reference_work());
-    let steiglitz_work = samples.saturating_mul(spec.noise_records.saturating_add(motor_engine::REFERENCE));
+    // The multistart of a model evaluates thousands of candidates.
+    let has_reference = has(subject.model().map_or(samples.saturating_mul(REFERENCE), |_| usize::MAX));
+    let steiglitz_work = samples.saturating_mul(spec.noise_records.saturating_add(REFERENCE));
     let has_steiglitz = spec.steiglitz_mcbride && has(steiglitz_work);
     let mut look = || {
         let flow = observe(&last);
         interrupted |= flow.is_break();
         flow
     };
-    let reference =
-        if has_reference { engine.reference(&mut look) } else { Err("interrupted before it was run".into()) };
+    let reference = if has_reference {
+        Reference::of(&subject, spec, &mut look)
+    } else {
+        Err("interrupted before it was run".into())
+    };
     let motor = reference.as_ref().ok().and_then(Reference::motor);
     let steiglitz = has_steiglitz.then(|| Steiglitz::of(&subject, spec, motor)).transpose()?;
     for (setting, block) in blocks.iter_mut().enumerate() {
-        block.reference_cost = reference.as_ref().ok().and_then(|found| engine.reference_cost(setting, found));
+        block.reference_cost =
+            reference.as_ref().ok().and_then(|found| engine.reference_cost((&subject, spec), setting, found));
         block.steiglitz_cost = steiglitz.as_ref().and_then(|sm| sm.cost(&subject, spec, &block.setting));
     }
-    let mut warnings = engine.warnings();
+    let Engine { searches, parameters, initial, .. } = engine;
+    let (mut warnings, device) = (searches.warnings().to_vec(), searches.device());
     if matches!(subject.machine, ComparedMachine::Motor { truth: None }) && has_reference {
         warnings.extend(warnings_of_records(&subject.records));
     }
-    let (parameters, initial, device) = (engine.parameters(), engine.initial(), engine.device());
-    drop(engine);
     let mut comparison = Comparison {
         subject,
         parameters,
@@ -114,14 +116,6 @@ pub fn compare(
     let of_box = at_bound::of_box(&comparison);
     comparison.warnings.extend(of_box);
     Ok(comparison)
-}
-
-/// Prepares the problems of a comparison and opens their device.
-fn open<'a>(subject: &'a ComparisonSubject, spec: &'a CompareSpec) -> Result<Box<dyn Engine + 'a>> {
-    Ok(match &subject.machine {
-        ComparedMachine::Motor { .. } => Box::new(MotorEngine::open(&subject.records, spec)?),
-        ComparedMachine::Model(of) => Box::new(ModelEngine::open(of, spec)?),
-    })
 }
 
 /// Largest number of runs of each method.

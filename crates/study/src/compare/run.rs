@@ -20,7 +20,7 @@ struct Entry {
 /// A comparison in progress.
 pub(super) struct ComparisonRun<'a> {
     pub spec: &'a CompareSpec,
-    pub engine: &'a mut dyn Engine,
+    pub engine: &'a mut Engine,
     /// Number of candidates evaluated.
     pub evaluations: u64,
     /// Time of all batches of runs \[s\].
@@ -30,7 +30,7 @@ pub(super) struct ComparisonRun<'a> {
 }
 
 impl<'a> ComparisonRun<'a> {
-    pub(super) fn new(spec: &'a CompareSpec, engine: &'a mut dyn Engine) -> Self {
+    pub(super) fn new(spec: &'a CompareSpec, engine: &'a mut Engine) -> Self {
         let last = Progress { generation: 0, generations: 0, evaluations: 0, cost: f64::INFINITY };
         Self { spec, engine, evaluations: 0, batch_seconds: 0.0, last }
     }
@@ -42,7 +42,6 @@ impl<'a> ComparisonRun<'a> {
             let runs = |m| (0..self.spec.runs as u64).map(move |run| Entry { indices: [s, m], run });
             batches.entry(setting.generations).or_default().extend((0..setting.methods.len()).flat_map(runs));
         }
-        let parameters = self.engine.parameters();
         for (generations, entries) in batches {
             let begun = Instant::now();
             let before = self.evaluations;
@@ -57,7 +56,7 @@ impl<'a> ComparisonRun<'a> {
             self.evaluations += runs.iter().map(|run| run.evaluations).sum::<u64>();
             for (entry, run) in entries.iter().zip(runs) {
                 let [setting, method] = entry.indices;
-                blocks[setting].results[method].runs.push(self.outcome(setting, &parameters, run));
+                blocks[setting].results[method].runs.push(self.outcome(setting, run));
             }
             if stop == Stop::Interrupted {
                 return Ok(true);
@@ -80,9 +79,9 @@ impl<'a> ComparisonRun<'a> {
         };
         let (names, mut runs): (Vec<&str>, Vec<Run>) =
             entries.iter().map(run).collect::<Result<Vec<_>>>()?.into_iter().unzip();
-        self.engine.set_runs(&entries.iter().map(|entry| entry.indices[0]).collect::<Vec<_>>());
-        let budget = Budget { generations, slice: self.engine.slice() };
-        let evaluator = self.engine.evaluator();
+        self.engine.searches.set_runs(&entries.iter().map(|entry| entry.indices[0]).collect::<Vec<_>>());
+        let budget = Budget { generations, slice: self.engine.searches.slice() };
+        let evaluator = self.engine.searches.as_mut();
         if evaluator.local_search().is_none()
             && let Some(at) = runs.iter().position(|run| run.optimizer.needs_local_search())
         {
@@ -117,7 +116,8 @@ impl<'a> ComparisonRun<'a> {
     }
 
     /// Returns the best candidate of a run with its cost on the CPU.
-    fn outcome(&self, setting: usize, parameters: &[ComparedParameter], run: Run) -> Outcome {
+    fn outcome(&self, setting: usize, run: Run) -> Outcome {
+        let parameters = &self.engine.parameters;
         let best = run.optimizer.best().map(|best| best.values);
         let best = best
             .map(|candidate| (ComparedParameter::values(parameters, candidate), self.engine.cost(setting, candidate)));

@@ -1,6 +1,6 @@
 //! Steiglitz–McBride in a comparison. It has no seeds, so its spread is computed over records with new noise.
 
-use super::motor_engine::cost_of;
+use super::engine::cost_of;
 use super::spec::{CompareSpec, ComparisonSetting};
 use super::subject::ComparisonSubject;
 use motorfit_core::Result;

@@ -3,6 +3,8 @@
 use motorfit_core::numeric::count;
 use motorfit_core::setting::text;
 use motorfit_core::{Error, Result};
+use motorfit_estimate::Uncertainty;
+use motorfit_identify::BatchCosts;
 use motorfit_record::warning::Warning;
 
 /// A parameter of a cost map.
@@ -34,9 +36,6 @@ pub struct CostMap {
     pub warnings: Vec<Warning>,
 }
 
-/// A function that writes the costs of candidates, shape `[candidates, parameters]`.
-pub(super) type CostsOf<'a> = dyn FnMut(&[f64], &mut [f64]) -> Result<()> + 'a;
-
 /// Least number of candidates that are evaluated at once, but for the last.
 const TOGETHER: usize = 1 << 14;
 /// Half-width of a map without given bounds \[standard errors\].
@@ -55,26 +54,57 @@ impl CostMap {
         let fraction = count(index) / count(self.costs.len().saturating_sub(1));
         low + (high - low) * fraction
     }
+}
 
-    /// Fills in the costs of a map: `optimum` has the values of all free parameters, of which those at `places` vary.
-    pub(super) fn filled(mut self, (optimum, places): (&[f64], [usize; 2]), costs: &mut CostsOf<'_>) -> Result<Self> {
-        let side = self.costs.len();
+/// An optimum around which costs are mapped over two of its free parameters.
+pub(super) struct Optimum<'a> {
+    /// Values of all free parameters.
+    pub values: Vec<f64>,
+    pub uncertainty: Option<&'a Uncertainty>,
+    /// The two parameters that vary, with their places among the free ones.
+    pub parameters: [MapParameter; 2],
+    pub places: [usize; 2],
+    pub warnings: &'a [Warning],
+}
+
+impl Optimum<'_> {
+    /// Evaluates the criterion on a grid. `range` returns the range of the parameter at a place, whose value and eight standard errors to
+    /// each side it is given.
+    pub fn map(
+        self,
+        side: usize,
+        range: impl Fn(usize, f64, [f64; 2]) -> [f64; 2],
+        costs: &mut BatchCosts,
+    ) -> Result<CostMap> {
+        let Self { values, uncertainty, parameters, places, warnings } = self;
+        let error = |place: usize| uncertainty.and_then(|of| *of.std_error.get(place)?);
+        let correlation = || *uncertainty?.correlation.get(places[0])?.get(places[1])?;
+        let known = || Some(([error(places[0])?, error(places[1])?], correlation()?));
+        let optimum = places.map(|place| values[place]);
+        let mut map = CostMap {
+            parameters,
+            ranges: places.map(|place| range(place, values[place], reach(values[place], error(place)))),
+            costs: vec![Vec::new(); side],
+            optimum,
+            ellipse: ellipse(optimum, known()),
+            warnings: warnings.to_vec(),
+        };
         let rows: Vec<usize> = (0..side).collect();
         for rows in rows.chunks((TOGETHER / side).max(1)) {
-            let mut values = Vec::with_capacity(rows.len() * side * optimum.len());
+            let mut candidates = Vec::with_capacity(rows.len() * side * values.len());
             for (row, column) in rows.iter().flat_map(|row| (0..side).map(move |column| (*row, column))) {
-                let mut candidate = optimum.to_vec();
-                candidate[places[0]] = self.value(0, column);
-                candidate[places[1]] = self.value(1, row);
-                values.extend(candidate);
+                let mut candidate = values.clone();
+                candidate[places[0]] = map.value(0, column);
+                candidate[places[1]] = map.value(1, row);
+                candidates.extend(candidate);
             }
             let mut lines = vec![0.0; rows.len() * side];
-            costs(&values, &mut lines)?;
+            costs.evaluate(&candidates, &mut lines)?;
             for (row, line) in rows.iter().zip(lines.chunks(side)) {
-                self.costs[*row] = line.to_vec();
+                map.costs[*row] = line.to_vec();
             }
         }
-        Ok(self)
+        Ok(map)
     }
 }
 
@@ -90,13 +120,13 @@ pub(super) fn check(symbols: [&str; 2], side: usize) -> Result<()> {
 
 /// Returns the range around an estimate with a standard error. Without noise the standard errors vanish; the map then reaches
 /// 1e-6 of the value to each side.
-pub(super) fn reach(value: f64, error: Option<f64>) -> [f64; 2] {
+fn reach(value: f64, error: Option<f64>) -> [f64; 2] {
     let reach = (REACH * error.unwrap_or(0.05 * value.abs())).max(1e-6 * value.abs());
     [value - reach, value + reach]
 }
 
 /// Returns the 95 % confidence ellipse of two estimates with their standard errors and correlation.
-pub(super) fn ellipse([x0, y0]: [f64; 2], known: Option<([f64; 2], f64)>) -> Vec<(f64, f64)> {
+fn ellipse([x0, y0]: [f64; 2], known: Option<([f64; 2], f64)>) -> Vec<(f64, f64)> {
     let Some(([x, y], correlation)) = known else { return Vec::new() };
     let size = CHI2.sqrt();
     let point = |n: u32| {

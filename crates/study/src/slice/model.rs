@@ -1,19 +1,20 @@
 //! Cost maps of a user's model.
 
-use super::map::{CostMap, MapParameter, check, ellipse, reach};
+use super::map::{CostMap, MapParameter, Optimum, check};
 use motorfit_core::setting::text;
 use motorfit_core::text::{excerpt, listed, nearest};
 use motorfit_core::{Error, Result};
 use motorfit_evaluate::model::ModelRecording;
-use motorfit_identify::model::{ModelCosts, ModelSpec, identify_model};
+use motorfit_identify::BatchCosts;
+use motorfit_identify::model::{ModelSpec, identify_model};
 use motorfit_model::Model;
 use std::ops::ControlFlow;
 
 /// Identifies a model and evaluates the criterion on a grid of `side` × `side` points around the optimum, within the given bounds
-/// of the two parameters or eight standard errors to each side. `names` are those of [`ModelCosts::names`].
+/// of the two parameters or eight standard errors to each side. `names` are those of the free parameters.
 ///
 /// # Errors
-/// Propagates the errors of [`identify_model`] and [`ModelCosts::new`]. Returns a `Usage` error if the parameters are equal or one
+/// Propagates the errors of [`identify_model`] and [`BatchCosts::of_model`]. Returns a `Usage` error if the parameters are equal or one
 /// of them is not free, or if `side` is not within 2 to 4096.
 pub fn model_cost_map(
     (model, recordings): (&Model, &[ModelRecording]),
@@ -22,8 +23,8 @@ pub fn model_cost_map(
     side: usize,
 ) -> Result<CostMap> {
     check(names, side)?;
-    let mut costs = ModelCosts::new(model, recordings.to_vec(), spec)?;
-    let free = costs.names();
+    let mut costs = BatchCosts::of_model(model, recordings.to_vec(), spec)?;
+    let free = costs.problem().names();
     let place = |name: &str| {
         free.iter().position(|own| own == name).ok_or_else(|| {
             let own: Vec<&str> = free.iter().map(String::as_str).collect();
@@ -34,33 +35,20 @@ pub fn model_cost_map(
     };
     let places = [place(names[0])?, place(names[1])?];
     let found = identify_model(model, recordings, spec, &mut |_| ControlFlow::Continue(()))?;
-    let errors = |place: usize| found.uncertainty.as_ref().and_then(|of| *of.std_error.get(place)?);
-    let range = |place: usize| {
-        let axis = &found.space.free[place];
-        let name = &model.parameters()[axis.parameter].name;
-        if spec.bounds.iter().any(|(of, _)| of == name) {
-            return [axis.min, axis.max];
-        }
-        let [low, high] = reach(found.values[place], errors(place));
-        [low.max(axis.min), high.min(axis.max)]
-    };
     let parameter = |place: usize| {
         let of = &model.parameters()[found.space.free[place].parameter];
         let name = if of.description.is_empty() { &of.name } else { &of.description };
         MapParameter { symbol: free[place].clone(), name: name.clone(), unit: of.unit.text.clone() }
     };
-    let optimum = places.map(|place| found.values[place]);
-    let correlation = || *found.uncertainty.as_ref()?.correlation.get(places[0])?.get(places[1])?;
-    let known = || Some(([errors(places[0])?, errors(places[1])?], correlation()?));
-    let map = CostMap {
-        parameters: places.map(parameter),
-        ranges: places.map(range),
-        costs: vec![Vec::new(); side],
-        optimum,
-        ellipse: ellipse(optimum, known()),
-        warnings: found.warnings.clone(),
+    let range = |place: usize, _: f64, [low, high]: [f64; 2]| {
+        let axis = &found.space.free[place];
+        let name = &model.parameters()[axis.parameter].name;
+        let is_given = spec.bounds.iter().any(|(of, _)| of == name);
+        if is_given { [axis.min, axis.max] } else { [low.max(axis.min), high.min(axis.max)] }
     };
-    map.filled((&found.values, places), &mut |values, line| costs.evaluate(values, line))
+    let (uncertainty, parameters) = (found.uncertainty.as_ref(), places.map(parameter));
+    let values = found.values.clone();
+    Optimum { values, uncertainty, parameters, places, warnings: &found.warnings }.map(side, range, &mut costs)
 }
 
 #[cfg(test)]
@@ -75,16 +63,7 @@ mod tests {
         let model = BuiltIn::DcMotor.model().unwrap();
         let time_s: Vec<f64> = (0..400).map(|n| f64::from(n) * 1e-3).collect();
         let voltage: Vec<f64> = (0..400).map(|n| if (n / 60) % 2 == 0 { 8.0 } else { -4.0 }).collect();
-        let mut recording = ModelRecording {
-            step_s: vec![1e-3],
-            inputs: vec![voltage, vec![0.0; 400]],
-            // Signals that vary, because a problem needs one; the simulated ones replace them.
-            measured: vec![Some(time_s.clone()); 2],
-            counting: Vec::new(),
-            effective_sample_ratio: 1.0,
-            name: None,
-            time_s,
-        };
+        let mut recording = ModelRecording::to_simulate(&model, time_s, vec![voltage, vec![0.0; 400]]).unwrap();
         let values = motorfit_motor::Parameters::M2.to_array();
         let settings = ModelSpec::default().settings();
         let space = motorfit_evaluate::model::ModelSpace::all_fixed(&values);

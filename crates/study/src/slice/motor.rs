@@ -1,6 +1,6 @@
 //! Cost maps of the DC motor.
 
-use super::map::{CostMap, MapParameter, check, ellipse, reach};
+use super::map::{CostMap, MapParameter, Optimum, check};
 use motorfit_core::setting::text;
 use motorfit_core::{Error, Result};
 use motorfit_identify::{BatchCosts, IdentifySpec, identify, needs_voltage};
@@ -25,42 +25,25 @@ pub fn cost_map(records: &[Record], spec: &IdentifySpec, parameters: [Parameter;
     };
     let places = [place(parameters[0])?, place(parameters[1])?];
     let found = identify(records, spec)?;
-    let error = |place: usize| found.uncertainty.as_ref().and_then(|u| *u.std_error.get(place)?);
-    let range = |p: Parameter, place: usize| {
-        let axis = &found.space.free()[place];
-        if !spec.auto_bounds.contains(&p) {
-            return [axis.min, axis.max];
-        }
-        let value = found.parameters.get(p);
-        let [low, high] = reach(value, error(place));
-        [low.max(0.01 * value), high]
-    };
-    let ranges = [range(parameters[0], places[0]), range(parameters[1], places[1])];
-    let of_optimum = parameters.map(|p| found.parameters.get(p));
-    let correlation = || *found.uncertainty.as_ref()?.correlation.get(places[0])?.get(places[1])?;
-    let known = || Some(([error(places[0])?, error(places[1])?], correlation()?));
-    let map = CostMap {
+    let space = found.space.clone();
+    let around = IdentifySpec { space, auto_bounds: Vec::new(), population: side, generations: side, ..spec.clone() };
+    let optimum = Optimum {
+        values: axes.iter().map(|axis| found.parameters.get(axis.parameter)).collect(),
+        uncertainty: found.uncertainty.as_ref(),
         parameters: parameters.map(|p| MapParameter {
             symbol: p.symbol().to_owned(),
             name: p.name().to_owned(),
             unit: p.unit().to_owned(),
         }),
-        ranges,
-        costs: vec![Vec::new(); side],
-        optimum: of_optimum,
-        ellipse: ellipse(of_optimum, known()),
-        warnings: found.warnings.clone(),
+        places,
+        warnings: &found.warnings,
     };
-    let around = IdentifySpec {
-        space: found.space.clone(),
-        auto_bounds: Vec::new(),
-        population: side,
-        generations: side,
-        ..spec.clone()
+    let range = |place: usize, value: f64, [low, high]: [f64; 2]| {
+        let axis = &found.space.free()[place];
+        let is_automatic = spec.auto_bounds.contains(&axes[place].parameter);
+        if is_automatic { [low.max(0.01 * value), high] } else { [axis.min, axis.max] }
     };
-    let mut costs = BatchCosts::new(records, &around)?;
-    let optimum: Vec<f64> = axes.iter().map(|axis| found.parameters.get(axis.parameter)).collect();
-    map.filled((&optimum, places), &mut |values, line| costs.evaluate(values, line))
+    optimum.map(side, range, &mut BatchCosts::new(records, &around)?)
 }
 
 #[cfg(test)]

@@ -269,7 +269,7 @@ pub fn devices(calls: &mut Calls) {
                 needs_all_costs: population == 7,
             };
             ask!(calls, settings;
-                "device::BatchSearchEvaluator::open" => BatchSearchEvaluator::open(settings.clone(), Vec::new()).map(|e| e.slice()),
+                "device::BatchSearchEvaluator::open" => BatchSearchEvaluator::<Problem>::open(settings.clone(), Vec::new()).map(|e| e.slice()),
                 "device::BatchSearchEvaluator::open" => BatchSearchEvaluator::open(settings.clone(), vec![problem.clone()]).map(|e| e.slice()),
             );
         }
@@ -373,11 +373,12 @@ pub fn gpus(calls: &mut Calls) {
     }
     let Some(mut gpu) = calls.ask("evaluate::gpu::Gpu::open", &"the best", || Gpu::open(&Selector::Best, None)) else {
         // Without an adapter these cannot be called.
-        calls.called.extend(["evaluate::gpu::Gpu::facts", "evaluate::gpu::Gpu::precision"]);
+        calls.called.extend(["evaluate::gpu::Gpu::facts", "evaluate::gpu::Gpu::name", "evaluate::gpu::Gpu::precision"]);
         return;
     };
     drive!(calls, ();
         "evaluate::gpu::Gpu::facts" => gpu.facts(),
+        "evaluate::gpu::Gpu::name" => gpu.name(),
         "evaluate::gpu::Gpu::precision" => gpu.precision(),
     );
     for space in spaces() {

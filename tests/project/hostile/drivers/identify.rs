@@ -5,12 +5,12 @@ use crate::hostile::calls::{Calls, ask, drive};
 use motorfit::criterion::{Criterion, Noise, Scale};
 use motorfit::device::{DeviceSpec, DeviceUsed};
 use motorfit::estimate::fit_problem;
-use motorfit::evaluate::{Model, Problem};
+use motorfit::evaluate::{Model, Problem, SearchProblem};
 use motorfit::experiment::with_noise;
 use motorfit::identify::{
     BatchCosts, Identifiability, Identification, IdentifySpec, Inspection, LikelihoodProfile, Method,
     ParameterEstimate, Polish, PreparedSearch, SearchRun, Status, TrustLevel, fit_on, has_all_channels, hold_out,
-    identify, identify_with, likelihood_profiles, needs_voltage, validate, verify_at, with_cost_on,
+    identify, identify_with, likelihood_profiles, needs_voltage, search_problem, validate, verify_at, with_cost_on,
 };
 use motorfit::motor::{Axis, Parameter, Parameters, Scope, Space, With};
 use motorfit::named::Named;
@@ -213,6 +213,7 @@ pub fn identifications(calls: &mut Calls) {
         "identify::verify_at" => verify_at(&[], &quick(), &[]),
         "identify::PreparedSearch::new" => PreparedSearch::new(&[], &quick()).map(drop),
         "identify::BatchCosts::new" => BatchCosts::new(&[], &quick()).map(drop),
+        "identify::search_problem" => search_problem(&[], &quick()),
     );
     for (n, record) in odd.iter().enumerate() {
         drive!(calls, record;
@@ -233,6 +234,7 @@ fn one(calls: &mut Calls, records: &[Record], spec: &IdentifySpec) {
     ask!(calls, with;
         "identify::needs_voltage" => needs_voltage(records),
         "identify::identify" => identify(records, spec),
+        "identify::search_problem" => search_problem(records, spec),
         "identify::identify_with" => identify_with(records, spec, &mut |_| ControlFlow::Break(())),
     );
     if let Some((found, profiles)) =
@@ -275,14 +277,37 @@ fn one(calls: &mut Calls, records: &[Record], spec: &IdentifySpec) {
     }
 }
 
-fn batch_costs(calls: &mut Calls, mut costs: BatchCosts) {
+/// Calls what searches need of a problem.
+fn searched(calls: &mut Calls, problem: &dyn SearchProblem) {
+    let names = problem.names();
+    drive!(calls, names;
+        "evaluate::SearchProblem::names" => problem.names(),
+        "evaluate::SearchProblem::axes" => problem.axes(),
+        "evaluate::SearchProblem::bounds" => problem.bounds(),
+        "evaluate::SearchProblem::width" => problem.width(),
+        "evaluate::SearchProblem::criterion" => *problem.criterion(),
+        "evaluate::SearchProblem::steps" => problem.steps(),
+        "evaluate::SearchProblem::is_small" => COUNTS.map(|count| problem.is_small(count)),
+        "evaluate::SearchProblem::user_model" => problem.user_model().is_some(),
+    );
+    for values in [vec![], vec![f64::NAN; names.len()], vec![1.0; names.len()], vec![0.0; 99]] {
+        drive!(calls, (&names, &values);
+            "evaluate::SearchProblem::values_of" => problem.values_of(&values),
+            "evaluate::SearchProblem::cost_of" => problem.cost_of(&values),
+        );
+        assert!(!problem.cost_of(&values).is_nan(), "{names:?} {values:?}");
+    }
+}
+
+pub fn batch_costs(calls: &mut Calls, mut costs: BatchCosts) {
     drive!(calls, ();
-        "identify::BatchCosts::problem" => costs.problem().signals().len(),
+        "identify::BatchCosts::problem" => costs.problem().width(),
         "identify::BatchCosts::device" => costs.device(),
         "identify::BatchCosts::steps" => costs.steps(),
         "identify::BatchCosts::warnings" => costs.warnings().len(),
     );
-    let width = costs.problem().space().free().len();
+    let width = costs.problem().width();
+    searched(calls, costs.problem());
     for (values, size) in [0, 1, width, width + 1, 3 * width].into_iter().flat_map(|v| [0, 1, 3].map(|s| (v, s))) {
         let (values, mut found) = (vec![f64::NAN; values], vec![0.0; size]);
         ask!(calls, (values.len(), size);

@@ -2,17 +2,15 @@
 
 use crate::hostile::arguments::{COUNTS, FEW, NUMBERS, step, texts};
 use crate::hostile::calls::{Calls, ask, drive};
-use crate::hostile::drivers::identify::{fitted, mangled as mangled_motors};
+use crate::hostile::drivers::identify::{batch_costs, fitted, mangled as mangled_motors};
 use motorfit::candidates::Candidates;
-use motorfit::device::{DeviceSpec, ModelDevice, PrecisionSpec};
 use motorfit::estimate::model::{ModelStarts, model_ends, model_optima, open_flat, refine_model};
 use motorfit::estimate::{Refined, separate_fits};
-use motorfit::evaluate::model::{
-    ModelAxis, ModelEvaluator, ModelProblem, ModelRecording, ModelSettings, ModelSimd, ModelSpace, signal_requests,
-};
+use motorfit::evaluate::model::{ModelAxis, ModelProblem, ModelRecording, ModelSettings, ModelSpace, signal_requests};
+use motorfit::evaluate::{Evaluator, Simd};
 use motorfit::experiment::white_noise;
-use motorfit::identify::model::{ModelCosts, ModelEstimate, ModelSpec, hold_out_model, identify_model};
-use motorfit::identify::{IdentifySpec, identify};
+use motorfit::identify::model::{ModelEstimate, ModelSpec, hold_out_model, identify_model};
+use motorfit::identify::{BatchCosts, IdentifySpec, identify};
 use motorfit::model::{BuiltIn, Function, IntegrationMethod, Model, Role, ShaderPrecision};
 use motorfit::named::Named;
 use motorfit::record::{
@@ -21,8 +19,8 @@ use motorfit::record::{
 };
 use motorfit::report::{
     EvaluateDocument, ExportFormat, ModelInspection, ModelSignalFacts, Reproduced, SignalStatistics, exported_model,
-    exported_motor, model_check_document, model_check_page, model_costs_document, model_document, model_figure,
-    model_inspect_document, model_inspect_page, model_page,
+    exported_motor, model_check_document, model_check_page, model_document, model_figure, model_inspect_document,
+    model_inspect_page, model_page,
 };
 use motorfit::setting::Setting;
 use motorfit::settings::{Given, Value, model_reading, model_spec};
@@ -30,6 +28,7 @@ use motorfit::study::sweep::{Outcome, RunEstimate, RunEstimates};
 use motorfit::units::{Dimension, parse_unit};
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::Arc;
 
 /// Returns a small recording of the DC motor as a model.
 pub fn recording() -> ModelRecording {
@@ -342,11 +341,11 @@ fn one(calls: &mut Calls, problem: &ModelProblem) {
         "estimate::model::model_ends" => model_ends(problem, std::slice::from_ref(&middle)),
         "estimate::model::model_optima" => {
             let starts = ModelStarts { given: std::slice::from_ref(&middle), populations: &mut |_, _, _| Ok((Vec::new(), 0)) };
-            model_optima(problem, &mut ModelSimd, u64::MAX, starts, &mut |_, _| ControlFlow::Continue(()))
+            model_optima(problem, &mut Simd::default(), u64::MAX, starts, &mut |_, _| ControlFlow::Continue(()))
         },
         "estimate::model::model_optima" => {
             let starts = ModelStarts { given: &[vec![]], populations: &mut |_, _, _| Ok((vec![vec![]], 0)) };
-            model_optima(problem, &mut ModelSimd, 0, starts, &mut |_, _| ControlFlow::Break(()))
+            model_optima(problem, &mut Simd::default(), 0, starts, &mut |_, _| ControlFlow::Break(()))
         },
     );
 }
@@ -366,43 +365,25 @@ fn refined(calls: &mut Calls, problem: &ModelProblem, middle: &[f64]) {
 /// Calls of what evaluates populations.
 fn populations(calls: &mut Calls, problem: &ModelProblem, middle: &[f64]) {
     let mut costs = [0.0; 2];
+    let shared = Arc::new(problem.clone());
+    let mut simd: Box<dyn Evaluator<ModelProblem>> = Box::new(Simd::default());
     ask!(calls, middle;
-        "evaluate::model::ModelEvaluator::costs" => ModelSimd.costs(problem, Candidates::new(middle, 1), &mut costs),
-        "device::ModelDevice::open" => ModelDevice::open(&DeviceSpec::Auto, PrecisionSpec::F32, problem).map(|of| of.kind),
-        "device::ModelDevice::open" => {
-            ModelDevice::open(&DeviceSpec::GpuIndex(usize::MAX), PrecisionSpec::Auto, problem).map(|of| of.kind)
-        },
+        "evaluate::Evaluator::costs" => simd.costs(&shared, Candidates::new(middle, 1), &mut costs),
+        "evaluate::Evaluator::costs" => simd.costs(&shared, Candidates::new(middle, middle.len().max(1)), &mut costs[..1]),
+        "evaluate::Evaluator::costs" => simd.costs(&shared, Candidates::new(&[], middle.len().max(1)), &mut []),
     );
-    drive!(calls, middle;
-        "evaluate::model::ModelEvaluator::name" => ModelSimd.name(),
-        "evaluate::model::ModelEvaluator::precision" => ModelSimd.precision(),
-        "evaluate::model::ModelEvaluator::kind" => ModelSimd.kind(),
-        "evaluate::model::ModelEvaluator::driver" => ModelSimd.driver(),
-        "device::ModelDevice::cpu" => ModelDevice::cpu().kind,
-        "device::ModelDevice::used" => ModelDevice::cpu().used(),
-    );
+    drive!(calls, middle; "evaluate::Evaluator::name" => simd.name(), "evaluate::Simd::name" => Simd::default().name());
     #[cfg(feature = "gpu")]
-    gpus(calls, problem, middle);
+    gpus(calls, &shared, middle);
     let recordings = (0..problem.recordings()).map(|n| problem.recording(n).clone()).collect();
-    let costs = calls.ask("identify::model::ModelCosts::new", &middle, || {
-        ModelCosts::new(problem.model(), recordings, &ModelSpec::default())
+    let costs = calls.ask("identify::BatchCosts::of_model", &middle, || {
+        BatchCosts::of_model(problem.model(), recordings, &ModelSpec::default())
     });
-    if let Some(mut of) = costs {
+    if let Some(of) = costs {
         let document = EvaluateDocument { candidates: 0, interrupted: true, seconds: f64::NAN };
-        drive!(calls, middle;
-            "identify::model::ModelCosts::problem" => of.problem().work(),
-            "identify::model::ModelCosts::steps" => of.steps(),
-            "identify::model::ModelCosts::names" => of.names().len(),
-            "identify::model::ModelCosts::device" => of.device().name,
-            "identify::model::ModelCosts::warnings" => of.warnings().len(),
-            "report::model_costs_document" => model_costs_document(&document, &[], &of, &[(f64::NAN, &[]), (1.0, middle)]),
-        );
-        let mut costs = [0.0; 2];
-        ask!(calls, middle;
-            "identify::model::ModelCosts::evaluate" => of.evaluate(middle, &mut costs),
-            "identify::model::ModelCosts::evaluate" => of.evaluate(&[], &mut []),
-            "identify::model::ModelCosts::evaluate" => of.evaluate(&[f64::NAN], &mut costs[..1]),
-        );
+        let best: [(f64, &[f64]); 2] = [(f64::NAN, &[]), (1.0, middle)];
+        drive!(calls, middle; "report::EvaluateDocument::of" => document.of(&[], &of, best.into_iter()));
+        batch_costs(calls, of);
     }
     let other = BuiltIn::DcMotor.model().unwrap();
     drive!(calls, middle; "evaluate::model::ModelSpace::names" => problem.space().names(&other).len());
@@ -410,29 +391,22 @@ fn populations(calls: &mut Calls, problem: &ModelProblem, middle: &[f64]) {
 
 /// Calls of the GPU evaluator; without an adapter its methods cannot be called.
 #[cfg(feature = "gpu")]
-fn gpus(calls: &mut Calls, problem: &ModelProblem, middle: &[f64]) {
-    use motorfit::evaluate::gpu::{ModelGpu, Selector};
-    for selector in [Selector::Index(usize::MAX), Selector::Name("\0".to_owned())] {
-        ask!(calls, selector; "evaluate::gpu::ModelGpu::open" => ModelGpu::open(&selector, None).map(drop));
-    }
-    let gpu = calls.ask("evaluate::gpu::ModelGpu::open", &"the best", || ModelGpu::open(&Selector::Best, None));
-    let Some(mut gpu) = gpu else {
-        calls.called.extend(["evaluate::gpu::ModelGpu::facts", "evaluate::gpu::ModelGpu::serves"]);
+fn gpus(calls: &mut Calls, problem: &Arc<ModelProblem>, middle: &[f64]) {
+    use motorfit::evaluate::gpu::{Gpu, Selector};
+    let Ok(mut gpu) = Gpu::open(&Selector::Best, None) else {
+        calls.called.insert("evaluate::gpu::Gpu::serves_model");
         return;
     };
-    drive!(calls, (); "evaluate::gpu::ModelGpu::facts" => gpu.facts());
     let mut costs = [0.0; 3];
     ask!(calls, middle;
-        "evaluate::gpu::ModelGpu::serves" => gpu.serves(problem),
-        "evaluate::model::ModelEvaluator::costs" => gpu.costs(problem, Candidates::new(middle, 1), &mut costs),
+        "evaluate::gpu::Gpu::serves_model" => gpu.serves_model(problem),
+        "evaluate::Evaluator::costs" => gpu.costs(problem, Candidates::new(middle, 1), &mut costs),
     );
     for number in FEW {
         let values = vec![number; middle.len()];
         let mut costs = [0.0];
         ask!(calls, number;
-            "evaluate::model::ModelEvaluator::costs" => {
-                gpu.costs(problem, Candidates::new(&values, middle.len().max(1)), &mut costs)
-            },
+            "evaluate::Evaluator::costs" => gpu.costs(problem, Candidates::new(&values, middle.len().max(1)), &mut costs),
         );
         assert!(!costs[0].is_nan());
     }

@@ -17,8 +17,8 @@ use motorfit::study::compare::{
     Steiglitz, compare, paper, reached,
 };
 use motorfit::study::{
-    BenchSubject, Contender, CostMap, MapParameter, Measurement, Throughput, ThroughputSpec, contenders, cost_map,
-    model_contenders, model_cost_map, throughput,
+    Contenders, CostMap, MapParameter, Measurement, Throughput, ThroughputSpec, contenders, cost_map, model_contenders,
+    model_cost_map, throughput,
 };
 use std::ops::ControlFlow;
 
@@ -339,7 +339,7 @@ pub fn benchmarks() -> Vec<Throughput> {
             kernel: Some([value, 0.0]),
             again: Some((value, [value; 2])),
         };
-        let contenders = if number % 2 == 0 { Vec::new() } else { contenders(1, false, false).unwrap().0 };
+        let contenders = if number % 2 == 0 { Vec::new() } else { contenders(1, false, false).unwrap().list };
         let measurements =
             vec![measurement.clone(), Measurement { seconds: None, contender: 0, ..measurement.clone() }, measurement];
         all.push(Throughput {
@@ -368,11 +368,12 @@ pub fn speeds(calls: &mut Calls) {
             "study::Throughput::crossover" => COUNTS.map(|n| COUNTS.map(|m| result.crossover(n, m, n))),
         );
     }
+    drive!(calls, (); "study::Contenders::none" => Contenders::none().list.len());
     for threads in COUNTS.into_iter().filter(|threads| *threads != 1000) {
         ask!(calls, threads;
             "study::contenders" => contenders(threads, false, true).map(drop),
             "study::model_contenders" => model_contenders(&BuiltIn::DcMotor.model().unwrap(), threads, false).map(drop),
-            "study::Contender::on_cpu" => Contender::on_cpu(String::new(), Box::new(Scalar), threads).map(drop),
+            "study::Contenders::add_on_cpu" => Contenders::none().add_on_cpu(String::new(), Box::new(Scalar), threads),
         );
     }
     for (count, budget_s) in COUNTS.into_iter().flat_map(|c| FEW.map(|b| (c, b))) {
@@ -387,11 +388,14 @@ pub fn speeds(calls: &mut Calls) {
             let checked = calls.ask("study::ThroughputSpec::checked", &spec, || spec.clone().checked());
             // The run time is the requested budget, so only short ones are run.
             if checked.as_ref().is_none_or(|spec| !is_long(spec) && spec.budget_s < 1e-3) {
-                let who =
-                    || (vec![Contender::on_cpu(String::new(), Box::new(Simd::default()), 1).unwrap()], Vec::new());
+                let who = || {
+                    let mut own = Contenders::none();
+                    own.add_on_cpu(String::new(), Box::new(Simd::default()), 1).unwrap();
+                    own
+                };
                 ask!(calls, spec;
-                    "study::throughput" => throughput((&spec, &BenchSubject::Motor), who(), &mut |_, _| ControlFlow::Continue(())).map(drop),
-                    "study::throughput" => throughput((&spec, &BenchSubject::Motor), (Vec::new(), Vec::new()), &mut |_, _| ControlFlow::Break(())).map(drop),
+                    "study::throughput" => throughput(&spec, who(), &mut |_, _| ControlFlow::Continue(())).map(drop),
+                    "study::throughput" => throughput(&spec, Contenders::none(), &mut |_, _| ControlFlow::Break(())).map(drop),
                 );
             }
         }

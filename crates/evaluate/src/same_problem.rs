@@ -1,17 +1,20 @@
 //! Groups of a batch that have the same problem, which are evaluated as one.
 
-use crate::evaluator::Group;
+use super::evaluator::Group;
 use motorfit_core::Result;
 use motorfit_core::candidates::Candidates;
 use std::collections::BTreeMap;
 
 /// A group of a batch with the costs of its candidates.
-pub(super) type Costed<'b, 'g> = (&'b Group<'g>, &'b mut [f64]);
+pub(super) type Costed<'b, 'g, P> = (&'b Group<'g, P>, &'b mut [f64]);
 
 /// Returns the groups of a batch by their problems, with their parts of the costs.
-pub(super) fn by_problem<'b, 'g>(groups: &'b [Group<'g>], mut costs: &'b mut [f64]) -> Vec<Vec<Costed<'b, 'g>>> {
+pub(super) fn by_problem<'b, 'g, P>(
+    groups: &'b [Group<'g, P>],
+    mut costs: &'b mut [f64],
+) -> Vec<Vec<Costed<'b, 'g, P>>> {
     let mut places = BTreeMap::new();
-    let mut all: Vec<Vec<Costed<'b, 'g>>> = Vec::new();
+    let mut all: Vec<Vec<Costed<'b, 'g, P>>> = Vec::new();
     for group in groups {
         let (own, others) = costs.split_at_mut(group.candidates.count());
         costs = others;
@@ -25,9 +28,9 @@ pub(super) fn by_problem<'b, 'g>(groups: &'b [Group<'g>], mut costs: &'b mut [f6
 }
 
 /// Evaluates groups with the same problem as one group.
-pub(super) fn as_one(
-    groups: Vec<Costed<'_, '_>>,
-    evaluate: impl FnOnce(&Group<'_>, &mut [f64]) -> Result<()>,
+pub(super) fn as_one<P>(
+    groups: Vec<Costed<'_, '_, P>>,
+    evaluate: impl FnOnce(&Group<'_, P>, &mut [f64]) -> Result<()>,
 ) -> Result<()> {
     let mut groups = groups;
     if let [(group, costs)] = &mut groups[..] {
