@@ -219,8 +219,8 @@ pub mod report {
         AxisScale, Band, Card, Chart, Figure, Form, Item, Map, Mark, ModelInspection, Page, Panel, Part, Reproduced,
         ResidualRow, Section, Series, Table, Trust, compare, compare_page, compare_parts, figures, folded, heat_map,
         html_fragment, identify_page, identify_parts, inspect_page, likelihood_chart, mechanism_page, model_check_page,
-        model_figure, model_inspect_page, model_page, plain_text, record_figure, residual_panels, selection_table,
-        selection_text, suite, sweep,
+        model_figure, model_inspect_page, model_page, model_selection_table, model_selection_text, plain_text,
+        record_figure, residual_panels, selection_table, selection_text, suite, sweep,
     };
     pub use motorfit_report::{
         EvaluateDocument, ExportFormat, Exported, ExportedParameter, FeedbackDesign, MechanismLine, ModelSignalFacts,

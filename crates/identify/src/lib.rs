@@ -22,6 +22,7 @@ pub mod device;
 mod estimates;
 mod extension_bounds;
 mod fit;
+mod forward_selection;
 mod hull;
 mod identifiability;
 mod lacking;

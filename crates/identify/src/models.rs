@@ -1,6 +1,6 @@
 //! Fits of the models that the model selection compares.
 
-use super::bic::{Fit, is_far};
+use super::bic::{self, is_far};
 use super::extension_bounds::extended_space;
 use super::prepare::Prepared;
 use super::refine::refine_widening;
@@ -55,6 +55,9 @@ fn by_name<S: serde::Serializer>(
     serializer.collect_map(parameters.iter().map(|(parameter, scope, value)| (scope.name(*parameter), value)))
 }
 
+/// A fitted DC motor with extensions.
+pub(super) type Fit = bic::Fit<Extension, Space>;
+
 /// Relative decrease of the sum of squares from which another optimum counts as lower.
 const LOWER: f64 = 1e-6;
 
@@ -84,7 +87,7 @@ impl Models<'_> {
     /// Refines a model until convergence and widens automatic bounds at which it ends.
     fn refined(&self, with: &[Extension], plain: &Problem, values: &[f64]) -> Result<Fit> {
         let (refined, space) = refine_widening(plain, &self.prepared.spec, plain.space(), values)?;
-        Ok(Fit::new(with, &plain.with_space(space), refined))
+        Ok(Fit::new(with, space.clone(), &plain.with_space(space), refined))
     }
 
     /// Refines a rough fit until convergence.
@@ -118,7 +121,7 @@ impl Models<'_> {
             );
         }
         let refined = best_start(&plain, &starts, sigma).ok_or_else(no_start)?;
-        Ok(Fit::new(with, &plain, refined))
+        Ok(Fit::new(with, plain.space().clone(), &plain, refined))
     }
 
     /// Searches the complete box for a lower optimum if the residuals of a fit are far above the noise; `None` if there is
@@ -183,5 +186,5 @@ const DELAY_STARTS: usize = 2;
 
 pub(super) fn step(records: &[Record], fit: &Fit, gain: Option<f64>, taken: bool) -> SelectionStep {
     let fit_percent = fit_percent(records, &fit.refined);
-    SelectionStep { with: fit.with.clone(), free: fit.space.free().len(), fit_percent, gain, taken }
+    SelectionStep { with: fit.with.clone(), free: fit.free, fit_percent, gain, taken }
 }

@@ -108,6 +108,12 @@ pub(super) fn transfer_functions(found: &Identification) -> Option<Vec<(String, 
     ])
 }
 
+/// Explanation of a table of a selection.
+pub(super) const SELECTION_NOTE: &str = "free: number of free parameters. ΔBIC: Bayesian information criterion at the effective sample size of the residuals, \
+     less that of the model selected before. A larger model is selected if it lowers the criterion by more than 6, for the \
+     residuals or for their innovations, and the residuals of a channel by more than 1 %. If extensions are \
+     selected, the last rows exchange one of them for a similar one.";
+
 /// Returns the table of the models that the selection fitted, in their order.
 #[must_use]
 pub fn selection_table(selection: &[SelectionStep]) -> Table {
@@ -121,12 +127,7 @@ pub fn selection_table(selection: &[SelectionStep]) -> Table {
         let name = if extensions.is_empty() { "none".to_owned() } else { extensions.join(", ") };
         table.row([name, step.free.to_string(), current, speed, gain, taken.to_owned()]);
     }
-    table.note(
-        "free: number of free parameters. ΔBIC: Bayesian information criterion at the effective sample size of the residuals, \
-         less that of the model selected before. A larger model is selected if it lowers the criterion by more than 6, for the \
-         residuals or for their innovations, and the residuals of a channel by more than 1 %. If extensions are \
-         selected, the last rows exchange one of them for a similar one.",
-    );
+    table.note(SELECTION_NOTE);
     table
 }
 

@@ -74,7 +74,10 @@ pub use mechanism::{
 #[cfg(feature = "pages")]
 pub use mechanism_page::mechanism_page;
 #[cfg(feature = "pages")]
-pub use model::{ModelInspection, model_check_page, model_figure, model_inspect_page, model_page};
+pub use model::{
+    ModelInspection, model_check_page, model_figure, model_inspect_page, model_page, model_selection_table,
+    model_selection_text,
+};
 pub use model::{ModelSignalFacts, model_check_document, model_costs_document, model_document, model_inspect_document};
 #[cfg(feature = "pages")]
 pub use notebook::{html_fragment, plain_text};

@@ -2,14 +2,17 @@
 
 use crate::cli::args::IdentifyArgs;
 use crate::cli::prelude::*;
-use crate::cli::{export, output, plot};
+use crate::cli::{export, output, plot, terminal};
 use motorfit::evaluate::model::ModelRecording;
 use motorfit::identify::TrustLevel;
 use motorfit::identify::model::{ModelIdentification, ModelProgress, ModelSpec, hold_out_model, identify_model};
 use motorfit::model::Model;
 use motorfit::optimize::{Progress, Stop};
 use motorfit::record::Record;
-use motorfit::report::{columns_csv, command_line, exported_model, model_document, model_figure, model_page};
+use motorfit::report::{
+    columns_csv, command_line, exported_model, model_document, model_figure, model_page, model_selection_table,
+    model_selection_text,
+};
 use motorfit::settings::Value;
 
 /// Text in place of reasons for a level of trust.
@@ -169,6 +172,9 @@ fn table(records: &[Record], model: &Model, spec: &ModelSpec, found: &ModelIdent
     for (name, value) in lines(model, spec, found) {
         let _ = writeln!(text, "  {name:<10}{}", printable(&value));
     }
+    if let Some(table) = model_selection_table(model, found).filter(|_| style.verbose) {
+        let _ = write!(text, "\n{}", table.text(terminal::table_width(WIDTH)));
+    }
     text
 }
 
@@ -198,6 +204,7 @@ fn lines(model: &Model, spec: &ModelSpec, found: &ModelIdentification) -> Vec<(&
         _ => "not verified".to_owned(),
     };
     let mut lines = vec![("fit", fit(&found.fit_percent))];
+    lines.extend(model_selection_text(found).map(|text| ("model", text)));
     if !found.held_out_percent.is_empty() {
         lines.push(("held out", fit(&found.held_out_percent)));
     }

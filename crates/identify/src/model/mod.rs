@@ -10,12 +10,18 @@ mod islands;
 mod pipeline;
 mod result;
 mod sampled_law;
+mod selection;
 mod step_accuracy;
+mod terms;
 mod tests_of_residuals;
 mod trust;
 
 pub use batch_costs::ModelCosts;
 pub use pipeline::{ModelProgress, ModelSpec, hold_out_model, identify_model};
-pub use result::{Combination, ModelEstimate, ModelFit, ModelIdentification, ModelSearch, ModelVerification};
+pub use result::{
+    Combination, ModelAlternative, ModelEstimate, ModelFit, ModelIdentification, ModelSearch, ModelSelection,
+    ModelStep, ModelVerification,
+};
+pub use terms::ModelTerms;
 #[doc(hidden)]
 pub use tests_of_residuals::fit_percent;

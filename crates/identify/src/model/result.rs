@@ -97,6 +97,46 @@ pub struct ModelVerification {
     pub cost_gap: Option<f64>,
 }
 
+/// A model with some of its optional terms that the selection fitted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelStep {
+    /// Optional terms of the model.
+    pub with: Vec<String>,
+    /// Number of free parameters.
+    pub free: usize,
+    /// Fit of each output \[%\].
+    pub fit_percent: Vec<Option<f64>>,
+    /// BIC (Schwarz, 1978) minus the BIC of its predecessor in the selection: negative if this model is better. `None` for the model
+    /// without optional terms.
+    pub gain: Option<f64>,
+    /// True if the selection continued with this model.
+    pub taken: bool,
+}
+
+/// A model with other terms whose BIC cannot be distinguished from that of the selected model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelAlternative {
+    /// Optional terms of the model.
+    pub with: Vec<String>,
+    /// Fit of each output \[%\].
+    pub fit_percent: Vec<Option<f64>>,
+    /// BIC minus the BIC of the selected model.
+    pub gain: f64,
+    /// Free parameters with their estimates.
+    pub parameters: Vec<(String, f64)>,
+}
+
+/// Selection of the optional terms of a model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelSelection {
+    /// Terms that were selected.
+    pub with: Vec<String>,
+    /// Models that were fitted, in their order.
+    pub steps: Vec<ModelStep>,
+    /// Models that fit the recordings equally well.
+    pub alternatives: Vec<ModelAlternative>,
+}
+
 /// The result of an identification with a user's model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelIdentification {
@@ -108,6 +148,10 @@ pub struct ModelIdentification {
     pub values: Vec<f64>,
     /// Search space.
     pub space: ModelSpace,
+    /// Optional terms of the model.
+    pub with: Vec<String>,
+    /// Selection of the terms; `None` if they were given.
+    pub selection: Option<ModelSelection>,
     /// Integration method.
     pub method: ModelMethod,
     /// First optimum.

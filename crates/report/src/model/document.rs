@@ -3,7 +3,9 @@
 use crate::document::{EvaluateDocument, warnings};
 use crate::spelling::command_line;
 use motorfit_evaluate::model::{ModelAxis, ModelMethod, ModelSpace};
-use motorfit_identify::model::{ModelCosts, ModelEstimate, ModelFit, ModelIdentification, ModelSpec};
+use motorfit_identify::model::{
+    ModelAlternative, ModelCosts, ModelEstimate, ModelFit, ModelIdentification, ModelSpec, ModelStep,
+};
 use motorfit_model::{InitialState, Model};
 use motorfit_record::{Record, Severity};
 use serde_json::{Map, Value, json};
@@ -90,6 +92,9 @@ pub fn model_document(records: &[Record], model: &Model, spec: &ModelSpec, found
         "bounds": bounds,
         "device": found.device,
         "parameters": parameters(&found.estimates),
+        "with": found.with,
+        "ladder": found.selection.as_ref().map(|of| ladder(model, &of.steps)),
+        "alternatives": found.selection.as_ref().map_or_else(Vec::new, |of| alternatives(model, &of.alternatives)),
         "cost": found.cost,
         "searched": {"method": found.searched.method, "parameters": searched, "cost": found.searched.cost},
         "fit_percent": by_output(model, &found.fit_percent),
@@ -119,6 +124,28 @@ pub fn model_document(records: &[Record], model: &Model, spec: &ModelSpec, found
         "history": found.history,
         "seconds": found.seconds,
     })
+}
+
+/// Returns the models that a selection fitted.
+fn ladder(model: &Model, steps: &[ModelStep]) -> Vec<Value> {
+    let one = |step: &ModelStep| {
+        json!({
+            "with": step.with, "free": step.free, "fit_percent": by_output(model, &step.fit_percent),
+            "criterion_gain": step.gain, "taken": step.taken,
+        })
+    };
+    steps.iter().map(one).collect()
+}
+
+/// Returns the models that cannot be distinguished from the selected one.
+fn alternatives(model: &Model, all: &[ModelAlternative]) -> Vec<Value> {
+    let one = |of: &ModelAlternative| {
+        json!({
+            "with": of.with, "fit_percent": by_output(model, &of.fit_percent), "criterion_gain": of.gain,
+            "parameters": of.parameters.iter().map(|(name, value)| (name.clone(), json!(value))).collect::<Map<_, _>>(),
+        })
+    };
+    all.iter().map(one).collect()
 }
 
 fn trust(found: &ModelIdentification) -> Value {

@@ -19,3 +19,7 @@ pub use inspect_page::{ModelInspection, model_inspect_page};
 pub(super) use page::{model_chart, model_correlations};
 #[cfg(feature = "pages")]
 pub use page::{model_check_page, model_figure, model_page};
+#[cfg(feature = "pages")]
+mod selection;
+#[cfg(feature = "pages")]
+pub use selection::{model_selection_table, model_selection_text};

@@ -1,9 +1,10 @@
 //! Pages of results with a user's model.
 
 use super::mathml::equation;
+use super::selection::{model_selection_table, model_selection_text};
 use crate::chart::{Band, Chart, Figure, Form, Panel, Series, correlation};
 use crate::page::{Card, Page, Part, Trust, capital};
-use crate::pages::{Reproduced, reproduce, section, warnings};
+use crate::pages::{Reproduced, folded, reproduce, section, warnings};
 use crate::spelling::command_line;
 use crate::table::{Table, dash};
 use motorfit_core::numeric::rms;
@@ -38,6 +39,10 @@ pub fn model_page(
     estimates.extend(found.combinations.iter().map(|text| Part::Text(format!("{}.", capital(text)))));
     estimates.extend(model_correlations(model, found).map(Part::Figure));
     sections.push(section("Estimates", estimates));
+    if let Some(table) = model_selection_table(model, found) {
+        let words = model_selection_text(found).unwrap_or_default();
+        sections.push(folded("Model selection", vec![Part::Text(format!("Model: {words}.")), Part::Table(table)]));
+    }
     sections.push(section("Equations", equations(model)));
     sections.push(reproduce(records, how, None));
     let name = records.first().and_then(|record| record.source().file_name());
