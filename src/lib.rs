@@ -96,7 +96,8 @@ pub mod model {
 
     pub use motorfit_model::{
         BuiltIn, Equation, Formula, FormulaKind, Function, InitialState, IntegrationMethod, LIMITS, Model,
-        ModelConstant, ModelInput, ModelOutput, ModelParameter, ModelState, NodeId, Role, ShaderPrecision, WrittenUnit,
+        ModelConstant, ModelInput, ModelOutput, ModelParameter, ModelState, ModelTerm, NodeId, Role, ShaderPrecision,
+        WrittenUnit,
     };
 }
 

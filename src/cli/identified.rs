@@ -6,9 +6,7 @@ use motorfit::identify::model::OwnModel;
 use motorfit::identify::{DcMotor, Identification, ParameterEstimate};
 use motorfit::motor::Input;
 use motorfit::record::{Quantity, Record};
-use motorfit::report::{
-    Requested, Shown, characteristics_lines, noise_floor_text, selection_table, selection_text, verdict, verdicts,
-};
+use motorfit::report::{Requested, Shown, characteristics_lines, noise_floor_text, selection_text, verdict, verdicts};
 use motorfit::text::decimals;
 
 /// A line of the result: its name, which is empty if it goes on from the line before, and its text.
@@ -21,9 +19,6 @@ pub(super) trait Told: Shown {
 
     /// Describes the method that found the first optimum.
     fn method(found: &Identification<Self>, requested: &Requested) -> String;
-
-    /// Returns the table of the models that a selection fitted; empty without one.
-    fn selection_table(found: &Identification<Self>) -> String;
 
     /// Returns the settings that a report names.
     fn options(spec: &Self::Spec, found: &Identification<Self>) -> Vec<(&'static str, String)>;
@@ -54,7 +49,6 @@ impl Told for DcMotor {
     fn after_fit(found: &Identification<Self>) -> Vec<Line> {
         let mut lines = held_out(found);
         lines.extend(found.noise_floor.iter().map(|of| ("best fit", noise_floor_text(of))));
-        lines.extend(selection_text(found).map(|text| ("model", text)));
         lines.extend(characteristics_lines(found));
         lines
     }
@@ -70,11 +64,6 @@ impl Told for DcMotor {
             }
             _ => of_search(found, requested),
         }
-    }
-
-    fn selection_table(found: &Identification<Self>) -> String {
-        let table = found.selection.as_ref().map(|selection| selection_table(selection));
-        table.map_or_else(String::new, |table| format!("\n{}", table.text(terminal::table_width(TABLE_WIDTH))))
     }
 
     fn options(spec: &Self::Spec, found: &Identification<Self>) -> Vec<(&'static str, String)> {
@@ -102,10 +91,6 @@ impl Told for OwnModel {
         }
     }
 
-    fn selection_table(_: &Identification<Self>) -> String {
-        String::new()
-    }
-
     fn options(spec: &Self::Spec, found: &Identification<Self>) -> Vec<(&'static str, String)> {
         let mut list = vec![("model", format!("{}, sha256 {}", found.model.name(), found.model.digest()))];
         list.extend(options(spec, found));
@@ -114,8 +99,6 @@ impl Told for OwnModel {
     }
 }
 
-/// Width of tables \[characters\].
-const TABLE_WIDTH: usize = 100;
 /// Width of the table of parameters \[characters\].
 const PARAMETERS_WIDTH: usize = 84;
 /// Longest description that stands in the table of parameters \[characters\].
@@ -248,6 +231,7 @@ pub(super) fn lines<M: Told>(records: &[Record], requested: &Requested, found: &
     let mut lines = vec![("fit", fit_text(found, &found.fit_percent))];
     lines.extend(fits_by_recording(found, records.iter().zip(&found.fit_percent_by_recording)));
     lines.extend(M::after_fit(found));
+    lines.extend(selection_text(found).map(|text| ("model", text)));
     if found.residual_sigma.iter().any(Option::is_some) {
         let residuals = residuals(found, &found.residual_sigma);
         lines.push(("residual", format!("{residuals} (standard deviation)")));

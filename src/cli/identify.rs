@@ -12,7 +12,8 @@ use motorfit::model::Model;
 use motorfit::optimize::{Progress, Stop};
 use motorfit::record::Record;
 use motorfit::report::{
-    Exported, Recorded, exported_model, exported_motor, figures, identify_document, identify_page, signals_csv,
+    Exported, Recorded, exported_model, exported_motor, figures, identify_document, identify_page, selection_table,
+    signals_csv,
 };
 use motorfit::settings::Value;
 use std::ops::ControlFlow;
@@ -195,8 +196,8 @@ impl<M: Told> Done<'_, M> {
                 "\n  {DIM}Without a polish there are no standard errors: leave out --polish {none}.{DIM:#}"
             );
         }
-        if style.verbose {
-            text.push_str(&M::selection_table(found));
+        if let (true, Some(table)) = (style.verbose, selection_table(found)) {
+            let _ = write!(text, "\n{}", table.text(terminal::table_width(WIDTH)));
         }
         if style.verbose && !found.history.is_empty() {
             let _ = writeln!(text, "\n  generation  lowest cost");
@@ -208,5 +209,5 @@ impl<M: Told> Done<'_, M> {
     }
 }
 
-/// Width of printed plots \[characters\].
+/// Width of printed plots and tables \[characters\].
 const WIDTH: usize = 100;

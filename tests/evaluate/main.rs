@@ -6,6 +6,7 @@ mod extensions;
 mod model_starts;
 mod models;
 mod motor;
+mod optional_terms;
 mod sampled_laws;
 #[path = "../support/mod.rs"]
 mod support;

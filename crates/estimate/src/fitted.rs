@@ -85,6 +85,10 @@ pub trait Fitted: Sync {
     fn blocks(&self, points: &[Point], recording: usize) -> Vec<Option<Vec<Block>>>;
     /// Returns the residuals of each output at the samples that count; empty for one that was not measured.
     fn residuals(&self, values: &[f64], recording: usize, initial: &[f64]) -> Vec<Vec<f64>>;
+    /// Returns the residuals of each output at all samples of its sensor, masked ones included; empty for one that was not measured.
+    fn all_residuals(&self, values: &[f64], recording: usize, initial: &[f64]) -> Vec<Vec<f64>> {
+        self.residuals(values, recording, initial)
+    }
     /// Returns `Xᵀ Γ X` of each output, X the sensitivities to the unknowns of the recording and Γ the covariance of the autoregression
     /// with the coefficients of the output for innovations of variance one.
     fn shaped(&self, values: &[f64], recording: usize, initial: &[f64], filters: &[Vec<f64>]) -> Vec<DMatrix<f64>>;

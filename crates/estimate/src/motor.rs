@@ -106,12 +106,12 @@ impl Fitted for Problem {
 
     fn residuals(&self, values: &[f64], recording: usize, initial: &[f64]) -> Vec<Vec<f64>> {
         let signals = &self.signals()[recording];
-        let model = self.simulate(values, recording, state(initial));
-        let of = |channel: usize| {
-            let pairs = signals.measured(channel).zip(&model[channel]).enumerate();
-            pairs.filter(|(n, _)| signals.counts(channel, *n)).map(|(_, (y, x))| y - x).collect()
-        };
-        (0..2).map(|channel| if signals.has(channel) { of(channel) } else { Vec::new() }).collect()
+        residuals(self, values, (recording, initial), |channel, n| signals.counts(channel, n))
+    }
+
+    fn all_residuals(&self, values: &[f64], recording: usize, initial: &[f64]) -> Vec<Vec<f64>> {
+        let signals = &self.signals()[recording];
+        residuals(self, values, (recording, initial), |channel, n| signals.is_measured(channel, n))
     }
 
     fn shaped(&self, values: &[f64], recording: usize, initial: &[f64], filters: &[Vec<f64>]) -> Vec<DMatrix<f64>> {
@@ -119,6 +119,22 @@ impl Fitted for Problem {
         let case = Case { problem: self, recording, own: &own, values, initial: state(initial) };
         shaped_products(&case, &[0, 1].map(|channel: usize| filters[channel].clone())).to_vec()
     }
+}
+
+/// Returns the residuals of each channel at some of its samples.
+fn residuals(
+    problem: &Problem,
+    values: &[f64],
+    (recording, initial): (usize, &[f64]),
+    is_taken: impl Fn(usize, usize) -> bool,
+) -> Vec<Vec<f64>> {
+    let signals = &problem.signals()[recording];
+    let model = problem.simulate(values, recording, state(initial));
+    let of = |channel: usize| {
+        let pairs = signals.measured(channel).zip(&model[channel]).enumerate();
+        pairs.filter(|(n, _)| is_taken(channel, *n)).map(|(_, (y, x))| y - x).collect()
+    };
+    (0..2).map(|channel| if signals.has(channel) { of(channel) } else { Vec::new() }).collect()
 }
 
 /// Returns the sums of one recording, including the samples before the first active one.

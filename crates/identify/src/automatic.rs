@@ -1,9 +1,10 @@
 //! Automatic choices besides the extensions: samples to exclude, and the intersample behaviour of the voltage.
 
-use super::bic::{Fit, gain};
+use super::bic::gain;
 use super::checks;
-use super::model_selection::{INDISTINGUISHABLE, Selection, select};
-use super::models::Models;
+use super::forward_selection::INDISTINGUISHABLE;
+use super::model_selection::{Selection, select};
+use super::models::{Fit, Models};
 use super::prepare::Prepared;
 use super::spec::IdentifySpec;
 use super::start::{Start, requested_space, start};

@@ -6,44 +6,45 @@
 //! sum of squares than one that it contains.
 
 use motorfit_core::numeric;
-use motorfit_estimate::Refined;
-use motorfit_evaluate::{Problem, Signals};
-use motorfit_motor::{Extension, Space};
-use std::sync::Arc;
+use motorfit_estimate::{Fitted, Refined};
 
 /// Smallest decrease of BIC at which the larger model is preferred: odds of e³ = 20 to 1.
 const GAIN: f64 = 6.0;
-/// Smallest relative decrease of the residual deviation of some channel that matters in practice.
+/// Smallest relative decrease of the residual deviation of some output that matters in practice.
 const SMALLEST: f64 = 0.01;
 
-/// A fitted model.
+/// A fitted model with optional terms of type `T`, and what else the family of models keeps of it.
 #[derive(Clone)]
-pub(super) struct Fit {
-    pub with: Vec<Extension>,
-    pub space: Space,
+pub(crate) struct Fit<T, S> {
+    /// Optional terms of the model.
+    pub with: Vec<T>,
+    pub space: S,
     pub refined: Refined,
+    /// Number of free parameters.
+    pub free: usize,
     /// Ratio of the effective sample size of the squared residuals to the number of values.
     pub effective: f64,
     /// Number of measured values.
     pub count: f64,
     /// Minus twice the log-likelihood of the residuals as first-order autoregressions, up to a constant: the sum of
-    /// `N ln((1 − ρ²) σ²)` over recordings and channels.
+    /// `N ln((1 − ρ²) σ²)` over recordings and outputs.
     pub deviance: f64,
 }
 
-impl Fit {
-    pub(super) fn new(with: &[Extension], plain: &Problem, refined: Refined) -> Self {
-        let residuals = Residuals::of(plain, &refined);
+impl<T: Clone, S> Fit<T, S> {
+    pub(crate) fn new(with: &[T], space: S, problem: &dyn Fitted, refined: Refined) -> Self {
+        let residuals = Residuals::of(problem, &refined);
         let (effective, count) = residuals.effective_for_squares();
         let deviance = residuals.deviance();
-        Self { with: with.to_vec(), space: plain.space().clone(), refined, effective, count, deviance }
+        let free = refined.values.len();
+        Self { with: with.to_vec(), space, refined, free, effective, count, deviance }
     }
 }
 
 /// Returns true if a model is preferred to a smaller one, by the BIC of its residuals or of their innovations, and if the
-/// residual deviation of some channel decreases by [`SMALLEST`]. Strongly correlated residuals, as of a slow motor whose model
+/// residual deviation of some output decreases by [`SMALLEST`]. Strongly correlated residuals, as of a slow motor whose model
 /// lacks another effect, have a small effective sample size, but their innovations can still show the effect.
-pub(super) fn is_preferred(from: &Fit, to: &Fit) -> bool {
+pub(crate) fn is_preferred<T, S>(from: &Fit<T, S>, to: &Fit<T, S>) -> bool {
     let ratios =
         from.refined.sigma.iter().zip(&to.refined.sigma).filter_map(|(before, after)| Some((*after)? / (*before)?));
     let gains = [gain(from, to), gain_of_innovations(from, to)];
@@ -51,39 +52,37 @@ pub(super) fn is_preferred(from: &Fit, to: &Fit) -> bool {
 }
 
 /// Returns the BIC of `to` minus that of `from`, with the residuals as first-order autoregressions.
-fn gain_of_innovations(from: &Fit, to: &Fit) -> f64 {
-    let more = numeric::count(to.space.free().len()) - numeric::count(from.space.free().len());
+fn gain_of_innovations<T, S>(from: &Fit<T, S>, to: &Fit<T, S>) -> f64 {
+    let more = additional(from, to);
     to.deviance - from.deviance + more * from.count.max(std::f64::consts::E).ln()
 }
 
-/// Number of values, mean square and lag-1 correlation of the residuals of each recording and channel.
+/// Number of values, mean square and lag-1 correlation of the residuals of each recording and output.
 struct Residuals(Vec<[f64; 3]>);
 
 /// Standard deviation of rounding errors relative to that of the signal.
 const ROUNDING: f64 = 1e-8;
 
 impl Residuals {
-    fn of(problem: &Problem, refined: &Refined) -> Self {
+    fn of(problem: &dyn Fitted, refined: &Refined) -> Self {
         let mut all = Vec::new();
         for recording in 0..refined.initial.len() {
-            let signals = &problem.signals()[recording];
-            let model = problem.simulate(&refined.values, recording, refined.state(recording));
-            for channel in (0..2).filter(|channel| signals.has(*channel)) {
-                let residuals = signals.measured(channel).zip(&model[channel]).enumerate();
-                let own = residuals.filter(|(n, _)| signals.is_measured(channel, *n));
-                let residuals: Vec<f64> = own.map(|(_, (y, x))| y - x).collect();
+            let residuals = problem.all_residuals(&refined.values, recording, &refined.initial[recording]);
+            let measured = residuals.iter().enumerate().filter(|(output, _)| problem.has((recording, *output)));
+            for (output, residuals) in measured {
+                let of = (recording, output);
                 let squares: f64 = residuals.iter().map(|e| e * e).sum();
                 let products: f64 = residuals.windows(2).map(|e| e[0] * e[1]).sum();
                 let correlation = if squares > 0.0 { (products / squares).clamp(0.0, 0.9999) } else { 0.0 };
-                let count = numeric::count(signals.count(channel));
-                let rounding = ROUNDING * signals.deviation(channel);
+                let count = numeric::count(problem.count(of));
+                let rounding = ROUNDING * problem.deviation(of);
                 all.push([count, squares / numeric::count(residuals.len()) + rounding * rounding, correlation]);
             }
         }
         Self(all)
     }
 
-    /// Returns the effective sample ratio over all channels and the number of values; `share` maps a lag-1 correlation to the
+    /// Returns the effective sample ratio over all outputs and the number of values; `share` maps a lag-1 correlation to the
     /// ratio.
     fn effective_ratio(&self, share: impl Fn(f64) -> f64) -> (f64, f64) {
         let all: f64 = self.0.iter().map(|[count, ..]| count).sum();
@@ -104,13 +103,13 @@ impl Residuals {
 }
 
 /// Returns the effective sample ratio for means of residuals, `(1 − ρ)/(1 + ρ)`, and the number of measured values.
-pub(super) fn effective(problem: &Problem, refined: &Refined) -> (f64, f64) {
+pub(crate) fn effective(problem: &dyn Fitted, refined: &Refined) -> (f64, f64) {
     Residuals::of(problem, refined).effective_ratio(|correlation| (1.0 - correlation) / (1.0 + correlation))
 }
 
 /// Returns the BIC of `to` minus that of `from`: negative if `to` is better.
-pub(super) fn gain(from: &Fit, to: &Fit) -> f64 {
-    let under = |by: &Fit| {
+pub(crate) fn gain<T, S>(from: &Fit<T, S>, to: &Fit<T, S>) -> f64 {
+    let under = |by: &Fit<T, S>| {
         by.effective * (to.refined.weighted(&by.refined.weights) - from.refined.weighted(&by.refined.weights))
     };
     // If the two weightings disagree, the sums of squares count as equal.
@@ -119,14 +118,19 @@ pub(super) fn gain(from: &Fit, to: &Fit) -> f64 {
         (before, after) if before > 0.0 && after > 0.0 => (from, before),
         _ => (to, 0.0),
     };
-    let more = numeric::count(to.space.free().len()) - numeric::count(from.space.free().len());
+    let more = additional(from, to);
     change + more * (by.effective * by.count).max(std::f64::consts::E).ln()
 }
 
-/// Returns true if the residuals of some channel are far above its noise, so that a better optimum may exist.
-pub(super) fn is_far(problem: &Problem, refined: &Refined) -> bool {
-    let far = |(signals, sigma): (&Arc<Signals>, &Vec<f64>)| {
-        (0..2).any(|channel| signals.is_above_noise(channel, sigma[channel]))
+/// Returns the number of parameters that `to` has more than `from`.
+pub(crate) fn additional<T, S>(from: &Fit<T, S>, to: &Fit<T, S>) -> f64 {
+    numeric::count(to.free) - numeric::count(from.free)
+}
+
+/// Returns true if the residuals of some output are far above its noise, so that a better optimum may exist.
+pub(crate) fn is_far(problem: &dyn Fitted, refined: &Refined) -> bool {
+    let far = |(recording, sigma): (usize, &Vec<f64>)| {
+        (0..problem.outputs()).any(|output| problem.is_above_noise((recording, output), sigma[output]))
     };
-    problem.signals().iter().zip(&refined.sigmas).any(far)
+    refined.sigmas.iter().enumerate().any(far)
 }

@@ -1,6 +1,5 @@
 //! What a result has of the DC motor beside what results of all machines have.
 
-use super::models::{Alternative, SelectionStep};
 use crate::analysis::{NoiseFloor, Regression, Validation};
 use motorfit_evaluate::Model;
 use motorfit_motor::{Input, Parameter, Parameters, Scope, Space};
@@ -16,10 +15,6 @@ pub struct DcMotor {
     pub parameters: Parameters,
     /// Parameters that the recordings do not identify, those that only a missing channel would identify included.
     pub unidentified: Vec<(Parameter, Scope)>,
-    /// Models that the forward selection fitted, in their order; `None` if the extensions were given.
-    pub selection: Option<Vec<SelectionStep>>,
-    /// Other models that fit the recordings equally well.
-    pub alternatives: Vec<Alternative>,
     /// Search space with the bounds as they were used.
     pub space: Space,
     /// Initial state `[i, ω]` of each recording \[A, rad/s\].

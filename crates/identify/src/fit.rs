@@ -7,8 +7,8 @@
 use super::automatic::{Chosen, choose, without_undersampled};
 use super::checks;
 use super::dc_motor::DcMotor;
+use super::forward_selection::{Alternative, SelectionStep};
 use super::model_selection::Selection;
-use super::models::{Alternative, SelectionStep};
 use super::open_groups::Unidentified;
 use super::pipeline::{Conclusion, conclude, findings, missed, tested};
 use super::prepare::Prepared;
@@ -170,8 +170,7 @@ impl PreparedSearch {
             None => verify(&prepared, fit, None).verification,
         };
         let result = finished(&prepared, fit, &verified, (self.alternatives.clone(), diagnosis))?;
-        let machine = DcMotor { selection: self.selection.clone(), ..result.machine };
-        Ok(Identification { machine, left_out, ..result })
+        Ok(Identification { selection: self.selection.clone(), left_out, ..result })
     }
 }
 
@@ -191,8 +190,8 @@ fn finished(
     let Conclusion { warnings: own, unidentified, evidence } = conclude(prepared, &mut fit, &dropped)?;
     warnings.extend(own);
     let result = reported(prepared, fit)?;
-    let machine = DcMotor { model: spec.model, unidentified, alternatives, ..result.machine };
-    let mut result = Identification { machine, verification, residual_tests, ..result };
+    let machine = DcMotor { model: spec.model, unidentified, ..result.machine };
+    let mut result = Identification { machine, verification, residual_tests, alternatives, ..result };
     result.estimates = result.listed();
     warnings.extend(warnings::of_result(&result, None));
     warnings.extend(findings(prepared, &result));

@@ -40,9 +40,6 @@ pub trait Machine: Sized {
     /// Returns the keys on the equations and their integration.
     fn equations(found: &Identification<Self>) -> Keys;
 
-    /// Returns the keys on the selection of the equations.
-    fn selection(found: &Identification<Self>) -> Keys;
-
     /// Returns the keys on initial states and correlations.
     fn states(found: &Identification<Self>) -> Keys;
 

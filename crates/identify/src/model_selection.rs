@@ -1,18 +1,16 @@
-//! Forward selection of the model by BIC: starting from the linear motor, each step adds the extension with the best fit among
-//! those that BIC prefers, and removes others that it makes superfluous, until none is preferred (`bic.rs`). Then each
-//! extension is exchanged for those with similar effects while this decreases the BIC.
+//! The model of a DC motor: the extensions that a spec names, or those of the forward selection among all (`forward_selection.rs`).
 
-use super::bic::{Fit, gain, is_preferred};
 use super::extension_bounds::extended_space;
-use super::models::{Alternative, Models, SelectionStep, alternative, shared, step};
+use super::forward_selection::{Alternative, FINALISTS, Family, Selected, SelectionStep, ranking_cost, select_forward};
+use super::models::{Fit, Models, shared};
 use super::normalized::is_measured;
 use super::prepare::Prepared;
 use super::spec::IdentifySpec;
 use super::start::{Start, start};
-use motorfit_core::numeric;
+use crate::analysis::fit_percent;
 use motorfit_core::setting::text;
 use motorfit_core::{Error, Result};
-use motorfit_estimate::{delay_starts, transferred, warm_start};
+use motorfit_estimate::{Refined, delay_starts, transferred, warm_start};
 use motorfit_motor::{Extension, Needs, Parameter, Scope, Space};
 use motorfit_record::{Record, is_driven_by_current};
 use rayon::prelude::*;
@@ -28,14 +26,8 @@ pub(super) struct Selection {
     pub best: Option<Fit>,
 }
 
-/// Largest number of extensions of a model.
-const EXTENSIONS_MAX: usize = 6;
-/// Number of models of a step that are refined until convergence.
-const FINALISTS: usize = 3;
 /// Number of samples on which the models of a step are ranked if there are many recordings; the best are compared on all.
 const SAMPLES: usize = 60_000;
-/// Difference of BIC below which models are indistinguishable: odds of e³ = 20 to 1.
-pub(super) const INDISTINGUISHABLE: f64 = 6.0;
 
 /// Stage 3, select: returns the model with the extensions that the spec names, or with those of the forward selection.
 ///
@@ -58,10 +50,8 @@ fn selected(prepared: &Prepared<'_>, start: &Start) -> Result<Selection> {
     let some = representative(prepared.records, &start.space);
     let few = if some.is_empty() { None } else { Some(prepared.of(&some)?) };
     let all = Models { prepared, start };
-    let search = ForwardSelection { all, few: few.as_ref().map(|prepared| Models { prepared, start }) };
-    let mut steps = Vec::new();
-    let best = search.run(&mut steps)?;
-    let (best, alternatives) = search.exchanged(best, &mut steps);
+    let family = Extended { all, few: few.as_ref().map(|prepared| Models { prepared, start }) };
+    let Selected { best, steps, alternatives } = select_forward(&family)?;
     Ok(Selection { space: best.space.clone(), steps: Some(steps), alternatives, best: Some(best) })
 }
 
@@ -79,51 +69,50 @@ fn representative(records: &[Record], space: &Space) -> Vec<Record> {
     records.iter().step_by(every).cloned().collect()
 }
 
-/// A forward selection on all recordings, whose candidates may be ranked on a subset.
-struct ForwardSelection<'a> {
+/// The DC motor with its extensions as optional terms.
+struct Extended<'a> {
     all: Models<'a>,
     /// Subset of the recordings on which candidates are ranked; `None` if they are ranked on all.
     few: Option<Models<'a>>,
 }
 
-impl ForwardSelection<'_> {
-    /// Adds extensions to the linear motor, and removes superfluous ones, until none is preferred.
-    fn run(&self, steps: &mut Vec<SelectionStep>) -> Result<Fit> {
+impl Family for Extended<'_> {
+    type Term = Extension;
+    type Space = Space;
+
+    fn smallest(&self) -> Result<Fit> {
         let Models { prepared, start } = self.all;
         let by = (&start.space, prepared.deviations());
-        let mut best = self.all.thorough(by, &[], |problem| delay_starts(problem, &start.motors))?;
-        best = self.all.lower(&best)?.unwrap_or(best);
-        let records = self.all.prepared.records;
-        steps.push(step(records, &best, None, true));
-        while best.with.len() < EXTENSIONS_MAX {
-            let mut tried = self.ranked(&best)?;
-            let mut others = tried.split_off(tried.len().min(FINALISTS));
-            tried.extend(likeliest(&mut others));
-            let mut fits: Vec<Fit> = tried.into_par_iter().map(|fit| self.finished(&best, fit)).collect();
-            fits.sort_by(|a, b| ranking_cost(&best, a).total_cmp(&ranking_cost(&best, b)));
-            let taken = fits.iter().position(|fit| is_preferred(&best, fit));
-            for (n, fit) in fits.iter().enumerate() {
-                steps.push(step(records, fit, Some(gain(&best, fit)), taken == Some(n)));
-            }
-            if self.few.is_none() {
-                steps.extend(others.iter().map(|fit| step(records, fit, Some(gain(&best, fit)), false)));
-            }
-            match taken {
-                Some(n) => best = self.pruned(fits.swap_remove(n))?,
-                // A lower optimum of the same model may allow further steps.
-                None => match self.all.lower(&best)?.filter(|lower| gain(&best, lower) < -EXCHANGE) {
-                    Some(lower) => best = lower,
-                    None => break,
-                },
-            }
-        }
-        Ok(best)
+        self.all.thorough(by, &[], |problem| delay_starts(problem, &start.motors))
     }
 
-    /// Returns the models with one more extension after a few iterations of the refinement, the best first.
-    fn ranked(&self, best: &Fit) -> Result<Vec<Fit>> {
-        let candidates = candidates(self.all.prepared.records, &best.space);
-        let larger = |extension: &Extension| best.with.iter().copied().chain([*extension]).collect::<Vec<_>>();
+    fn candidates(&self, of: &Fit) -> Vec<Extension> {
+        candidates(self.all.prepared.records, &of.space)
+    }
+
+    fn resembles(&self, a: &Extension, b: &Extension) -> bool {
+        a.resembles(*b)
+    }
+
+    fn rough(&self, from: &Fit, with: &[Extension]) -> Result<Fit> {
+        self.all.rough(from, with)
+    }
+
+    fn finished(&self, rough: Fit) -> Fit {
+        self.all.finished(rough)
+    }
+
+    fn reduced(&self, of: &Fit, with: &[Extension]) -> Result<Fit> {
+        let from = (&of.space, &of.refined.values[..]);
+        let by = (&of.space, &of.refined.weights[..]);
+        self.all.thorough(by, with, |problem| Ok(vec![transferred(problem, from)]))
+    }
+
+    fn lower(&self, own: &Fit) -> Result<Option<Fit>> {
+        self.all.lower(own)
+    }
+
+    fn ranked(&self, best: &Fit, larger: &[Vec<Extension>]) -> Result<(Vec<Fit>, bool)> {
         let (models, from) = match &self.few {
             Some(few) => (
                 few,
@@ -134,11 +123,10 @@ impl ForwardSelection<'_> {
             None => (&self.all, best.clone()),
         };
         // Models whose fit fails are left out.
-        let rough = candidates.par_iter().filter_map(|extension| models.rough(&from, &larger(extension)).ok());
-        let mut fits: Vec<Fit> = rough.collect();
+        let mut fits: Vec<Fit> = larger.par_iter().filter_map(|with| models.rough(&from, with).ok()).collect();
         fits.sort_by(|a, b| ranking_cost(&from, a).total_cmp(&ranking_cost(&from, b)));
         if self.few.is_none() {
-            return Ok(fits);
+            return Ok((fits, true));
         }
         let on_all = |fit: Fit| {
             self.all.thorough((&fit.space, &best.refined.weights), &fit.with, |problem| {
@@ -146,81 +134,21 @@ impl ForwardSelection<'_> {
                 Ok(vec![warm_start(problem, (&best.space, &best.refined.values))?, own])
             })
         };
-        Ok(fits.into_par_iter().take(FINALISTS).filter_map(|fit| on_all(fit).ok()).collect())
+        Ok((fits.into_par_iter().take(FINALISTS).filter_map(|fit| on_all(fit).ok()).collect(), false))
     }
 
-    /// Refines a rough fit until convergence if it may become as good as the best.
-    fn finished(&self, best: &Fit, rough: Fit) -> Fit {
-        if gain(best, &rough) > FAR_WORSE { rough } else { self.all.finished(rough) }
+    fn named(&self, term: &Extension) -> String {
+        term.name().to_owned()
     }
 
-    /// Removes extensions that the last one has made superfluous.
-    fn pruned(&self, fit: Fit) -> Result<Fit> {
-        let mut best = fit;
-        for extension in best.with.clone() {
-            if best.with.last() == Some(&extension) {
-                continue;
-            }
-            let with: Vec<Extension> = best.with.iter().copied().filter(|e| *e != extension).collect();
-            let from = (&best.space, &best.refined.values[..]);
-            let less = self.all.thorough((&best.space, &best.refined.weights), &with, |problem| {
-                Ok(vec![transferred(problem, from)])
-            })?;
-            if !is_preferred(&less, &best) {
-                best = less;
-            }
-        }
-        Ok(best)
+    fn fit_percent(&self, refined: &Refined) -> Vec<Option<f64>> {
+        fit_percent(self.all.prepared.records, refined).to_vec()
     }
 
-    /// Exchanges each extension for those with similar effects while this decreases the BIC. Returns the best model and the
-    /// indistinguishable alternatives.
-    fn exchanged(&self, best: Fit, steps: &mut Vec<SelectionStep>) -> (Fit, Vec<Alternative>) {
-        let records = self.all.prepared.records;
-        let mut best = best;
-        for _ in 0..EXTENSIONS_MAX {
-            let possible = candidates(records, &best.space);
-            let pairs = best.with.iter().flat_map(|old| possible.iter().map(move |new| (*old, *new)));
-            let models: Vec<Vec<Extension>> = pairs
-                .filter(|(old, new)| old.resembles(*new))
-                .map(|(old, new)| best.with.iter().map(|e| if *e == old { new } else { *e }).collect())
-                .collect();
-            let tried = models.par_iter().filter_map(|with| self.all.rough(&best, with).ok());
-            let tried: Vec<Fit> = tried.map(|fit| self.finished(&best, fit)).collect();
-            let gains: Vec<f64> = tried.iter().map(|fit| gain(&best, fit)).collect();
-            let lowest = (0..tried.len()).min_by(|a, b| gains[*a].total_cmp(&gains[*b]));
-            let taken = lowest.filter(|n| gains[*n] < -EXCHANGE);
-            for (n, fit) in tried.iter().enumerate() {
-                steps.push(step(records, fit, Some(gains[n]), taken == Some(n)));
-            }
-            let Some(n) = taken else {
-                let alike = tried.iter().zip(&gains).filter(|(_, gain)| **gain < INDISTINGUISHABLE);
-                let alternatives = alike.map(|(fit, gain)| alternative(records, fit, *gain)).collect();
-                return (best, alternatives);
-            };
-            best = tried.into_iter().nth(n).unwrap_or(best);
-        }
-        (best, Vec::new())
+    fn parameters(&self, fit: &Fit) -> Vec<(String, f64)> {
+        let values = fit.space.free().iter().zip(&fit.refined.values);
+        values.map(|(axis, value)| (axis.scope.name(axis.parameter), *value)).collect()
     }
-}
-
-/// Removes and returns the model with the lowest deviance of the innovations.
-fn likeliest(fits: &mut Vec<Fit>) -> Option<Fit> {
-    let lowest = (0..fits.len()).min_by(|a, b| fits[*a].deviance.total_cmp(&fits[*b].deviance))?;
-    Some(fits.remove(lowest))
-}
-
-/// Difference of BIC above which a rough fit is not refined further; convergence would change it by some hundredths only.
-const FAR_WORSE: f64 = 3.0 * INDISTINGUISHABLE;
-/// Decrease of BIC, above rounding, from which a model is exchanged for another of the same size.
-const EXCHANGE: f64 = 0.1;
-
-/// Returns the cost that ranks models with the same predecessor: the sum of squares under the weights of the predecessor, times
-/// the penalty of BIC for the additional parameters.
-fn ranking_cost(from: &Fit, to: &Fit) -> f64 {
-    let samples = (from.effective * from.count).max(std::f64::consts::E);
-    let more = numeric::count(to.space.free().len()) - numeric::count(from.space.free().len());
-    to.refined.weighted(&from.refined.weights) * (1.0 + more * samples.ln() / samples)
 }
 
 /// Returns the extensions that a model lacks and that the recordings can show.

@@ -1,59 +1,18 @@
 //! Fits of the models that the model selection compares.
 
-use super::bic::{Fit, is_far};
+use super::bic::{self, is_far};
 use super::extension_bounds::extended_space;
 use super::prepare::Prepared;
 use super::refine::refine_widening;
 use super::start::Start;
-use crate::analysis::fit_percent;
-use motorfit_core::channels;
 use motorfit_core::{Error, ErrorKind, Result};
 use motorfit_estimate::{best_start, delay_starts, global_reference, transferred, warm_start, warm_start_with_delays};
 use motorfit_evaluate::Problem;
 use motorfit_motor::{Axis, Extension, Parameter, Scope, Space};
-use motorfit_record::Record;
 use std::sync::Arc;
 
-/// A model that the selection fitted.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct SelectionStep {
-    /// Extensions of the model.
-    pub with: Vec<Extension>,
-    /// Number of free parameters.
-    pub free: usize,
-    /// Fit `100 (1 − ‖y − ŷ‖/‖y − mean y‖)` of current and speed \[%\]; `None` for a channel that was not measured.
-    #[serde(serialize_with = "channels::by_name")]
-    pub fit_percent: [Option<f64>; 2],
-    /// BIC (Schwarz, 1978) minus the BIC of its predecessor in the selection: negative if this model is better. `None` for the
-    /// linear motor.
-    #[serde(rename = "criterion_gain")]
-    pub gain: Option<f64>,
-    /// True if the selection continued with this model.
-    pub taken: bool,
-}
-
-/// Another model whose BIC cannot be distinguished from that of the selected model.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Alternative {
-    /// Extensions of the model.
-    pub with: Vec<Extension>,
-    /// Fit of current and speed \[%\], as in [`SelectionStep::fit_percent`].
-    #[serde(serialize_with = "channels::by_name")]
-    pub fit_percent: [Option<f64>; 2],
-    /// BIC minus the BIC of the selected model.
-    #[serde(rename = "criterion_gain")]
-    pub gain: f64,
-    /// Free parameters with their estimates.
-    #[serde(serialize_with = "by_name")]
-    pub parameters: Vec<(Parameter, Scope, f64)>,
-}
-
-fn by_name<S: serde::Serializer>(
-    parameters: &[(Parameter, Scope, f64)],
-    serializer: S,
-) -> std::result::Result<S::Ok, S::Error> {
-    serializer.collect_map(parameters.iter().map(|(parameter, scope, value)| (scope.name(*parameter), value)))
-}
+/// A fitted DC motor with extensions.
+pub(super) type Fit = bic::Fit<Extension, Space>;
 
 /// Relative decrease of the sum of squares from which another optimum counts as lower.
 const LOWER: f64 = 1e-6;
@@ -84,7 +43,7 @@ impl Models<'_> {
     /// Refines a model until convergence and widens automatic bounds at which it ends.
     fn refined(&self, with: &[Extension], plain: &Problem, values: &[f64]) -> Result<Fit> {
         let (refined, space) = refine_widening(plain, &self.prepared.spec, plain.space(), values)?;
-        Ok(Fit::new(with, &plain.with_space(space), refined))
+        Ok(Fit::new(with, space.clone(), &plain.with_space(space), refined))
     }
 
     /// Refines a rough fit until convergence.
@@ -118,7 +77,7 @@ impl Models<'_> {
             );
         }
         let refined = best_start(&plain, &starts, sigma).ok_or_else(no_start)?;
-        Ok(Fit::new(with, &plain, refined))
+        Ok(Fit::new(with, plain.space().clone(), &plain, refined))
     }
 
     /// Searches the complete box for a lower optimum if the residuals of a fit are far above the noise; `None` if there is
@@ -149,16 +108,6 @@ impl Models<'_> {
     }
 }
 
-pub(super) fn alternative(records: &[Record], fit: &Fit, gain: f64) -> Alternative {
-    let values = fit.space.free().iter().zip(&fit.refined.values);
-    Alternative {
-        with: fit.with.clone(),
-        fit_percent: fit_percent(records, &fit.refined),
-        gain,
-        parameters: values.map(|(axis, value)| (axis.parameter, axis.scope, *value)).collect(),
-    }
-}
-
 /// Transfers the shared parameters of a fit to other recordings into the space of `problem`.
 pub(super) fn shared(problem: &Arc<Problem>, from: &Fit) -> Vec<f64> {
     let shared = |(axis, value): (&Axis, &f64)| (axis.scope == Scope::Shared).then_some((*axis, *value));
@@ -180,8 +129,3 @@ fn no_start() -> Error {
 
 /// Number of starts for delays that are tried when an extension is added.
 const DELAY_STARTS: usize = 2;
-
-pub(super) fn step(records: &[Record], fit: &Fit, gain: Option<f64>, taken: bool) -> SelectionStep {
-    let fit_percent = fit_percent(records, &fit.refined);
-    SelectionStep { with: fit.with.clone(), free: fit.space.free().len(), fit_percent, gain, taken }
-}

@@ -35,15 +35,15 @@ impl Identification<DcMotor> {
             model: *problem.model(),
             parameters: problem.parameters(&values, 0),
             unidentified: Vec::new(),
-            selection: None,
-            alternatives: Vec::new(),
             space: problem.space().clone(),
             initial: problem.signals().iter().map(|signals| signals.initial).collect(),
             validation: None,
             regressions: Vec::new(),
             noise_floor: None,
         };
+        let with = problem.space().features().extensions().into_iter().map(|of| of.name().to_owned()).collect();
         Self {
+            with,
             outputs: OUTPUTS.map(|(name, unit)| Output { name: name.to_owned(), unit: unit.to_owned() }).to_vec(),
             cost: Scalar::cost(problem, &values),
             values,

@@ -106,8 +106,9 @@ fn estimated(
     let residual_tests = if is_replaced { tested(&prepared, &fit) } else { tests };
     let Conclusion { mut warnings, unidentified, evidence } = conclude(&prepared, &mut fit, &dropped)?;
     let found = assembled(&prepared, fit);
-    let machine = DcMotor { unidentified, selection, alternatives, ..found.machine };
-    let mut result = Identification { machine, verification, left_out, residual_tests, ..found };
+    let found = Identification { selection, alternatives, left_out, ..found };
+    let machine = DcMotor { unidentified, ..found.machine };
+    let mut result = Identification { machine, verification, residual_tests, ..found };
     result.estimates = result.listed();
     checks::fit(records, &prepared.spec, &result.fit_percent)?;
     warnings.extend(warnings::of_result(&result, start.estimate.as_ref().err().copied()));

@@ -125,7 +125,7 @@ fn from_motors(prepared: &Prepared<'_>, motors: &[[f64; 5]], space: &Space, obse
         return Ok(fit);
     }
     let affordable = problem.active().saturating_mul(spec.population * spec.generations) <= AFFORDABLE;
-    let doubtful = affordable && is_far(&problem, &fit.refined);
+    let doubtful = affordable && is_far(problem.as_ref(), &fit.refined);
     if !doubtful && !fit.is_poor(prepared) {
         return Ok(fit);
     }

@@ -2,6 +2,7 @@
 
 use super::dc_motor::DcMotor;
 use super::estimates::ParameterEstimate;
+use super::forward_selection::{Alternative, SelectionStep};
 use super::trust_level::Trust;
 use super::verify::Verification;
 use crate::analysis::ResidualTests;
@@ -91,6 +92,12 @@ pub struct Identification<M = DcMotor> {
     pub estimates: Vec<ParameterEstimate>,
     /// Samples that were excluded automatically.
     pub left_out: Vec<LeftOut>,
+    /// Extensions of the DC motor, or optional terms of a model, by name.
+    pub with: Vec<String>,
+    /// Models that the forward selection fitted, in their order; `None` if extensions and terms were given.
+    pub selection: Option<Vec<SelectionStep>>,
+    /// Other models that fit the recordings equally well.
+    pub alternatives: Vec<Alternative>,
     /// Cost of the estimates in the criterion of the spec, in f64.
     pub cost: f64,
     /// Values of the free parameters, in the order of the space.
@@ -145,6 +152,9 @@ impl<M> Identification<M> {
             outputs: Vec::new(),
             estimates: Vec::new(),
             left_out: Vec::new(),
+            with: Vec::new(),
+            selection: None,
+            alternatives: Vec::new(),
             cost: f64::NAN,
             values: Vec::new(),
             searched: SearchOutcome::default(),

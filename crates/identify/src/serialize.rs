@@ -2,8 +2,9 @@
 
 use super::dc_motor::DcMotor;
 use super::estimates;
+use super::forward_selection::{Alternative, SelectionStep};
 use super::machine::{Keys, Machine};
-use super::result::{Identification, by_output};
+use super::result::{Identification, Output, by_output};
 use crate::analysis::{characteristics_document, residuals_document};
 use motorfit_core::Result;
 use motorfit_motor::{Input, Space};
@@ -28,8 +29,10 @@ impl<M: Machine> Serialize for Identification<M> {
             ("device", json!(self.device)),
             ("parameters", estimates::document(&self.estimates).into()),
         ]);
-        keys.extend(M::selection(self));
         keys.extend([
+            ("with", json!(self.with)),
+            ("ladder", json!(self.selection.as_ref().map(|steps| ladder(&self.outputs, steps)))),
+            ("alternatives", alternatives(&self.outputs, &self.alternatives)),
             ("cost", json!(self.cost)),
             ("searched", json!(self.searched)),
             ("fit_percent", by_output(&self.outputs, &self.fit_percent)),
@@ -79,14 +82,6 @@ impl Machine for DcMotor {
         vec![("input", found.input.name().into()), ("discretization", json!(found.model.discretization.name()))]
     }
 
-    fn selection(found: &Identification<Self>) -> Keys {
-        vec![
-            ("with", json!(found.extensions())),
-            ("ladder", json!(found.selection)),
-            ("alternatives", json!(found.alternatives)),
-        ]
-    }
-
     fn states(found: &Identification<Self>) -> Keys {
         // A current that is the input is not a state.
         let state = |[current, speed]: [f64; 2]| json!({"current": (found.input == Input::Voltage).then_some(current), "speed": speed});
@@ -114,4 +109,26 @@ impl Machine for DcMotor {
 /// Returns the bounds of the free parameters by symbol.
 pub fn bounds(space: &Space) -> Map<String, Value> {
     space.free().iter().map(|axis| (axis.parameter.symbol().to_owned(), json!([axis.min, axis.max]))).collect()
+}
+
+/// Returns the models that a selection fitted.
+fn ladder(outputs: &[Output], steps: &[SelectionStep]) -> Value {
+    let one = |step: &SelectionStep| {
+        json!({
+            "with": step.with, "free": step.free, "fit_percent": by_output(outputs, &step.fit_percent),
+            "criterion_gain": step.gain, "taken": step.taken,
+        })
+    };
+    steps.iter().map(one).collect()
+}
+
+/// Returns the models that cannot be distinguished from the selected one.
+fn alternatives(outputs: &[Output], all: &[Alternative]) -> Value {
+    let one = |of: &Alternative| {
+        json!({
+            "with": of.with, "fit_percent": by_output(outputs, &of.fit_percent), "criterion_gain": of.gain,
+            "parameters": of.parameters.iter().map(|(name, value)| (name.clone(), json!(value))).collect::<Map<_, _>>(),
+        })
+    };
+    all.iter().map(one).collect()
 }

@@ -13,7 +13,7 @@ use motorfit_core::text::{engineering, significant};
 use motorfit_core::{Error, ErrorKind};
 use motorfit_estimate::{SmFailure, Whiteness};
 use motorfit_evaluate::Initial;
-use motorfit_motor::{Extension, Input, Parameter};
+use motorfit_motor::{Input, Parameter};
 use motorfit_record::Record;
 use motorfit_record::warning::Warning;
 
@@ -140,17 +140,16 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
 
 /// Returns the warning about alternative models that fit as well as the selected one; `None` without alternatives.
 fn not_separated(found: &Identification) -> Option<Warning> {
-    let named = |with: &[Extension]| with.iter().map(|e| e.name()).collect::<Vec<_>>().join(", ");
     let fits = |fit: &[Option<f64>]| {
         let list = found.outputs.iter().zip(fit);
         list.filter_map(|(output, fit)| Some(format!("{} {:.2} %", output.name, (*fit)?)))
             .collect::<Vec<_>>()
             .join(", ")
     };
-    let others = found.alternatives.iter().map(|of| format!("{} ({})", named(&of.with), fits(&of.fit_percent)));
+    let others = found.alternatives.iter().map(|of| format!("{} ({})", of.with.join(", "), fits(&of.fit_percent)));
     let others: Vec<String> = others.collect();
     (!others.is_empty()).then(|| {
-        let taken = named(&found.extensions());
+        let taken = found.with.join(", ");
         let message = format!(
             "the recordings do not distinguish the model {taken} ({}) from {}; its parameters are valid only if it is \
              the right one",

@@ -6,8 +6,8 @@ use super::shown::Shown;
 use super::table::{Table, dash};
 use motorfit_core::text::{decimals, engineering, significant};
 use motorfit_identify::analysis::{Characteristic, Characteristics, TransferFunctions};
-use motorfit_identify::{Identification, Machine, SelectionStep};
-use motorfit_motor::{Discretization, Extension, Input};
+use motorfit_identify::{Identification, Machine};
+use motorfit_motor::Input;
 
 /// Returns the table of parameters, and of identified combinations of others, with their uncertainty.
 pub(super) fn parameters_table<M: Machine>(found: &Identification<M>) -> Table {
@@ -120,47 +120,45 @@ pub(super) fn transfer_functions(found: &Identification) -> Option<Vec<(String, 
     ])
 }
 
-/// Returns the table of the models that the selection fitted, in their order.
+/// Explanation of a table of a selection.
+const SELECTION_NOTE: &str = "free: number of free parameters. ΔBIC: Bayesian information criterion at the effective sample size of the residuals, \
+     less that of the model selected before. A larger model is selected if it lowers the criterion by more than 6, for the \
+     residuals or for their innovations, and the residuals of a channel by more than 1 %. If extensions are \
+     selected, the last rows exchange one of them for a similar one.";
+
+/// Returns the table of the models that the selection fitted, in their order; `None` if the extensions or terms were given.
 #[must_use]
-pub fn selection_table(selection: &[SelectionStep]) -> Table {
-    let heads = ["extensions", "free", "current [%]", "speed [%]", "ΔBIC", ""];
-    let mut table = Table::new("selection", "Model selection", &heads);
+pub fn selection_table<M: Shown>(found: &Identification<M>) -> Option<Table> {
+    let selection = found.selection.as_ref()?;
+    let mut heads = vec![format!("{}s", M::TERM), "free".to_owned()];
+    heads.extend(found.outputs.iter().map(|output| format!("{} [%]", output.name)));
+    heads.extend(["ΔBIC".to_owned(), String::new()]);
+    let mut table = Table::new("selection", "Model selection", &heads.iter().map(String::as_str).collect::<Vec<_>>());
     for step in selection {
-        let [current, speed] = step.fit_percent.map(|fit| fit.map_or_else(dash, |fit| decimals(fit, 2)));
+        let fits = step.fit_percent.iter().map(|fit| fit.map_or_else(dash, |fit| decimals(fit, 2)));
         let gain = step.gain.map_or_else(String::new, |gain| significant(gain, 3));
         let taken = if step.taken { "selected" } else { "" };
-        let extensions = step.with.iter().map(|e| e.name()).collect::<Vec<_>>();
-        let name = if extensions.is_empty() { "none".to_owned() } else { extensions.join(", ") };
-        table.row([name, step.free.to_string(), current, speed, gain, taken.to_owned()]);
+        let name = if step.with.is_empty() { "none".to_owned() } else { step.with.join(", ") };
+        table.row([name, step.free.to_string()].into_iter().chain(fits).chain([gain, taken.to_owned()]));
     }
-    table.note(
-        "free: number of free parameters. ΔBIC: Bayesian information criterion at the effective sample size of the residuals, \
-         less that of the model selected before. A larger model is selected if it lowers the criterion by more than 6, for the \
-         residuals or for their innovations, and the residuals of a channel by more than 1 %. If extensions are \
-         selected, the last rows exchange one of them for a similar one.",
-    );
-    table
+    table.note(SELECTION_NOTE);
+    Some(table)
 }
 
 /// Describes the selection in a line: the selected model, and the number of models that were fitted.
 #[must_use]
-pub fn selection_text(found: &Identification) -> Option<String> {
+pub fn selection_text<M: Shown>(found: &Identification<M>) -> Option<String> {
     let tried = found.selection.as_ref()?.len();
     Some(format!("{}; {tried} models were compared (listed by -v)", selected(found)))
 }
 
-/// Describes the selected model: its extensions, the intersample behaviour of the voltage, and the excluded samples.
-pub(super) fn selected(found: &Identification) -> String {
-    let taken: Vec<&str> = found.extensions().into_iter().map(Extension::name).collect();
-    let what = if taken.is_empty() { "no extension".to_owned() } else { taken.join(", ") };
-    let intersample = match found.model.discretization {
-        Discretization::Foh => "; first-order hold of the voltage",
-        _ => "",
-    };
+/// Describes the selected model: its extensions or terms, the intersample behaviour of the voltage, and the excluded samples.
+pub(super) fn selected<M: Shown>(found: &Identification<M>) -> String {
+    let what = if found.with.is_empty() { format!("no {}", M::TERM) } else { found.with.join(", ") };
     let samples: usize = found.left_out.iter().map(|of| of.samples).sum();
     let left_out = match samples {
         0 => String::new(),
         _ => format!("; {samples} samples excluded, where the voltage is undersampled"),
     };
-    format!("{what}{intersample}{left_out}")
+    format!("{what}{}{left_out}", M::hold(found))
 }

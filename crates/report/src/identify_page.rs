@@ -3,9 +3,9 @@
 use super::chart::{Chart, Form, Series};
 use super::figures::{correlations, history, residual_correlations, response_charts};
 use super::identified::verdict;
-use super::identified_tables::{fit_table, parameters_table};
+use super::identified_tables::{fit_table, parameters_table, selected, selection_table};
 use super::page::{Card, Page, Part, Section, Trust, capital};
-use super::pages::{Reproduced, reproduce, section, warnings};
+use super::pages::{Reproduced, folded, reproduce, section, warnings};
 use super::recorded::Recorded;
 use super::shown::Shown;
 use super::spelling::command_line;
@@ -37,6 +37,10 @@ pub fn identify_page<M: Shown>(
     estimates.extend(history(found, &requested).map(Part::Chart));
     sections.push(section(M::ESTIMATES, estimates));
     sections.extend(M::sections(found));
+    sections.extend(selection_table(found).map(|table| {
+        let parts = vec![Part::Text(format!("Model: {}.", selected(found))), Part::Table(table)];
+        folded("Model selection", parts)
+    }));
     sections.push(reproduce(records, how, Some(found.device.to_string())));
     let name = records.first().and_then(|record| record.source().file_name());
     let name = name.unwrap_or_else(|| "a recording".to_owned());

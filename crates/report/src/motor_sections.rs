@@ -2,9 +2,9 @@
 
 use super::held_out::held_out;
 use super::identified::{noise_floor_text, with_error};
-use super::identified_tables::{characteristics_table, selected, selection_table, transfer_functions};
+use super::identified_tables::{characteristics_table, transfer_functions};
 use super::page::{Part, Section};
-use super::pages::{folded, section};
+use super::pages::section;
 use motorfit_identify::Identification;
 use motorfit_identify::analysis::{Characteristics, Named};
 
@@ -13,10 +13,6 @@ pub(super) fn sections(found: &Identification) -> Vec<Section> {
     let dynamics = transfer_functions(found).map(Part::List).into_iter();
     let dynamics = dynamics.chain([Part::Table(characteristics_table(found))]).collect();
     let mut sections = vec![section("Dynamics", dynamics)];
-    if let Some(selection) = &found.selection {
-        let parts = vec![Part::Text(format!("Model: {}.", selected(found))), Part::Table(selection_table(selection))];
-        sections.push(folded("Model selection", parts));
-    }
     sections.extend(found.validation.as_ref().map(|held| section("Held-out recordings", held_out(found, held))));
     if let (Some(of), None) = (&found.noise_floor, &found.validation) {
         sections.push(section("Noise floor", vec![Part::Text(format!("{}.", noise_floor_text(of)))]));

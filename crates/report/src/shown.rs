@@ -19,6 +19,12 @@ pub trait Shown: Machine {
     /// Heading of the estimates on a page.
     const ESTIMATES: &'static str;
 
+    /// Name of an optional part of the equations, as `extension`.
+    const TERM: &'static str;
+
+    /// Describes the intersample behaviour of the input where it was selected; empty elsewhere.
+    fn hold(found: &Identification<Self>) -> &'static str;
+
     /// Returns the requested method, budget and criterion.
     fn requested(spec: &Self::Spec) -> Requested;
 
@@ -54,6 +60,12 @@ impl Shown for DcMotor {
     type Spec = IdentifySpec;
 
     const ESTIMATES: &'static str = "Estimates in SI units";
+
+    const TERM: &'static str = "extension";
+
+    fn hold(found: &Identification<Self>) -> &'static str {
+        if found.model.discretization == Discretization::Foh { "; first-order hold of the voltage" } else { "" }
+    }
 
     fn requested(spec: &IdentifySpec) -> Requested {
         spec.into()
@@ -100,6 +112,12 @@ impl Shown for OwnModel {
     type Spec = ModelSpec;
 
     const ESTIMATES: &'static str = "Estimates";
+
+    const TERM: &'static str = "optional term";
+
+    fn hold(_: &Identification<Self>) -> &'static str {
+        ""
+    }
 
     fn requested(spec: &ModelSpec) -> Requested {
         spec.into()

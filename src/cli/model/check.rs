@@ -66,8 +66,13 @@ fn text(model: &Model) -> String {
     for (n, of) in model.parameters().iter().enumerate() {
         let scale = if of.is_logarithmic { ", logarithmic" } else { "" };
         let about = if of.description.is_empty() { String::new() } else { format!("  {}", of.description) };
-        let range = format!("{} … {}{scale}", Shortest(of.min), Shortest(of.max));
+        let neutral = of.neutral.map_or(String::new(), |value| format!(", neutral {}", Shortest(value)));
+        let range = format!("{} … {}{scale}{neutral}", Shortest(of.min), Shortest(of.max));
         line(if n == 0 { "parameters" } else { "" }, format!("{:<6}{range}{}{about}", of.name, unit(&of.unit.text)));
+    }
+    for (n, term) in model.terms().iter().enumerate() {
+        let of: Vec<&str> = term.parameters.iter().map(|n| model.parameters()[*n].name.as_str()).collect();
+        line(if n == 0 { "terms" } else { "" }, format!("{}: {}", term.name, of.join(", ")));
     }
     line("equations", format!("{} operations for the right-hand sides and outputs", model.operations()));
     line("method", method(model));

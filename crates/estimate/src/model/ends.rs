@@ -1,9 +1,13 @@
 //! Descents of a search side by side, from their starts to their ends.
 
+use super::fitted::check;
+use super::refine::check_sigma;
 use crate::descent::Descent;
 use crate::fit::Fit;
-use crate::fitted::Fitted as _;
+use crate::fitted::Sigma;
+use crate::refined::Refined;
 use crate::weights::deviations;
+use motorfit_core::Result;
 use motorfit_core::numeric::count;
 use motorfit_evaluate::model::ModelProblem;
 
@@ -13,6 +17,9 @@ const SAME: f64 = 1e-4;
 const TOLERANCE: f64 = 1e-7;
 /// Simulations of a descent at most.
 const SIMULATIONS: usize = 80;
+/// The same of a descent that compares starts, and the length of its last step in standard errors.
+const SIMULATIONS_ROUGH: usize = 40;
+const TOLERANCE_ROUGH: f64 = 1e-2;
 /// Part of the cost below which the gain of a descent with friction that sticks ends it.
 const STALLED: f64 = 1e-3;
 
@@ -45,14 +52,64 @@ impl End {
 /// may stall end when they cannot come down to the lowest of the others. Returns the number of simulations too.
 pub(super) fn descend(fitted: &ModelProblem, starts: &[SearchPoint], are_compared: bool) -> (Vec<Option<End>>, u64) {
     let fit = &Fit::new(fitted);
+    let effort = Effort { simulations: SIMULATIONS, tolerance: TOLERANCE * count(fit.count()).sqrt(), are_compared };
+    let descents = descended(fit, starts, &deviations(fit), effort);
+    let simulations = descents.iter().flatten().map(|descent| descent.evaluations as u64).sum();
+    let end = |(descent, start): (Descent<'_>, &SearchPoint)| {
+        let (values, initial) = (fit.values(&descent.at), fit.initial(&descent.at));
+        End { at: SearchPoint { values, initial, is_given: start.is_given }, cost: descent.cost() }
+    };
+    let ends = descents.into_iter().zip(starts).map(|(descent, start)| Some(end((descent?, start)))).collect();
+    (ends, simulations)
+}
+
+/// Descends from some starts, each with the same initial states, to a hundredth of a standard error under the weights `sigma`, and
+/// returns the lowest; `None` if the model diverges from all.
+///
+/// # Errors
+/// Returns `Usage` if a start or the weights do not fit the problem.
+pub fn best_model_start(
+    problem: &ModelProblem,
+    starts: &[Vec<f64>],
+    initial: &[Vec<f64>],
+    sigma: &Sigma,
+) -> Result<Option<Refined>> {
+    starts.iter().try_for_each(|start| check(problem, start, initial))?;
+    check_sigma(problem, sigma)?;
+    let fit = &Fit::new(problem);
+    let point = |values: &Vec<f64>| SearchPoint { values: values.clone(), initial: initial.to_vec(), is_given: false };
+    let starts: Vec<SearchPoint> = starts.iter().map(point).collect();
+    let effort = Effort { simulations: SIMULATIONS_ROUGH, tolerance: TOLERANCE_ROUGH, are_compared: true };
+    let ends = descended(fit, &starts, sigma, effort).into_iter().flatten();
+    let lowest = ends.min_by(|a, b| a.cost().total_cmp(&b.cost()));
+    Ok(lowest.map(|descent| descent.finish(false, false)))
+}
+
+/// Limits of descents side by side.
+#[derive(Clone, Copy)]
+struct Effort {
+    simulations: usize,
+    /// Length of the last step.
+    tolerance: f64,
+    /// True if descents that cannot come down to the lowest of the others end.
+    are_compared: bool,
+}
+
+/// Descends from each start under the weights `sigma`; `None` for a start from which the model diverges.
+fn descended<'a>(
+    fit: &'a Fit<'a>,
+    starts: &[SearchPoint],
+    sigma: &Sigma,
+    Effort { simulations, tolerance, are_compared }: Effort,
+) -> Vec<Option<Descent<'a>>> {
     let begun: Vec<_> = starts.iter().map(|start| fit.at(&start.values, &start.initial)).collect();
-    let mut descents: Vec<Option<Descent<'_>>> = Descent::all(fit, &begun, &deviations(fit));
+    let mut descents: Vec<Option<Descent<'_>>> = Descent::all(fit, &begun, sigma);
     for descent in &mut descents {
-        *descent = descent.take().map(|descent| descent.at_most(SIMULATIONS));
+        *descent = descent.take().map(|descent| descent.at_most(simulations));
     }
     for descent in descents.iter_mut().flatten() {
-        descent.stall = fitted.has_kinks().then_some(STALLED);
-        descent.begin(TOLERANCE * count(fit.count()).sqrt());
+        descent.stall = fit.problem.has_kinks().then_some(STALLED);
+        descent.begin(tolerance);
     }
     loop {
         let mut numbers = Vec::new();
@@ -79,13 +136,7 @@ pub(super) fn descend(fitted: &ModelProblem, starts: &[SearchPoint], are_compare
         let lowest = others.filter_map(|(descent, _)| Some(descent.as_ref()?.cost())).fold(f64::INFINITY, f64::min);
         descents.iter_mut().flatten().for_each(|descent| descent.lowest = lowest * (1.0 + SAME));
     }
-    let simulations = descents.iter().flatten().map(|descent| descent.evaluations as u64).sum();
-    let end = |(descent, start): (Descent<'_>, &SearchPoint)| {
-        let (values, initial) = (fit.values(&descent.at), fit.initial(&descent.at));
-        End { at: SearchPoint { values, initial, is_given: start.is_given }, cost: descent.cost() }
-    };
-    let ends = descents.into_iter().zip(starts).map(|(descent, start)| Some(end((descent?, start)))).collect();
-    (ends, simulations)
+    descents
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ mod multistart;
 mod refine;
 mod search;
 
+pub use ends::best_model_start;
 #[doc(hidden)]
 pub use multistart::rounds_max;
 pub use multistart::{ModelEnd, ModelOptima, ModelStarts, Populations, model_ends, model_optima};

@@ -55,7 +55,7 @@ pub fn open_flat(problem: &ModelProblem, refined: &mut Refined) {
     }
 }
 
-fn check_sigma(problem: &ModelProblem, sigma: &[Vec<f64>]) -> Result<()> {
+pub(super) fn check_sigma(problem: &ModelProblem, sigma: &[Vec<f64>]) -> Result<()> {
     let fits = sigma.len() == problem.recordings() && sigma.iter().all(|of| of.len() == problem.outputs());
     if fits && sigma.iter().flatten().all(|sigma| sigma.is_finite() && *sigma > 0.0) {
         return Ok(());

@@ -73,11 +73,15 @@ impl FitMetrics {
 
     /// Computes the metrics of a recording from its residuals, those of each output at the samples that count.
     pub(crate) fn of_residuals(problem: &dyn Fitted, recording: usize, residuals: &[Vec<f64>]) -> Self {
-        let one = |(output, residuals): (usize, &Vec<f64>)| OfOutput {
-            squares: residuals.iter().map(|e| e * e).sum(),
-            measured: Spread::of(&problem.measured((recording, output))),
-        };
-        Self(residuals.iter().enumerate().map(one).collect())
+        let squares: Vec<f64> = residuals.iter().map(|of| of.iter().map(|e| e * e).sum()).collect();
+        Self::of_squares(problem, recording, &squares)
+    }
+
+    /// Computes the metrics of a recording from the sum of squared residuals of each output.
+    pub(crate) fn of_squares(problem: &dyn Fitted, recording: usize, squares: &[f64]) -> Self {
+        let measured = |output: usize| Spread::of(&problem.measured((recording, output)));
+        let one = |(output, squares): (usize, &f64)| OfOutput { squares: *squares, measured: measured(output) };
+        Self(squares.iter().enumerate().map(one).collect())
     }
 
     /// Returns the metrics of both sets of recordings together.

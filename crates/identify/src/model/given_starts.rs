@@ -26,6 +26,15 @@ impl GivenStarts {
         Ok(Self { starts, ends, simulations })
     }
 
+    /// Descends from another start.
+    pub fn add(&mut self, problem: &ModelProblem, start: &[f64]) -> Result<()> {
+        let more = Self::new(problem, vec![start.to_vec()])?;
+        self.starts.extend(more.starts);
+        self.ends.extend(more.ends);
+        self.simulations += more.simulations;
+        Ok(())
+    }
+
     /// Returns the end that is lower than a cost of the search, if there is one; the lowest of several.
     pub fn lower_than(&self, cost: f64) -> Option<&ModelEnd> {
         let lower = self.ends.iter().filter(|end| end.cost < cost);

@@ -9,13 +9,16 @@ mod islands;
 mod pipeline;
 mod result;
 mod sampled_law;
+mod selection;
 mod serialize;
 mod step_accuracy;
+mod terms;
 mod tests_of_residuals;
 mod trust;
 
 pub use pipeline::{ModelProgress, ModelSpec, hold_out_model, identify_model};
 pub use result::{ModelFit, ModelIdentification, OwnModel};
 pub use serialize::integration;
+pub use terms::ModelTerms;
 #[doc(hidden)]
 pub use tests_of_residuals::fit_percent;

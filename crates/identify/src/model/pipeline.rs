@@ -8,6 +8,8 @@ use super::homogeneity::homogeneity;
 use super::islands::islands;
 use super::result::{ModelIdentification, OwnModel};
 use super::sampled_law::add_sampled_law;
+use super::selection::select_terms;
+use super::terms::ModelTerms;
 use super::tests_of_residuals::fitted;
 use super::trust::trust;
 use crate::analysis::FitMetrics;
@@ -18,6 +20,7 @@ use crate::result::{Identification, Output, SearchOutcome};
 use crate::verify::{Status, Verification};
 use motorfit_core::candidates::Candidates;
 use motorfit_core::clock::Instant;
+use motorfit_core::setting::text;
 use motorfit_core::{Error, Result};
 use motorfit_estimate::model::{
     ARRIVALS, ModelOptima, ModelStarts, model_optima, open_flat, refine_model, rounds_max, signal_sigma,
@@ -53,6 +56,8 @@ pub struct ModelSpec {
     /// Starts of further descents, beside those of the search: values of parameters. Others begin at their usual value, or in the middle
     /// of their bounds.
     pub starts: Vec<Vec<(String, f64)>>,
+    /// Optional terms of the model.
+    pub with: ModelTerms,
     /// Parameters with a value for each recording.
     pub per_recording: Vec<String>,
     /// True if the initial values of states that are measured or free are estimated.
@@ -79,6 +84,7 @@ impl Default for ModelSpec {
             bounds: Vec::new(),
             fixed: Vec::new(),
             starts: Vec::new(),
+            with: ModelTerms::default(),
             per_recording: Vec::new(),
             estimates_initial: true,
             is_first_order_hold: false,
@@ -90,14 +96,29 @@ impl Default for ModelSpec {
 }
 
 impl ModelSpec {
-    /// Returns the search space of a model.
+    /// Returns the search space of a model with its terms.
     ///
     /// # Errors
-    /// Returns `Usage` if a name is not a parameter or a value does not suit it.
+    /// Returns `Usage` if a name is not a parameter or a term, a value does not suit it, or the terms are selected by fits.
     pub fn space(&self, model: &Model, recordings: usize) -> Result<ModelSpace> {
+        let Some(with) = self.with.taken(model) else {
+            let message = text!([With = "auto"] " selects terms by fits, and nothing is fitted here");
+            return Err(Error::usage(message, text!("Name the terms, or leave out " [With] " to take all.")));
+        };
+        self.space_with(model, recordings, &with)
+    }
+
+    /// Returns the search space of a model with some of its terms.
+    pub(super) fn space_with(&self, model: &Model, recordings: usize, with: &[String]) -> Result<ModelSpace> {
         let mut space = ModelSpace::new(model, recordings).per_recording(model, &self.per_recording, recordings)?;
         for (name, bounds) in &self.bounds {
             space = space.with_bounds(model, name, *bounds)?;
+        }
+        let taken: Vec<&str> = with.iter().map(String::as_str).collect();
+        for (parameter, value) in model.parameters().iter().zip(model.fixed_without(&taken)?) {
+            if let Some(value) = value {
+                space = space.with_fixed(model, &parameter.name, value)?;
+            }
         }
         for (name, value) in &self.fixed {
             space = space.with_fixed(model, name, *value)?;
@@ -146,10 +167,23 @@ pub fn identify_model(
 ) -> Result<ModelIdentification> {
     let begin = Instant::now();
     check_repeated(recordings)?;
-    let space = spec.space(model, recordings.len())?;
-    let problem = Arc::new(ModelProblem::new(model, space, recordings.to_vec(), spec.settings())?);
+    let all = ModelTerms::All.taken(model).unwrap_or_default();
+    let space = spec.space_with(model, recordings.len(), &spec.with.taken(model).unwrap_or(all))?;
+    let mut problem = Arc::new(ModelProblem::new(model, space, recordings.to_vec(), spec.settings())?);
     let mut device = BatchSearchEvaluator::open(spec, vec![problem.clone()])?;
-    let found = search((&problem, &mut device), spec, observe)?;
+    let mut selected = None;
+    if spec.with == ModelTerms::Auto {
+        let mut look = |done, of| observe(ModelProgress { done, of });
+        let found = select_terms((model, &problem), spec, device.evaluator(), &mut look)?;
+        let space = spec.space_with(model, recordings.len(), &found.with)?;
+        problem = Arc::new(problem.with_space(space)?);
+        device = BatchSearchEvaluator::open(spec, vec![problem.clone()])?;
+        selected = Some(found);
+    }
+    let mut found = search((&problem, &mut device), spec, observe)?;
+    if let Some(selected) = &selected {
+        found.given.add(&problem, &selected.values)?;
+    }
     // With the steps of the search: others have another lowest sum of squares.
     let mut verification = verified(&problem, spec, &found);
     let problem = Arc::unwrap_or_clone(problem);
@@ -171,6 +205,11 @@ pub fn identify_model(
     };
     let mut result = result(&problem, spec, (found, verification), refined.as_ref());
     add_sampled_law(&problem, &mut result, refined.as_ref());
+    result.with =
+        selected.as_ref().map_or_else(|| spec.with.taken(model), |of| Some(of.with.clone())).unwrap_or_default();
+    if let Some(selected) = selected {
+        (result.selection, result.alternatives) = (Some(selected.steps), selected.alternatives);
+    }
     result.device = device.device();
     result.warnings.extend(device.take_warnings());
     result.seconds = begin.elapsed().as_secs_f64();

@@ -42,10 +42,6 @@ impl Machine for OwnModel {
         vec![("integration", integration(&found.method))]
     }
 
-    fn selection(_: &Identification<Self>) -> Keys {
-        Vec::new()
-    }
-
     fn states(found: &Identification<Self>) -> Keys {
         let initial: Value = found.fits.iter().map(|fit| initial(&found.model, &fit.initial)).collect();
         let correlation = found.uncertainty.as_ref().map(|of| &of.correlation);

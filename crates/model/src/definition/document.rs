@@ -10,6 +10,8 @@ use toml::de::{DeTable, DeValue};
 pub(crate) const TEXT_MAX: usize = 1 << 20;
 /// Largest text of an expression \[bytes\].
 pub(crate) const EXPRESSION_MAX: usize = 4096;
+/// Largest value of a bound or a neutral value, in its unit.
+pub(super) const VALUE_MAX: f64 = 1e30;
 
 /// A parsed text.
 pub(super) struct Document<'a> {
@@ -126,6 +128,15 @@ impl<'a> Document<'a> {
                 Err(self.error(entry.value.span().start, message, "Put it in quotation marks."))
             }
         }
+    }
+
+    /// Returns the texts of an entry that is a text or a list of texts, each with the byte at which it begins.
+    pub fn texts<'d>(&self, entry: &Entry<'d>) -> Result<Vec<(&'d str, usize)>> {
+        let Some(list) = entry.value.get_ref().as_array() else {
+            return self.text(entry).map(|(text, place)| vec![(text, place.start)]);
+        };
+        let item = |value: &'d Spanned<DeValue<'d>>| self.text(&Entry { key: entry.key, at: entry.at, value });
+        list.iter().map(|value| item(value).map(|(text, place)| (text, place.start))).collect()
     }
 
     /// Returns an expression and its place: a text, or a number as a text.

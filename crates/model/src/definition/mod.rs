@@ -8,12 +8,14 @@ mod names;
 mod parts;
 mod read;
 mod sections;
+mod terms;
 
 pub(crate) use document::TEXT_MAX;
 pub use model::Model;
 pub(crate) use parts::{DelayedSignal, SampledLaw};
 pub use parts::{
-    Equation, InitialState, ModelConstant, ModelInput, ModelOutput, ModelParameter, ModelState, NodeId, WrittenUnit,
+    Equation, InitialState, ModelConstant, ModelInput, ModelOutput, ModelParameter, ModelState, ModelTerm, NodeId,
+    WrittenUnit,
 };
 
 use motorfit_core::limit::{Limit, limit_of};

@@ -1,7 +1,8 @@
 //! A model: what its text declares, with its equations as a graph.
 
 use super::parts::{
-    DelayedSignal, Equation, ModelConstant, ModelInput, ModelOutput, ModelParameter, ModelState, Reaction, SampledLaw,
+    DelayedSignal, Equation, ModelConstant, ModelInput, ModelOutput, ModelParameter, ModelState, ModelTerm, Reaction,
+    SampledLaw,
 };
 use crate::graph::{Binary, Graph, Id, Leaf, Node, Unary};
 use crate::role::Role;
@@ -16,6 +17,7 @@ pub struct Model {
     pub(crate) constants: Vec<ModelConstant>,
     #[doc(hidden)]
     pub parameters: Vec<ModelParameter>,
+    pub(crate) terms: Vec<ModelTerm>,
     #[doc(hidden)]
     pub inputs: Vec<ModelInput>,
     #[doc(hidden)]

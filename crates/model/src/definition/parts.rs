@@ -1,6 +1,7 @@
 //! The parts of a model: parameters, inputs, constants, states, delayed signals, outputs and equations.
 
 use crate::graph::Id;
+use motorfit_core::coordinate::Coordinate;
 use motorfit_core::units::{Dimension, Unit};
 
 /// A unit as it is written, and what it means.
@@ -27,10 +28,31 @@ pub struct ModelParameter {
     pub is_logarithmic: bool,
     /// Value where none is given, as in a simulation.
     pub value: Option<f64>,
+    /// Value at which the parameter has no effect; it may lie outside the bounds. `None` if there is none.
+    pub neutral: Option<f64>,
     /// True if every recording has its own value.
     pub is_per_recording: bool,
     /// Description; empty if there is none.
     pub description: String,
+}
+
+impl ModelParameter {
+    /// Returns the usual value: that of the text, or else the middle of the bounds.
+    #[must_use]
+    pub fn usual(&self) -> f64 {
+        let &Self { min, max, is_logarithmic, .. } = self;
+        let range = Coordinate { min, max, is_logarithmic, lowest: f64::NEG_INFINITY, neutral: None };
+        self.value.unwrap_or_else(|| range.at(0.5))
+    }
+}
+
+/// An optional term of a model: without it each of its parameters has its neutral value, or none that matters.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ModelTerm {
+    /// Name of the term.
+    pub name: String,
+    /// Numbers of its parameters, of which at least one has a neutral value.
+    pub parameters: Vec<usize>,
 }
 
 /// An input of a model: a recorded signal, in its unit.

@@ -31,7 +31,7 @@ impl Model {
         let mut names = Names::new(&document);
         let inputs = inputs(&mut names)?;
         let constants = constants(&mut names)?;
-        let parameters = parameters(&mut names)?;
+        let (parameters, terms) = parameters(&mut names)?;
         let states = document.section("states")?;
         for (number, state) in (0_u16..).zip(&states) {
             names.declare(state)?;
@@ -64,6 +64,7 @@ impl Model {
             graph,
             constants,
             parameters,
+            terms,
             inputs,
             delayed,
             laws,
@@ -74,6 +75,7 @@ impl Model {
             roles,
         };
         check::model(&document, &model)?;
+        super::terms::check(&document, &model)?;
         Ok(model)
     }
 }

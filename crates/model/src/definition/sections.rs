@@ -1,15 +1,13 @@
 //! The sections that declare names: inputs, constants, parameters, signals, definitions.
 
-use super::document::{Document, Entry};
+use super::document::{Document, Entry, VALUE_MAX};
 use super::names::{Definition, Names, in_si};
-use super::parts::{DelayedSignal, ModelConstant, ModelInput, ModelParameter, WrittenUnit};
+use super::parts::{DelayedSignal, ModelConstant, ModelInput, ModelParameter, ModelTerm, WrittenUnit};
+use super::terms;
 use crate::graph::{Id, Leaf};
 use motorfit_core::Result;
 use motorfit_core::text::quoted;
 use motorfit_core::units::{Dimension, Unit, parse_unit};
-
-/// Largest value of a bound or a constant, in its unit.
-const VALUE_MAX: f64 = 1e30;
 
 /// Reads the unit of an item; without one it is a number.
 pub(super) fn unit(document: &Document<'_>, entry: Option<&Entry<'_>>) -> Result<WrittenUnit> {
@@ -61,41 +59,24 @@ pub(super) fn inputs(names: &mut Names<'_>) -> Result<Vec<ModelInput>> {
     Ok(inputs)
 }
 
-pub(super) fn parameters(names: &mut Names<'_>) -> Result<Vec<ModelParameter>> {
+/// Reads the parameters and their terms.
+pub(super) fn parameters(names: &mut Names<'_>) -> Result<(Vec<ModelParameter>, Vec<ModelTerm>)> {
     let document = names.document;
-    let mut parameters = Vec::new();
+    let (mut parameters, mut declared) = (Vec::new(), Vec::new());
     for (number, entry) in (0_u16..).zip(document.section("parameters")?) {
         names.declare(&entry)?;
-        let keys = ["unit", "min", "max", "log", "value", "per_recording", "description"];
-        let [written, min, max, log, value, per_recording, description] = document.fields(&entry, keys)?;
+        let keys = ["unit", "min", "max", "log", "value", "neutral", "term", "per_recording", "description"];
+        let [written, min, max, log, value, neutral, term, per_recording, description] =
+            document.fields(&entry, keys)?;
         let unit = unit(document, written.as_ref())?;
-        let (min_at, max_at) = (required(document, &entry, min, "min")?, required(document, &entry, max, "max")?);
-        let (min, max) = (document.number(&min_at)?, document.number(&max_at)?);
-        let error = |at: usize, message: String, hint: &str| Err(document.error(at, message, hint));
-        if min >= max || min.abs().max(max.abs()) > VALUE_MAX {
-            let message = format!("the bounds of {} are {min} and {max}", entry.key);
-            return error(max_at.value.span().start, message, "Give a min below the max, both at most 1e30.");
-        }
         let flag = |entry: Option<&Entry<'_>>| entry.map_or(Ok(false), |entry| document.flag(entry));
         let is_logarithmic = flag(log.as_ref())?;
-        if is_logarithmic && min <= 0.0 {
-            let message = format!("{} has log = true and the lower bound {min}", entry.key);
-            return error(min_at.value.span().start, message, "Give a min above 0, or leave log out.");
-        }
-        let value = match &value {
-            None => None,
-            Some(given) => {
-                let value = document.number(given)?;
-                if !(min..=max).contains(&value) {
-                    let message = format!("the value {value} of {} is outside its bounds", entry.key);
-                    return error(given.value.span().start, message, "Give a value between min and max.");
-                }
-                Some(value)
-            }
-        };
+        let (min, max) = bounds(document, &entry, [min, max], is_logarithmic)?;
+        let value = value.map(|given| usual(document, (&entry, &given), [min, max])).transpose()?;
         let id = in_si(&mut names.scope.graph, Leaf::Parameter(number), &unit.unit);
         names.set(entry.key, id, unit.unit.dimension);
         let description = description.map(|text| document.text(&text).map(|(text, _)| text.to_owned()));
+        declared.push(terms::declared(document, term.as_ref())?);
         parameters.push(ModelParameter {
             name: entry.key.to_owned(),
             unit,
@@ -103,11 +84,44 @@ pub(super) fn parameters(names: &mut Names<'_>) -> Result<Vec<ModelParameter>> {
             max,
             is_logarithmic,
             value,
+            neutral: terms::neutral(document, neutral.as_ref())?,
             is_per_recording: flag(per_recording.as_ref())?,
             description: description.transpose()?.unwrap_or_default(),
         });
     }
-    Ok(parameters)
+    let terms = terms::terms(document, &parameters, &declared)?;
+    Ok((parameters, terms))
+}
+
+/// Reads the bounds of a parameter.
+fn bounds(
+    document: &Document<'_>,
+    entry: &Entry<'_>,
+    [min, max]: [Option<Entry<'_>>; 2],
+    is_logarithmic: bool,
+) -> Result<(f64, f64)> {
+    let (min_at, max_at) = (required(document, entry, min, "min")?, required(document, entry, max, "max")?);
+    let (min, max) = (document.number(&min_at)?, document.number(&max_at)?);
+    if min >= max || min.abs().max(max.abs()) > VALUE_MAX {
+        let message = format!("the bounds of {} are {min} and {max}", entry.key);
+        let hint = "Give a min below the max, both at most 1e30.";
+        return Err(document.error(max_at.value.span().start, message, hint));
+    }
+    if is_logarithmic && min <= 0.0 {
+        let message = format!("{} has log = true and the lower bound {min}", entry.key);
+        return Err(document.error(min_at.value.span().start, message, "Give a min above 0, or leave log out."));
+    }
+    Ok((min, max))
+}
+
+/// Reads the usual value of a parameter.
+fn usual(document: &Document<'_>, (entry, given): (&Entry<'_>, &Entry<'_>), [min, max]: [f64; 2]) -> Result<f64> {
+    let value = document.number(given)?;
+    if (min..=max).contains(&value) {
+        return Ok(value);
+    }
+    let message = format!("the value {value} of {} is outside its bounds", entry.key);
+    Err(document.error(given.value.span().start, message, "Give a value between min and max."))
 }
 
 /// Defines the names of signals and of `let`; returns those of delayed signals with their entries of delay and latency.

@@ -9,7 +9,7 @@ pub fn model_check_document(model: &Model) -> Value {
     let parameter = |of: &motorfit_model::ModelParameter| {
         json!({
             "name": of.name, "unit": of.unit.text, "min": of.min, "max": of.max, "log": of.is_logarithmic,
-            "value": of.value, "per_recording": of.is_per_recording, "description": of.description,
+            "value": of.value, "neutral": of.neutral, "per_recording": of.is_per_recording, "description": of.description,
         })
     };
     let state = |of: &motorfit_model::ModelState| {
@@ -28,6 +28,9 @@ pub fn model_check_document(model: &Model) -> Value {
             "name": of.name, "unit": of.unit.text, "column": of.column, "default": of.default,
         })).collect::<Vec<_>>(),
         "parameters": model.parameters().iter().map(parameter).collect::<Vec<_>>(),
+        "terms": model.terms().iter().map(|of| json!({
+            "name": of.name, "parameters": of.parameters.iter().map(|n| &model.parameters()[*n].name).collect::<Vec<_>>(),
+        })).collect::<Vec<_>>(),
         "states": model.states().iter().map(state).collect::<Vec<_>>(),
         "outputs": model.outputs().iter().map(|of| json!({
             "name": of.name, "unit": of.unit.text, "column": of.column,

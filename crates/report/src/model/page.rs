@@ -8,7 +8,7 @@ use crate::recorded::Recorded;
 use crate::table::Table;
 use motorfit_core::text::{Shortest, significant};
 use motorfit_evaluate::model::ModelRecording;
-use motorfit_model::{InitialState, Model};
+use motorfit_model::{InitialState, Model, ModelTerm};
 
 /// Returns the page of what was understood of a model.
 #[must_use]
@@ -16,6 +16,7 @@ pub fn model_check_page(model: &Model, notes: &[String]) -> Page {
     let mut about: Vec<Part> = notes.iter().cloned().map(Part::Text).collect();
     about.push(Part::Table(signals(model)));
     about.push(Part::Table(bounds(model)));
+    about.extend(terms(model).map(Part::Text));
     Page {
         title: model.name().to_owned(),
         sections: vec![section("Equations", equations(model)), section("Signals and parameters", about)],
@@ -71,11 +72,21 @@ fn signals(model: &Model) -> Table {
     table
 }
 
+/// Returns a sentence on the optional terms; `None` if there are none.
+fn terms(model: &Model) -> Option<String> {
+    let name = |n: &usize| model.parameters()[*n].name.as_str();
+    let term =
+        |of: &ModelTerm| format!("{} ({})", of.name, of.parameters.iter().map(name).collect::<Vec<_>>().join(", "));
+    let terms: Vec<String> = model.terms().iter().map(term).collect();
+    (!terms.is_empty()).then(|| format!("Optional terms: {}.", terms.join("; ")))
+}
+
 fn bounds(model: &Model) -> Table {
     let mut table = Table::new("bounds", "Parameters", &["parameter", "unit", "bounds", "scale", "description"]);
     for of in model.parameters() {
         let scale = if of.is_logarithmic { "logarithmic" } else { "linear" };
-        let range = format!("{} … {}", Shortest(of.min), Shortest(of.max));
+        let neutral = of.neutral.map_or(String::new(), |value| format!("; neutral {}", Shortest(value)));
+        let range = format!("{} … {}{neutral}", Shortest(of.min), Shortest(of.max));
         table.row(vec![of.name.clone(), of.unit.text.clone(), range, scale.to_owned(), of.description.clone()]);
     }
     table

@@ -4,13 +4,12 @@ use super::given::{Fault, Given};
 use super::parse;
 use super::read::{Read, device, reading};
 use motorfit_core::setting::{Setting, Text, text};
-use motorfit_core::text::excerpt;
 use motorfit_core::{Error, Result};
 use motorfit_evaluate::Initial;
 use motorfit_evaluate::criterion::{Criterion, Noise};
 use motorfit_evaluate::model::signal_requests;
 use motorfit_identify::device::EvaluatorSpec;
-use motorfit_identify::model::ModelSpec;
+use motorfit_identify::model::{ModelSpec, ModelTerms};
 use motorfit_identify::{Method, Polish};
 use motorfit_model::{IntegrationMethod, Model};
 use motorfit_motor::Discretization;
@@ -67,7 +66,6 @@ pub fn model_spec(given: &Given) -> Read<ModelSpec> {
         let message = text!([Initial](" is zero, but a model states its initial values"));
         return wrong(Setting::Initial, message, "Write initial = 0 for the states in the model.".into());
     }
-    given.items(Setting::With, |items| none(items, Setting::With, "a model has its own equations"))?;
     let discretization: Option<Discretization> = given.choice(Setting::Discretization)?;
     let integration = match discretization {
         None | Some(Discretization::Zoh | Discretization::Foh) => None,
@@ -104,6 +102,7 @@ pub fn model_spec(given: &Given) -> Read<ModelSpec> {
         bounds: given.items(Setting::Bounds, bounds)?,
         fixed: given.items(Setting::Fix, |items| values(items, Setting::Fix))?,
         starts: given.items(Setting::Start, starts)?,
+        with: given.items(Setting::With, ModelTerms::parse)?,
         per_recording: given.list(Setting::PerRecording).to_vec(),
         estimates_initial: !matches!(initial, Initial::Measured | Initial::Zero),
         is_first_order_hold: discretization == Some(Discretization::Foh),
@@ -113,17 +112,6 @@ pub fn model_spec(given: &Given) -> Read<ModelSpec> {
 
 fn wrong<T>(setting: Setting, message: Text, hint: Text) -> Read<T> {
     Err(Fault { setting, error: Error::usage(message, hint) })
-}
-
-/// Returns an error if there are items.
-fn none(items: &[String], of: Setting, reason: &str) -> Result<()> {
-    match items.iter().find(|item| !item.trim().is_empty()) {
-        None => Ok(()),
-        Some(item) => {
-            let message = text!({ of }(" \"{}\": {reason}", excerpt(item)));
-            Err(Error::usage(message, text!("Leave out " {of} ".")))
-        }
-    }
 }
 
 /// Parses `NAME=MIN:MAX` items; `auto` stands for the bounds of the model.

@@ -45,6 +45,11 @@ pub fn recording() -> ModelRecording {
     }
 }
 
+/// Returns a model with an optional term.
+fn optional() -> Model {
+    Model::parse(&BuiltIn::DcMotor.source().replacen("min = ", "neutral = 1, term = \"a-term\", min = ", 1)).unwrap()
+}
+
 pub fn languages(calls: &mut Calls) {
     let good = BuiltIn::DcMotor.source();
     for word in texts() {
@@ -53,7 +58,9 @@ pub fn languages(calls: &mut Calls) {
             "model::Model::parse" => Model::parse(&word),
             "model::Model::parse" => Model::parse(&text),
             "model::Model::parse" => Model::parse(&good.replace("V*s/rad", &word)),
+            "model::Model::parse" => Model::parse(&good.replace("min = 1e-3", &format!("neutral = {word}, term = '{word}', min = 1e-3"))),
             "model::Model::open" => Model::open(Path::new(&word)),
+            "model::Model::fixed_without" => optional().fixed_without(&[&word, ""]),
             "record::parse_signal_columns" => parse_signal_columns(&word, &["vd", &word]),
             "record::read_signal_inputs" => read_signal_inputs(Path::new(&word), &ReadOptions::default()),
         );
@@ -100,6 +107,8 @@ fn built_in(calls: &mut Calls, of: BuiltIn) {
         "model::Model::name" => model.name().len(),
         "model::Model::digest" => model.digest(),
         "model::Model::parameters" => model.parameters().len(),
+        "model::ModelParameter::usual" => model.parameters().iter().map(|of| of.usual()).sum::<f64>(),
+        "model::Model::terms" => model.terms().len(),
         "model::Model::inputs" => model.inputs().len(),
         "model::Model::states" => model.states().len(),
         "model::Model::outputs" => model.outputs().len(),

@@ -1,0 +1,218 @@
+//! Selection of the optional terms of a model.
+//!
+//! A larger model starts at the optimum of a smaller one, with its further parameters where they have no effect and at the best of many
+//! values over their bounds, since descents with friction that sticks end where the cost has kinks.
+
+use super::islands::islands;
+use super::pipeline::ModelSpec;
+use crate::analysis::FitMetrics;
+use crate::forward_selection::{Alternative, Family, FitOf, Selected, SelectionStep, select_forward};
+use motorfit_core::candidates::Candidates;
+use motorfit_core::{Error, Result};
+use motorfit_estimate::Refined;
+use motorfit_estimate::model::{ModelStarts, best_model_start, model_optima, refine_model};
+use motorfit_evaluate::Evaluator;
+use motorfit_evaluate::model::{ModelAxis, ModelProblem, ModelSpace};
+use motorfit_model::Model;
+use std::ops::ControlFlow;
+
+/// A model with optional terms on recordings.
+struct Terms<'a> {
+    model: &'a Model,
+    spec: &'a ModelSpec,
+    /// The problem with all terms.
+    problem: &'a ModelProblem,
+    /// Fit without optional terms.
+    smallest: FitOf<Self>,
+}
+
+/// The selected terms, and the optimum with them.
+pub(super) struct SelectedTerms {
+    /// Terms that were selected.
+    pub with: Vec<String>,
+    /// Models that were fitted, in their order.
+    pub steps: Vec<SelectionStep>,
+    /// Models that fit the recordings equally well.
+    pub alternatives: Vec<Alternative>,
+    /// Values of the free parameters with the selected terms.
+    pub values: Vec<f64>,
+}
+
+/// Selects the optional terms of a model. `problem` has all of them.
+///
+/// # Errors
+/// Returns `Usage` if the model has no terms, and propagates the errors of the search and the fits.
+pub(super) fn select_terms(
+    (model, problem): (&Model, &ModelProblem),
+    spec: &ModelSpec,
+    evaluator: &mut dyn Evaluator<ModelProblem>,
+    observe: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
+) -> Result<SelectedTerms> {
+    let space = spec.space_with(model, problem.recordings(), &[])?;
+    let own = problem.with_space(space)?;
+    let starts = ModelStarts { given: &[], populations: &mut islands };
+    let optima = model_optima(&own, evaluator, spec.seed, starts, observe)?;
+    let refined = refine_model(&own, &optima.values, &optima.initial, None)?;
+    let smallest = FitOf::<Terms<'_>>::new(&[], own.space().clone(), &own, refined);
+    let family = Terms { model, spec, problem, smallest };
+    let Selected { best, steps, alternatives } = select_forward(&family)?;
+    Ok(SelectedTerms { with: best.with, steps, alternatives, values: best.refined.values })
+}
+
+impl Terms<'_> {
+    fn space(&self, with: &[String]) -> Result<ModelSpace> {
+        self.spec.space_with(self.model, self.problem.recordings(), with)
+    }
+}
+
+impl Family for Terms<'_> {
+    type Term = String;
+    type Space = ModelSpace;
+
+    fn smallest(&self) -> Result<FitOf<Self>> {
+        Ok(self.smallest.clone())
+    }
+
+    fn candidates(&self, of: &FitOf<Self>) -> Vec<String> {
+        let frees = |name: &String| {
+            let with: Vec<String> = of.with.iter().chain([name]).cloned().collect();
+            // A term whose parameters are free with the others, or fixed by the spec, is none.
+            self.space(&with).is_ok_and(|space| space.free.len() > of.free)
+        };
+        let lacking = self.model.terms().iter().map(|term| term.name.clone());
+        lacking.filter(|name| !of.with.contains(name)).filter(frees).collect()
+    }
+
+    fn resembles(&self, _: &String, _: &String) -> bool {
+        true
+    }
+
+    fn rough(&self, from: &FitOf<Self>, with: &[String]) -> Result<FitOf<Self>> {
+        let problem = self.problem.with_space(self.space(with)?)?;
+        let starts = starts(&problem, from)?;
+        let (initial, sigma) = (&from.refined.initial, &from.refined.weights);
+        let refined = best_model_start(&problem, &starts, initial, sigma)?.ok_or_else(diverges)?;
+        Ok(FitOf::<Self>::new(with, problem.space().clone(), &problem, refined))
+    }
+
+    fn finished(&self, rough: FitOf<Self>) -> FitOf<Self> {
+        let of = || {
+            let problem = self.problem.with_space(rough.space.clone())?;
+            let refined = refine_model(&problem, &rough.refined.values, &rough.refined.initial, None)?;
+            Ok::<_, Error>(FitOf::<Self>::new(&rough.with, rough.space.clone(), &problem, refined))
+        };
+        of().unwrap_or(rough)
+    }
+
+    fn reduced(&self, of: &FitOf<Self>, with: &[String]) -> Result<FitOf<Self>> {
+        let problem = self.problem.with_space(self.space(with)?)?;
+        let start = transferred(problem.space(), of, |axis| usual(self.model, axis));
+        let refined = refine_model(&problem, &start, &of.refined.initial, None)?;
+        Ok(FitOf::<Self>::new(with, problem.space().clone(), &problem, refined))
+    }
+
+    fn lower(&self, _: &FitOf<Self>) -> Result<Option<FitOf<Self>>> {
+        // The smallest model was searched over its bounds, and the selected one is afterwards.
+        Ok(None)
+    }
+
+    fn named(&self, term: &String) -> String {
+        term.clone()
+    }
+
+    fn fit_percent(&self, refined: &Refined) -> Vec<Option<f64>> {
+        let residuals = |n: usize| FitMetrics::of_squares(self.problem, n, &refined.squares[n]);
+        let all = (0..self.problem.recordings()).map(residuals);
+        all.fold(FitMetrics::default(), FitMetrics::and).fit_percent()
+    }
+
+    fn parameters(&self, fit: &FitOf<Self>) -> Vec<(String, f64)> {
+        fit.space.names(self.model).into_iter().zip(fit.refined.values.iter().copied()).collect()
+    }
+}
+
+fn diverges() -> Error {
+    Error::not_identified("the model diverges from every start", "Narrow the bounds of its terms.")
+}
+
+/// Returns the value at which a parameter has no effect, within its bounds; its usual value where it has none.
+fn usual(model: &Model, axis: &ModelAxis) -> f64 {
+    let parameter = &model.parameters()[axis.parameter];
+    parameter.neutral.unwrap_or_else(|| parameter.usual()).clamp(axis.min, axis.max)
+}
+
+/// Returns the values of a fit in another space; parameters that it lacks have those of `other`.
+fn transferred(space: &ModelSpace, from: &FitOf<Terms<'_>>, mut other: impl FnMut(&ModelAxis) -> f64) -> Vec<f64> {
+    let mut value = |axis: &ModelAxis| match place(from, axis) {
+        Some(n) => from.refined.values[n].clamp(axis.min, axis.max),
+        None => other(axis),
+    };
+    space.free.iter().map(&mut value).collect()
+}
+
+fn place(from: &FitOf<Terms<'_>>, axis: &ModelAxis) -> Option<usize> {
+    from.space.free.iter().position(|own| (own.parameter, own.recording) == (axis.parameter, axis.recording))
+}
+
+/// Number of values of the further parameters over their bounds.
+const SPREAD: usize = 96;
+/// Distances from where they have no effect, as parts of those.
+const SCALES: [f64; 3] = [1.0, 0.2, 0.03];
+/// Number of the best of these that are starts, and the smallest distance of two, as a fraction of the range of some coordinate.
+const STARTS: usize = 3;
+const APART: f64 = 0.1;
+
+/// Returns starts of a model at the optimum of another one: where its further parameters have no effect, and at the best values over
+/// their bounds.
+fn starts(problem: &ModelProblem, from: &FitOf<Terms<'_>>) -> Result<Vec<Vec<f64>>> {
+    let axes = &problem.space().free;
+    let first = transferred(problem.space(), from, |axis| usual(problem.model(), axis));
+    let new: Vec<usize> = (0..axes.len()).filter(|n| place(from, &axes[*n]).is_none()).collect();
+    if new.is_empty() {
+        return Ok(vec![first]);
+    }
+    let mut all: Vec<f64> = Vec::new();
+    for n in 0..SPREAD {
+        for scale in SCALES {
+            let mut values = first.clone();
+            for (place, axis) in new.iter().enumerate() {
+                let range = axes[*axis].range();
+                let at = range.of(axes[*axis].at(spread(n, place, new.len())));
+                // A parameter without a neutral value, such as the speed of an effect, is spread over its bounds.
+                let has_neutral = problem.model().parameters()[axes[*axis].parameter].neutral.is_some();
+                let scale = if has_neutral { scale } else { 1.0 };
+                let neutral = range.of(first[*axis]);
+                values[*axis] = range.value(neutral + scale * (at - neutral));
+            }
+            all.extend(values);
+        }
+    }
+    let mut costs = vec![f64::INFINITY; SPREAD * SCALES.len()];
+    problem.with_open_initials(&from.refined.initial).costs(Candidates::new(&all, axes.len()), &mut costs)?;
+    let mut order: Vec<usize> = (0..costs.len()).filter(|n| costs[*n].is_finite()).collect();
+    order.sort_by(|a, b| costs[*a].total_cmp(&costs[*b]));
+    let of = |n: usize| &all[n * axes.len()..(n + 1) * axes.len()];
+    let mut starts: Vec<Vec<f64>> = vec![first];
+    for n in order {
+        let is_apart = |other: &Vec<f64>| {
+            new.iter().any(|axis| {
+                let range = axes[*axis].range();
+                let [a, b] = [of(n)[*axis], other[*axis]].map(|value| range.of(value));
+                (a - b).abs() > APART * (range.of(range.max) - range.of(range.min))
+            })
+        };
+        if starts.len() <= STARTS && starts[1..].iter().all(is_apart) {
+            starts.push(of(n).to_vec());
+        }
+    }
+    Ok(starts)
+}
+
+/// Returns a coordinate of the sequence of M. Roberts (2018), which fills the cube evenly: fractions of multiples of the powers of the
+/// generalized golden ratio.
+fn spread(n: usize, place: usize, dimensions: usize) -> f64 {
+    let dimensions = motorfit_core::numeric::count(dimensions);
+    let ratio = (0..30).fold(2.0_f64, |x, _| (1.0 + x).powf(1.0 / (dimensions + 1.0)));
+    let step = ratio.powi(-(i32::try_from(place).unwrap_or(0) + 1));
+    (0.5 + motorfit_core::numeric::count(n + 1) * step).fract()
+}
