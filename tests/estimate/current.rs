@@ -113,8 +113,8 @@ fn spec(fixed: &[(Parameter, f64)], with: &[Extension]) -> IdentifySpec {
 }
 
 fn estimate(found: &Identification, parameter: Parameter) -> (f64, f64) {
-    let all = found.estimates();
-    let own = all.iter().find(|e| e.parameter == parameter).unwrap();
+    let all = &found.estimates;
+    let own = all.iter().find(|e| e.name.parse::<Parameter>().unwrap() == parameter).unwrap();
     (own.value.unwrap(), own.std_error.unwrap())
 }
 
@@ -137,7 +137,10 @@ fn estimates_spread_as_their_standard_errors() {
             let found =
                 identify(&[record(current, speed)], &spec(&[(Parameter::K, M2.k)], &[Extension::Load])).unwrap();
             assert!(
-                found.estimates().iter().all(|e| e.value.is_some() == (e.parameter as usize > 1)),
+                found
+                    .estimates
+                    .iter()
+                    .all(|e| e.value.is_some() == (e.name.parse::<Parameter>().unwrap() as usize > 1)),
                 "R and L are open"
             );
             expected
@@ -162,7 +165,7 @@ fn ratios_are_identifiable_without_a_scale() {
     let speed = noisy(&speed_of(&current, 0.01), 0.2, 5);
     let recording = [record(current, speed)];
     let open = identify(&recording, &spec(&[], &[Extension::Load])).unwrap();
-    assert!(open.estimates().iter().all(|e| e.value.is_none() && !e.fixed), "{:?}", open.estimates());
+    assert!(open.estimates.iter().all(|e| e.value.is_none() && !e.fixed), "{:?}", open.estimates);
     let estimated = Characteristics::of(&open).unwrap();
     assert_eq!(estimated.input, Input::Current);
     let truth = [M2.b / M2.k, M2.j / M2.k, 0.01 / M2.k, M2.k / M2.b, M2.j / M2.b];

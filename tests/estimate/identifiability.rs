@@ -41,21 +41,25 @@ fn warns(found: &Identification, code: &str) -> bool {
 fn shown(found: &Identification) -> String {
     let one = |e: &motorfit::identify::ParameterEstimate| {
         let value = e.value.map_or("null".to_owned(), |value| format!("{value:.4e}"));
-        format!("{} {value} ± {:.1e}", e.name(), e.std_error.unwrap_or(f64::NAN))
+        format!("{} {value} ± {:.1e}", e.label(), e.std_error.unwrap_or(f64::NAN))
     };
-    let list: Vec<String> = found.estimates().iter().map(one).collect();
+    let list: Vec<String> = found.estimates.iter().map(one).collect();
     let said = found.warnings.iter().filter(|w| w.code == "not_identifiable").map(|w| w.message.to_string());
     format!("{}\n    {}", list.join(", "), said.collect::<Vec<_>>().join("\n    "))
 }
 
 /// Asserts that every given parameter is within 5 standard errors of that of the M2 motor; returns their number.
 fn check_m2(found: &Identification, case: &str) -> usize {
-    let known = found.estimates().into_iter().filter(|e| e.value.is_some() && !e.parameter.is_extension());
+    let known = found
+        .estimates
+        .iter()
+        .cloned()
+        .filter(|e| e.value.is_some() && !e.name.parse::<Parameter>().unwrap().is_extension());
     let mut count = 0;
     for e in known {
         let Some(error) = e.std_error else { continue };
-        let off = (e.value.unwrap() - Parameters::M2.get(e.parameter)) / error;
-        assert!(off.abs() < 5.0, "{case}: {} is {off:.1} σ off\n{}", e.name(), shown(found));
+        let off = (e.value.unwrap() - Parameters::M2.get(e.name.parse::<Parameter>().unwrap())) / error;
+        assert!(off.abs() < 5.0, "{case}: {} is {off:.1} σ off\n{}", e.label(), shown(found));
         count += 1;
     }
     count
@@ -82,7 +86,7 @@ fn one_unidentifiable_combination_leaves_the_others() {
     check_m2(&found, "coulomb,offset,brush-drop,load");
     assert!(found.warnings.iter().any(|warning| warning.code == "not_identifiable"), "{}", shown(&found));
     let found = identify(&record, &with("coulomb,load")).unwrap();
-    let value = |symbol: &str| found.estimates().into_iter().find(|e| e.name() == symbol).unwrap().value;
+    let value = |symbol: &str| found.estimates.iter().cloned().find(|e| e.label() == symbol).unwrap().value;
     assert!(value("Tc").is_none() && value("TL").is_none() && value("K").is_some() && value("R").is_some());
     let said = found.warnings.iter().find(|w| w.code == "not_identifiable").unwrap().message.to_string();
     assert!(said.contains("Tc and TL"), "{said}");
@@ -170,9 +174,9 @@ fn intervals_include_unidentifiable_parameters() {
         if !warns(&found, "not_identifiable") {
             return Outcome::Whole;
         }
-        let known = found.estimates().into_iter().filter_map(|e| {
+        let known = found.estimates.iter().cloned().filter_map(|e| {
             let (value, error, [low, high]) = (e.value?, e.std_error?, e.ci95?);
-            let truth = of.motor.get(e.parameter);
+            let truth = of.motor.get(e.name.parse::<Parameter>().unwrap());
             let is_covered = low <= truth && truth <= high;
             Some(Known { off: (value - truth) / error, is_covered, relative: error / value })
         });
@@ -379,8 +383,8 @@ fn a_duty_that_changes_between_samples_keeps_its_hold() {
         .into_par_iter()
         .map(|seed| {
             let found = identify(&[log(seed)], &IdentifySpec { with: With::Auto, ..IdentifySpec::default() }).unwrap();
-            let estimates = found.estimates();
-            let inductance = estimates.iter().find(|e| e.parameter == Parameter::L).unwrap();
+            let estimates = &found.estimates;
+            let inductance = estimates.iter().find(|e| e.name == Parameter::L.symbol()).unwrap();
             let z = inductance.value.zip(inductance.std_error).map_or(0.0, |(value, error)| (value - motor.l) / error);
             (found.model.discretization, z, found.trust.level)
         })

@@ -219,7 +219,7 @@ fn an_unmodelled_delay_is_detected() {
             u32::from(warns(&identify(std::slice::from_ref(&delayed), &spec).unwrap(), "residuals_follow_voltage"));
         let found = identify(&[noisy(&clean, 100 + seed)], &spec).unwrap();
         let held = validate(&[delayed], &spec, &found).unwrap();
-        let tests = held.held_out[0].residual_tests;
+        let tests = &held.held_out[0].residual_tests;
         held_out += u32::from(tests.iter().flatten().all(|test| !test.voltage.unwrap().is_independent));
     }
     assert!(fitted == 20 && held_out == 20, "{fitted} {held_out}");

@@ -65,7 +65,7 @@ fn a_profile_is_the_minimum_over_the_other_parameters() {
     let space = Space::table2_with(&[], &fixed).unwrap();
     let spec = IdentifySpec { space, ..IdentifySpec::default() };
     let (found, profiles) = likelihood_profiles(std::slice::from_ref(&record), &spec).unwrap();
-    let sigma = found.residual_sigma.map(Option::unwrap);
+    let sigma = [0, 1].map(|channel: usize| found.residual_sigma[channel].unwrap());
     let optimum = squares(&record, &found.parameters, sigma);
     let own = of(&profiles, Parameter::R);
     assert!(own.points.len() > 10);

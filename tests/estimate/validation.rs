@@ -124,7 +124,7 @@ fn held_out_recordings_reach_the_noise_floor() {
     }
     // Another motor does not fit.
     let mut other = found.clone();
-    other.parameters.k *= 1.3;
+    other.machine.parameters.k *= 1.3;
     other.values[2] *= 1.3;
     let wrong = validate(&[noisy(2)], &IdentifySpec::default(), &other).unwrap();
     assert!(wrong.fit_percent[1].unwrap() < 90.0, "{:?}", wrong.fit_percent);

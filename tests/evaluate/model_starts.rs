@@ -11,6 +11,7 @@
 use motorfit::evaluate::model::ModelRecording;
 use motorfit::experiment::white_noise;
 use motorfit::identify::Method;
+use motorfit::identify::Status;
 use motorfit::identify::model::{ModelIdentification, ModelSpec, identify_model};
 use motorfit::model::Model;
 use motorfit::numeric::count;
@@ -87,7 +88,7 @@ fn each_start_is_tried() {
             // The noise has 1 % of the signal; the standard error of T is some 0.2 %.
             assert!(found.fit_percent[0].unwrap() > 97.0, "{:?}", found.fit_percent);
             assert!((found.values[1] / TRUTH[1] - 1.0).abs() < 0.02, "{:?}", found.values);
-            assert_ne!(found.verification.status, "agrees", "no start over the bounds led there");
+            assert_ne!(found.verification.status, Status::Agrees, "no start over the bounds led there");
         }
     }
 }

@@ -14,6 +14,7 @@ use motorfit::evaluate::model::{ModelProblem, ModelRecording, ModelSettings, Mod
 use motorfit::evaluate::{Initial, Problem, Scalar};
 use motorfit::experiment::{Excitation, noise_of, simulated, white_noise, with_noise};
 use motorfit::identify::Method;
+use motorfit::identify::Status;
 use motorfit::identify::model::{ModelIdentification, ModelSpec, identify_model};
 use motorfit::identify::{IdentifySpec, TrustLevel, identify};
 use motorfit::model::{BuiltIn, IntegrationMethod, Model};
@@ -286,7 +287,7 @@ fn parameters_of_simulated_machines_are_found_within_their_errors() {
                 all += 1.0;
                 squares += z * z;
             }
-            assert_eq!(found.verification.status, "agrees", "{} machine {seed}", of.name());
+            assert_eq!(found.verification.status, Status::Agrees, "{} machine {seed}", of.name());
         }
         let (share, spread): (f64, f64) = (covered / all, squares / all);
         let margin = 3.5 * (0.95_f64 * 0.05 / all).sqrt();
@@ -307,7 +308,7 @@ fn a_search_is_judged_by_starts_over_the_bounds() {
         (of.status, of.starts, of.arrivals)
     };
     let found = run(&model, &recordings, &ModelSpec::default());
-    assert_eq!(found.verification.status, "agrees");
+    assert_eq!(found.verification.status, Status::Agrees);
     // A given start in the optimum is no evidence.
     let start = model.parameters().iter().map(|of| of.name.clone()).zip(truth).collect();
     let given = run(&model, &recordings, &ModelSpec { starts: vec![start], ..ModelSpec::default() });
@@ -321,7 +322,7 @@ fn a_search_is_judged_by_starts_over_the_bounds() {
     // A population search that was interrupted is not verified.
     let spec = ModelSpec { method: Method::from(GwoOptions::default()), ..ModelSpec::default() };
     let broken = identify_model(&model, &recordings, &spec, &mut |_| ControlFlow::Break(())).unwrap();
-    assert_eq!((broken.stop, broken.verification.status), (Stop::Interrupted, "not_applicable"));
+    assert_eq!((broken.stop, broken.verification.status), (Stop::Interrupted, Status::NotApplicable));
     assert_ne!(broken.trust.level, TrustLevel::Good);
     assert!(broken.trust.reasons.iter().any(|reason| reason.code == "not_verified"), "{:?}", broken.trust);
 }
@@ -334,7 +335,7 @@ fn a_search_without_noise_agrees() {
     let problem = ModelProblem::new(&model, space, vec![recording.clone()], ModelSettings::default()).unwrap();
     recording.measured = problem.simulate(&[], 0, &[0.0; 3]).outputs.into_iter().map(Some).collect();
     let found = run(&model, &[recording], &ModelSpec::default());
-    assert_eq!(found.verification.status, "agrees", "{:?}", found.verification);
+    assert_eq!(found.verification.status, Status::Agrees, "{:?}", found.verification);
     for (found, truth) in found.values.iter().zip(&truth) {
         assert!((found / truth - 1.0).abs() < 1e-6, "{found} {truth}");
     }
@@ -361,7 +362,7 @@ fn a_gpu_finds_the_same_estimates() {
         };
         assert_eq!(found.device.kind, "gpu", "{:?}", found.device);
         // A population search on the device may be stuck, which is reported.
-        if found.verification.status == "search_stuck" {
+        if found.verification.status == Status::SearchStuck {
             assert_eq!(found.searched.method, "gwo");
             continue;
         }

@@ -309,6 +309,7 @@ fn the_script_shows_values_of_logarithms_and_zooms_panels_apart() {
 
 #[test]
 fn masked_outliers_do_not_widen_the_bands_and_leave_no_residual() {
+    use motorfit::report::Recorded;
     use motorfit::report::figures::{residual_correlations, response_charts};
     use motorfit::setting::Setting;
     use motorfit::settings::{Given, Value, reading};
@@ -324,7 +325,8 @@ fn masked_outliers_do_not_widen_the_bands_and_leave_no_residual() {
     let records = [record];
     let found = motorfit::identify::identify(&records, &Default::default()).unwrap();
     let modelled = found.modelled(&records).unwrap();
-    let [complete, _] = response_charts("a", &records[0], &[("model", &modelled[0])], &[]);
+    let recorded = Recorded::from(&records[0]);
+    let [complete, _] = response_charts("a", &recorded, &[("model", &modelled[0])], &[]);
     // The noise of the speed is 1.04 rad/s; with the outliers the band would be ±5000 rad/s.
     let speed = complete.panels.iter().find(|panel| panel.label == "speed [rad/s]").unwrap();
     let motorfit::report::Band::Half(band) = speed.series[1].band else { panic!("{:?}", speed.series[1].band) };
@@ -333,13 +335,13 @@ fn masked_outliers_do_not_widen_the_bands_and_leave_no_residual() {
     assert_eq!(left, 2);
     assert!(complete.caption.contains("Excluded samples have no residual"));
     // The correlations are those of the noise: 99 % of the lags are within the limits.
-    let of = residual_correlations("b", &records[0], &modelled[0], &[]).unwrap();
+    let of = residual_correlations("b", &recorded, &modelled[0], &[]).unwrap();
     for panel in of.panels {
         let outside = panel.series[0].points.iter().filter(|(_, r)| r.abs() > panel.limits[1][1]).count();
         assert!(outside <= 3, "{}: {outside}", panel.label);
     }
     // A segment that was excluded automatically has no residual either.
-    let [complete, _] = response_charts("a", &records[0], &[("model", &modelled[0])], &[[0.1, 0.2]]);
+    let [complete, _] = response_charts("a", &recorded, &[("model", &modelled[0])], &[[0.1, 0.2]]);
     let left = complete.panels.last().unwrap().series[0].points.iter().filter(|(_, y)| y.is_nan()).count();
     assert!((102..=104).contains(&left), "{left}");
 }

@@ -66,8 +66,8 @@ fn auto_finds_the_extensions_of_joint_fits() {
 
 /// Returns the errors of a result divided by their standard errors.
 fn errors<'a>(found: &'a Identification, truth: &'a Truth) -> impl Iterator<Item = f64> + 'a {
-    let estimates = found.estimates().into_iter();
-    estimates.filter_map(|e| Some((e.value? - truth.motor.get(e.parameter)) / e.std_error?))
+    let estimates = found.estimates.iter().cloned();
+    estimates.filter_map(|e| Some((e.value? - truth.motor.get(e.name.parse::<Parameter>().unwrap())) / e.std_error?))
 }
 
 #[test]
@@ -104,7 +104,7 @@ fn right_fits_are_trusted_and_their_intervals_cover() {
 /// Returns true if in the model the voltage acts about half a period before it was logged: by a first-order hold, which is
 /// right on average, or by a negative dead time.
 fn acts_early(found: &Identification, period_s: f64) -> bool {
-    let dead_time = found.estimates().into_iter().find(|e| e.parameter == Parameter::DeadTime);
+    let dead_time = found.estimates.iter().cloned().find(|e| e.name == Parameter::DeadTime.symbol());
     let samples = dead_time.and_then(|e| e.value).map(|value| value / period_s);
     match found.model.discretization {
         Discretization::Foh => samples.is_none_or(|samples| samples.abs() < 0.3),
@@ -138,7 +138,7 @@ fn auto_distinguishes_a_late_voltage_from_a_latency() {
         let of = |n: usize| if n == 2 { &slow } else { &quick };
         let all: Vec<Record> = (0..EXCITATIONS).map(|n| record(&mut numbers, of(n), n, 1000, decibels)).collect();
         let found = identify(&all, &auto).unwrap();
-        let late = found.estimates().into_iter().filter(|e| e.parameter == Parameter::Latency);
+        let late = found.estimates.iter().cloned().filter(|e| e.name == Parameter::Latency.symbol());
         let of = |e: ParameterEstimate| [e.value.unwrap_or(0.0), e.std_error.unwrap_or(0.0)].map(|v| v / slow.period_s);
         let values: Vec<[f64; 2]> = late.map(of).collect();
         let truth = slow.motor.get(Parameter::Latency) / slow.period_s;

@@ -251,20 +251,22 @@ fn parameters_per_recording_are_estimated_anew_for_held_out_recordings() {
         ..IdentifySpec::default()
     };
     let found = identify(&records, &spec).unwrap();
-    for estimate in found.estimates() {
+    for estimate in &found.estimates {
         let (value, error) = (estimate.value.unwrap(), estimate.std_error.unwrap());
-        let of = |scope| if scope == Scope::Recording(0) { first } else { second };
-        let truth = match estimate.parameter {
-            Parameter::Latency => of(estimate.scope).1,
-            Parameter::Load => of(estimate.scope).2,
+        let of = |recording| if recording == Some(0) { first } else { second };
+        let truth = match estimate.name.parse().unwrap() {
+            Parameter::Latency => of(estimate.recording).1,
+            Parameter::Load => of(estimate.recording).2,
             parameter => Parameters::M2.get(parameter),
         };
-        assert!((value - truth).abs() < 4.5 * error, "{:?}: {value} ± {error}, truth {truth}", estimate.parameter);
+        assert!((value - truth).abs() < 4.5 * error, "{:?}: {value} ± {error}, truth {truth}", estimate.name);
     }
     let held = validate(&[own(third.0, third.1, third.2)], &spec, &found).unwrap();
     let own_of = |parameter| held.held_out[0].own.iter().find(|(p, _)| *p == parameter).unwrap().1;
     // The standard error is like that of each fitted recording.
-    let error = |parameter| found.estimates().iter().find(|e| e.parameter == parameter).unwrap().std_error.unwrap();
+    let error = |parameter| {
+        found.estimates.iter().find(|e| e.name.parse::<Parameter>().unwrap() == parameter).unwrap().std_error.unwrap()
+    };
     assert!((own_of(Parameter::Latency) - third.1).abs() < 8.0 * error(Parameter::Latency));
     assert!((own_of(Parameter::Load) - third.2).abs() < 8.0 * error(Parameter::Load));
     assert!(held.fit_percent.iter().all(|fit| fit.unwrap() > 97.0), "{:?}", held.fit_percent);

@@ -99,8 +99,8 @@ fn real_logs_of_newcomers() {
     assert!(error.hint().to_string().contains("99999 instead of"), "{}", error.hint());
     let found = identify(&[masked(&glitches)], &spec).unwrap();
     // The voltage is logged up to one sample late, which biases K by up to 3 %.
-    let estimates = found.estimates();
-    let k = estimates.iter().find(|e| e.parameter == Parameter::K).and_then(|e| e.value).unwrap();
+    let estimates = found.estimates;
+    let k = estimates.iter().find(|e| e.name == Parameter::K.symbol()).and_then(|e| e.value).unwrap();
     assert!((k / 0.02 - 1.0).abs() < 0.03, "K {k}");
     let found: Vec<_> = diagnose(&read("i_wrongunit.csv")).into_iter().take(2).collect();
     assert!(found.iter().all(|finding| finding.code == "units" && finding.severity == Severity::Report), "{found:?}");

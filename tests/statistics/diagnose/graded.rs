@@ -30,7 +30,7 @@ fn fitted(seed: u64, kind: &'static str, record: &Record, with: With) -> Option<
 
 /// Returns the value and the standard error of each estimated parameter.
 fn pairs(found: &Identification) -> Vec<(f64, f64)> {
-    found.estimates().iter().filter_map(|of| of.value.zip(of.std_error)).collect()
+    found.estimates.iter().filter_map(|of| of.value.zip(of.std_error)).collect()
 }
 
 /// Returns the recording with the smallest amount within `range` that changes a parameter by `strength` standard errors.
@@ -148,10 +148,14 @@ fn auto_finds_a_late_start_of_the_drive_and_the_motor() {
             let Some(record) = at_strength(seed, kind, fault, [0.002, 0.5], STRENGTHS[0]) else { continue };
             let found = fitted(seed, kind, &record, With::Auto).unwrap();
             let delays = [Parameter::Latency, Parameter::DeadTime];
-            named += usize::from(found.estimates().iter().any(|of| delays.contains(&of.parameter)));
+            named +=
+                usize::from(found.estimates.iter().any(|of| delays.contains(&of.name.parse::<Parameter>().unwrap())));
             let truth = Bench::new(seed, kind).varied.motor.j;
-            let j =
-                found.estimates().iter().find(|of| of.parameter == Parameter::J).and_then(|j| j.value.zip(j.std_error));
+            let j = found
+                .estimates
+                .iter()
+                .find(|of| of.name == Parameter::J.symbol())
+                .and_then(|j| j.value.zip(j.std_error));
             let is_right = j.is_some_and(|(value, error)| (value - truth).abs() < 4.0 * error);
             right += usize::from(is_right);
             wrong += usize::from(!is_right && found.trust.level == TrustLevel::Good);

@@ -3,7 +3,8 @@
 use crate::machines::draw::{CHANGE, Clean, Machine, Numbers};
 use motorfit::evaluate::model::ModelRecording;
 use motorfit::identify::TrustLevel;
-use motorfit::identify::model::{ModelIdentification, ModelSpec, ModelVerification, identify_model};
+use motorfit::identify::Verification;
+use motorfit::identify::model::{ModelIdentification, ModelSpec, identify_model};
 use motorfit::model::{BuiltIn, Model};
 use motorfit::numeric::count;
 use std::ops::ControlFlow;
@@ -33,7 +34,7 @@ pub struct Judged {
     pub level: TrustLevel,
     pub reasons: Vec<&'static str>,
     /// Comparison with descents from other starts.
-    pub verification: ModelVerification,
+    pub verification: Verification,
     pub seconds: f64,
 }
 
@@ -144,8 +145,8 @@ impl std::fmt::Display for Judged {
         if !self.reasons.is_empty() {
             write!(f, " ({})", self.reasons.join(", "))?;
         }
-        let ModelVerification { status, starts, arrivals, .. } = &self.verification;
-        write!(f, ", {status} with {arrivals} of {starts} starts, {:.1} s", self.seconds)?;
+        let Verification { status, starts, arrivals, .. } = &self.verification;
+        write!(f, ", {} with {arrivals} of {starts} starts, {:.1} s", status.name(), self.seconds)?;
         for of in &self.parameters {
             match of.deviations {
                 Some(z) if z.abs() > 2.5 => write!(f, ", {} off by {z:.1} σ", of.name)?,

@@ -22,7 +22,7 @@ pub(super) fn sample() -> Outcome {
     Outcome {
         estimates: Some(RunEstimates { list, polished: true }),
         cost: Some(0.025),
-        fit_percent: Some(OutputFits::of_motor([Some(99.5), None])),
+        fit_percent: Some(OutputFits(vec![("current".to_owned(), Some(99.5)), ("speed".to_owned(), None)])),
         evaluations: 4,
         stop: Some(Stop::Converged),
         device: "cpu",

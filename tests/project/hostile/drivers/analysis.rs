@@ -24,7 +24,7 @@ pub fn motors(calls: &mut Calls) {
         for (input, values) in [Input::Voltage, Input::Current].into_iter().flat_map(|i| [0, 1, 5, 9].map(|n| (i, n))) {
             let values = vec![value; values];
             let parameters = Parameters { r: value, l: 1.0, k: value, b: 0.0, j: value };
-            for residual_sigma in [[None, Some(value)], [Some(value), None], [None; 2]] {
+            for residual_sigma in [&[None, Some(value)][..], &[Some(value), None], &[None; 2], &[]] {
                 let uncertainty = uncertainty.as_ref();
                 let (parameters, space, values, unidentified) = (&parameters, &space, &values[..], &[][..]);
                 of_motor(

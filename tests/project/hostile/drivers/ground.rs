@@ -3,7 +3,7 @@
 use crate::hostile::arguments::{COUNTS, FEW, NUMBERS, WIDE, signals, texts};
 use crate::hostile::calls::{Calls, ask, drive};
 use motorfit::candidates::Candidates;
-use motorfit::channels::{Channels, by_name};
+use motorfit::channels::by_name;
 use motorfit::criterion::{Criterion, Noise, Norm, Scale};
 use motorfit::named::Named;
 use motorfit::report::command_line;
@@ -179,7 +179,6 @@ pub fn candidates(calls: &mut Calls) {
         }
     }
     drive!(calls, "NaN";
-        "channels::Channels::from" => Channels::from([f64::NAN; 2]),
         "channels::by_name" => by_name(&[f64::NAN, f64::INFINITY], serde_json::value::Serializer).is_ok(),
     );
 }

@@ -8,7 +8,7 @@ use motorfit::estimate::fit_problem;
 use motorfit::evaluate::{Model, Problem, SearchProblem};
 use motorfit::experiment::with_noise;
 use motorfit::identify::{
-    BatchCosts, Identifiability, Identification, IdentifySpec, Inspection, LikelihoodProfile, Method,
+    BatchCosts, Identifiability, Identification, IdentifySpec, Inspection, LikelihoodProfile, Machine as _, Method,
     ParameterEstimate, Polish, PreparedSearch, SearchRun, Status, TrustLevel, fit_on, has_all_channels, hold_out,
     identify, identify_with, likelihood_profiles, needs_voltage, search_problem, validate, verify_at, with_cost_on,
 };
@@ -43,21 +43,23 @@ pub fn mangled(found: &Identification) -> Vec<Identification> {
     with(&|f| f.values.clear());
     with(&|f| f.values.extend([f64::NAN; 3]));
     with(&|f| f.values.iter_mut().for_each(|v| *v = f64::NAN));
-    with(&|f| f.initial.clear());
-    with(&|f| f.initial = vec![[f64::NAN; 2]; 3]);
+    with(&|f| f.machine.initial.clear());
+    with(&|f| f.machine.initial = vec![[f64::NAN; 2]; 3]);
     with(&|f| f.uncertainty = None);
     with(&|f| f.residual_tests.clear());
-    with(&|f| f.regressions.clear());
+    with(&|f| f.machine.regressions.clear());
     with(&|f| f.fit_percent_by_recording.clear());
-    with(&|f| (f.cost, f.fit_percent) = (f64::NAN, [Some(f64::NAN), Some(f64::INFINITY)]));
+    with(&|f| (f.cost, f.fit_percent) = (f64::NAN, vec![Some(f64::NAN), Some(f64::INFINITY)]));
     with(&|f| f.history = vec![f64::NAN, f64::INFINITY, 0.0, -1.0]);
-    with(&|f| f.residual_sigma = [None; 2]);
+    with(&|f| f.residual_sigma = vec![None; 2]);
     with(&|f| f.selection = Some(Vec::new()));
-    with(&|f| f.unidentified = vec![(Parameter::Load, Scope::Recording(u32::MAX)), (Parameter::R, Scope::Shared)]);
+    with(&|f| {
+        f.machine.unidentified = vec![(Parameter::Load, Scope::Recording(u32::MAX)), (Parameter::R, Scope::Shared)]
+    });
     with(&|f| f.warnings.clear());
     let own = Axis { parameter: Parameter::Load, scope: Scope::Recording(0), min: -1.0, max: 1.0 };
     if let Ok(space) = Space::new([found.space.free(), &[own]].concat(), Vec::new()) {
-        with(&|f| f.space = space.clone());
+        with(&|f| f.machine.space = space.clone());
     }
     with(&|f| {
         if let Some(u) = &mut f.uncertainty {
@@ -71,7 +73,7 @@ pub fn mangled(found: &Identification) -> Vec<Identification> {
         }
     });
     for value in FEW {
-        with(&|f| f.parameters = Parameters { r: value, l: value, k: value, b: value, j: value });
+        with(&|f| f.machine.parameters = Parameters { r: value, l: value, k: value, b: value, j: value });
     }
     all
 }
@@ -171,11 +173,8 @@ pub fn words(calls: &mut Calls) {
         "identify::TrustLevel::name" => TrustLevel::ALL.map(TrustLevel::name),
         "identify::Status::name" => statuses.map(Status::name),
     );
-    for (value, scope) in NUMBERS.into_iter().flat_map(|v| [(v, Scope::Shared), (v, Scope::Recording(u32::MAX))]) {
-        let estimate = ParameterEstimate::new(Parameter::Load, scope, Some(value));
-        drive!(calls, (value, scope);
-            "identify::ParameterEstimate::new" => ParameterEstimate::new(Parameter::R, scope, None),
-            "identify::ParameterEstimate::name" => estimate.name(),
+    for value in NUMBERS {
+        drive!(calls, value;
             "identify::Identifiability::errors" => Identifiability::Identifies { relative_error: [Some(value); 5] }.errors(),
         );
     }
@@ -188,7 +187,9 @@ pub fn results(calls: &mut Calls) {
         let shown = format!("{:?} {:?} {:?}", found.values, found.parameters, found.uncertainty);
         drive!(calls, shown;
             "identify::Identification::at_bound" => Parameter::ALL.map(|p| found.at_bound(p)),
-            "identify::Identification::estimates" => found.estimates(),
+            "identify::ParameterEstimate::label" => found.estimates.iter().map(ParameterEstimate::label).count(),
+            "identify::ParameterEstimate::remark" => found.estimates.iter().map(ParameterEstimate::remark).count(),
+            "identify::Machine" => (found.machine.title(), found.machine.free(), found.machine.groups().len(), found.machine.combinations().len()),
             "identify::Identification::extensions" => found.extensions(),
             "identify::with_cost_on" => with_cost_on(&problem, &found),
         );

@@ -9,7 +9,7 @@ use motorfit::estimate::{Refined, separate_fits};
 use motorfit::evaluate::model::{ModelAxis, ModelProblem, ModelRecording, ModelSettings, ModelSpace, signal_requests};
 use motorfit::evaluate::{Evaluator, Simd};
 use motorfit::experiment::white_noise;
-use motorfit::identify::model::{ModelEstimate, ModelSpec, hold_out_model, identify_model};
+use motorfit::identify::model::{ModelSpec, hold_out_model, identify_model};
 use motorfit::identify::{BatchCosts, IdentifySpec, identify};
 use motorfit::model::{BuiltIn, Function, IntegrationMethod, Model, Role, ShaderPrecision};
 use motorfit::named::Named;
@@ -18,9 +18,9 @@ use motorfit::record::{
     read_signal_inputs, step_lengths, write_csv,
 };
 use motorfit::report::{
-    EvaluateDocument, ExportFormat, ModelInspection, ModelSignalFacts, Reproduced, SignalStatistics, exported_model,
-    exported_motor, model_check_document, model_check_page, model_document, model_figure, model_inspect_document,
-    model_inspect_page, model_page,
+    EvaluateDocument, ExportFormat, ModelInspection, ModelSignalFacts, Recorded, Reproduced, SignalStatistics,
+    exported_model, exported_motor, identify_document, identify_page, model_check_document, model_check_page,
+    model_inspect_document, model_inspect_page, selection_table, signals_csv, verdict,
 };
 use motorfit::setting::Setting;
 use motorfit::settings::{Given, Value, model_reading, model_spec};
@@ -487,11 +487,10 @@ pub fn identifications(calls: &mut Calls) {
                     Ok::<_, motorfit::Error>(found.estimates.iter().map(|e| RunEstimate::from(e).name.len()).sum::<usize>())
                 },
                 "study::sweep::RunEstimates::from" => Ok::<_, motorfit::Error>(RunEstimates::from(&found)),
-                "study::sweep::Outcome::of_model" => Ok::<_, motorfit::Error>(Outcome::of_model(&model, &found)),
+                "study::sweep::Outcome::of_model" => Ok::<_, motorfit::Error>(Outcome::of_model(&found)),
             );
             for of in [&model, &other] {
                 drive!(calls, recording;
-                    "identify::model::ModelEstimate::label" => found.estimates.iter().map(ModelEstimate::label).count(),
                     "report::SignalStatistics::of" => SignalStatistics::of(&recording.time_s[..recording.time_s.len().min(2)]),
                     "report::SignalStatistics::of" => SignalStatistics::of(&[]),
                     "report::ModelSignalFacts::of" => ModelSignalFacts::of(of, &recording).len(),
@@ -499,13 +498,19 @@ pub fn identifications(calls: &mut Calls) {
                         let facts = ModelSignalFacts::of(of, &recording);
                         model_inspect_document(&plain, &facts, &Ok(found.clone()))
                     },
-                    "report::model_document" => model_document(&[], of, &spec, &found),
-                    "report::model_page" => model_page(&[], (of, &all), &found, &how),
+                    "report::Recorded::of_model" => Recorded::of_model(of, &recording, true),
+                    "report::identify_document" => identify_document(&[], &spec, &found),
+                    "report::signals_csv" => signals_csv((&[], &[Recorded::of_model(of, &recording, true)]), &found),
+                    "report::verdict" => verdict(&found),
+                    "report::identify_page" => {
+                        let recorded = [Recorded::of_model(of, &recording, false)];
+                        identify_page((std::slice::from_ref(&plain), &recorded), &spec, &found, &how).html(true)
+                    },
+                    "report::selection_table" => selection_table(&found),
                     "report::exported_model" => {
-                        let of = exported_model(std::slice::from_ref(&plain), (of, &all), &found);
+                        let of = exported_model(std::slice::from_ref(&plain), &all, &found);
                         ExportFormat::ALL.map(|format| format.write(&of).unwrap_or_else(|e| e.to_string())).len()
                     },
-                    "report::model_figure" => model_figure(of, &recording, &found.fits[0]),
                     "report::model_inspect_page" => {
                         let facts = ModelSignalFacts::of(of, &recording);
                         let (record, recording, found) = (&plain, recording.clone(), Ok(found.clone()));

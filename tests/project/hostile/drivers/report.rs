@@ -9,14 +9,15 @@ use crate::hostile::drivers::sweep::summaries;
 use motorfit::Error;
 use motorfit::analysis::NoiseFloor;
 use motorfit::identify::{BatchCosts, Identifiability, IdentifySpec, Inspection, SelectionStep};
-use motorfit::motor::{Discretization, Extension, Parameters};
+use motorfit::motor::{Discretization, Parameters};
 use motorfit::report::sweep as of_sweep;
 use motorfit::report::{
-    AxisScale, Band, Card, Chart, EvaluateDocument, Figure, Form, Item, Map, Mark, Page, Panel, Part, Reproduced,
-    ResidualRow, Section, Series, SignalFacts, Table, Trust, bench_document, characteristics_lines, columns_csv,
-    command_line, compare, compare_page, compare_parts, curves_csv, devices_document, figures, folded, heat_map,
-    html_fragment, identify_document, identify_page, identify_parts, inspect_document, inspect_page, json,
-    noise_floor_text, plain_text, record_figure, residual_panels, selection_table, selection_text, verdicts,
+    AxisScale, Band, Card, Chart, EvaluateDocument, Figure, Form, Item, Map, Mark, Page, Panel, Part, Recorded,
+    Reproduced, Requested, ResidualRow, Section, Series, SignalFacts, Table, Trust, bench_document,
+    characteristics_lines, columns_csv, command_line, compare, compare_page, compare_parts, curves_csv,
+    devices_document, figures, folded, heat_map, html_fragment, identify_document, identify_page, identify_parts,
+    inspect_document, inspect_page, json, noise_floor_text, plain_text, record_figure, residual_panels,
+    selection_table, selection_text, signals_csv, verdict, verdicts,
 };
 use motorfit::setting::{Command, Reference, Setting};
 use motorfit::study::ThroughputSpec;
@@ -98,15 +99,17 @@ pub fn words(calls: &mut Calls) {
         };
         drive!(calls, value; "report::noise_floor_text" => noise_floor_text(&floor));
         let taken = SelectionStep {
-            with: Extension::ALL.to_vec(),
+            with: vec!["\0".to_owned(); 9],
             free: usize::MAX,
-            fit_percent: [Some(value), None],
+            fit_percent: vec![Some(value)],
             gain: Some(value),
             taken: true,
         };
-        drive!(calls, value; "report::selection_table" => selection_table(&[taken.clone(), taken]));
+        let mut found = fitted();
+        found.selection = Some(vec![taken.clone(), taken]);
+        drive!(calls, value; "report::selection_table" => selection_table(&found));
     }
-    drive!(calls, "none"; "report::selection_table" => selection_table(&[]), "report::verdicts" => verdicts(&[]));
+    drive!(calls, "none"; "report::selection_table" => selection_table(&fitted()), "report::verdicts" => verdicts(&[], 2));
 }
 
 fn fragments(calls: &mut Calls, word: &str, parts: &[Part]) {
@@ -182,16 +185,21 @@ pub fn identified(calls: &mut Calls) {
         drive!(calls, shown;
             "report::characteristics_lines" => characteristics_lines(&found),
             "report::figures::correlations" => figures::correlations(&found).is_some(),
-            "report::figures::history" => figures::history(&found, &spec).is_some(),
+            "report::figures::history" => figures::history(&found, &Requested::from(&spec)).is_some(),
             "report::identify_parts" => identify_parts(&spec, &found, command_line).len(),
             "report::selection_text" => selection_text(&found),
-            "report::verdicts" => verdicts(&found.residual_tests),
+            "report::verdicts" => (verdicts(&found.residual_tests, 2), verdicts(&found.residual_tests, 0)),
+            "report::verdict" => verdict(&found),
         );
         for records in &all {
             drive!(calls, (records.len(), &shown);
                 "report::curves_csv" => curves_csv(records, &found),
                 "report::identify_document" => identify_document(records, &spec, &found),
-                "report::identify_page" => identify_page(records, &spec, &found, &how("\0")).html(true),
+                "report::signals_csv" => signals_csv((records, &[]), &found),
+                "report::identify_page" => {
+                    let recorded: Vec<Recorded> = records.iter().map(Recorded::from).collect();
+                    identify_page((records, &recorded), &spec, &found, &how("\0")).html(true)
+                },
             );
         }
     }
@@ -203,13 +211,14 @@ pub fn identified(calls: &mut Calls) {
                 "report::SignalFacts::of" => SignalFacts::of(&record, value),
             );
         }
+        let recorded = Recorded::from(&record);
         for signals in [[vec![], vec![]], [vec![f64::NAN; 9], vec![f64::MAX; 3]]] {
             let row = ResidualRow { name: "\0", record: &record, signals: &signals };
             drive!(calls, record;
                 "report::residual_panels" => [residual_panels("", &[]), residual_panels("", &[row; 2])],
-                "report::figures::responses" => figures::responses("", &record, "\0", &signals),
-                "report::figures::response_charts" => figures::response_charts("", &record, &[("\0", &signals); 2], &[[f64::NAN, 1.0]]),
-                "report::figures::residual_correlations" => figures::residual_correlations("", &record, &signals, &[[f64::INFINITY; 2]]),
+                "report::figures::responses" => figures::responses("", &recorded, "\0", &signals),
+                "report::figures::response_charts" => figures::response_charts("", &recorded, &[("\0", &signals[..]); 2], &[[f64::NAN, 1.0]]),
+                "report::figures::residual_correlations" => figures::residual_correlations("", &recorded, &signals, &[[f64::INFINITY; 2]]),
             );
         }
         let identifiability = Identifiability::Lacks { message: "a".into(), remedy: "b".into() };
