@@ -16,6 +16,8 @@ mod recording;
 #[cfg(test)]
 mod sampled_tests;
 mod searched;
+#[cfg(test)]
+mod sensor_tests;
 mod space;
 mod stiffness;
 #[cfg(test)]
