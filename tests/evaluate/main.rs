@@ -7,5 +7,6 @@ mod model_starts;
 mod models;
 mod motor;
 mod sampled_laws;
+mod search_problems;
 #[path = "../support/mod.rs"]
 mod support;

@@ -65,7 +65,6 @@ pub use pipeline::{identify, identify_with};
 pub use profile::LIMIT as LIKELIHOOD_LIMIT;
 pub use result::side;
 pub use result::{Identification, LeftOut, SearchOutcome, hold_out, validate};
-pub use serialize::bounds;
 pub use spec::IdentifySpec;
 pub use trust_level::{REASONS, Trust, TrustLevel, TrustReason};
 pub use verify::{Status, Verification, verify_at};
