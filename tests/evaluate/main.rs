@@ -9,5 +9,6 @@ mod models;
 mod motor;
 mod optional_terms;
 mod sampled_laws;
+mod search_problems;
 #[path = "../support/mod.rs"]
 mod support;

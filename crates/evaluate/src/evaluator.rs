@@ -34,14 +34,6 @@ pub struct Batch<'a, P = Problem> {
     pub groups: &'a [Group<'a, P>],
 }
 
-impl<P> Clone for Batch<'_, P> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<P> Copy for Batch<'_, P> {}
-
 impl<P: SearchProblem> Batch<'_, P> {
     /// Returns the number of candidates of all groups.
     #[must_use]

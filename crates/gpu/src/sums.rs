@@ -5,7 +5,7 @@ use super::layout::Unit;
 use super::variant::{LANES, Precision};
 use motorfit_core::Result;
 use motorfit_core::candidates::Candidates;
-use motorfit_evaluate::{Batch, Evaluator, Group, Problem, Simd};
+use motorfit_evaluate::{Evaluator, Group, Problem, Simd};
 use rayon::prelude::*;
 
 /// Number of candidates that a thread takes at a time, or fewer if there are few.
@@ -51,8 +51,8 @@ pub(crate) fn finish_costs(group: &Group<'_>, costs: &mut [f64]) -> Result<()> {
         if values.iter().any(|v| v.is_nan()) {
             *cost = f64::INFINITY;
         } else if is_beyond(group.problem, values) {
-            let one = Group { candidates: Candidates::new(values, values.len()), ..*group };
-            Simd::default().evaluate(&Batch { groups: &[one] }, std::slice::from_mut(cost))?;
+            let one = Candidates::new(values, values.len());
+            Simd::default().costs(group.problem, one, std::slice::from_mut(cost))?;
         } else {
             *cost = group.problem.cost(*cost);
         }

@@ -71,7 +71,6 @@ pub use motor_result::{hold_out, validate};
 pub use pipeline::{identify, identify_with};
 pub use profile::LIMIT as LIKELIHOOD_LIMIT;
 pub use result::{Identification, LeftOut, Output, SearchOutcome};
-pub use serialize::bounds;
 pub use spec::IdentifySpec;
 pub use trust_level::{REASONS, Trust, TrustLevel, TrustReason};
 pub use verify::{Status, Verification, verify_at};

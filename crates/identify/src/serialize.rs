@@ -107,7 +107,7 @@ impl Machine for DcMotor {
 }
 
 /// Returns the bounds of the free parameters by symbol.
-pub fn bounds(space: &Space) -> Map<String, Value> {
+fn bounds(space: &Space) -> Map<String, Value> {
     space.free().iter().map(|axis| (axis.parameter.symbol().to_owned(), json!([axis.min, axis.max]))).collect()
 }
 

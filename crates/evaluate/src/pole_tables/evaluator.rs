@@ -125,7 +125,7 @@ impl PoleTables {
             own = own.with_cutoffs(&cutoffs);
         }
         let mut found = vec![0.0; numbers.len()];
-        self.kernel.evaluate(&Batch { groups: &[Group { candidates: own, ..*group }] }, &mut found)?;
+        self.kernel.costs(group.problem, own, &mut found)?;
         for (n, cost) in numbers.iter().zip(found) {
             costs[*n] = cost;
         }
