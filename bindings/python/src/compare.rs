@@ -171,10 +171,7 @@ fn run(
 ) -> Result<Compared> {
     let (threads, watch) = on;
     with_threads(threads, || {
-        let spec = match subject.model() {
-            None => CompareSpec { space: factors.space(&subject, spec.model)?, ..spec },
-            Some(_) => spec,
-        };
+        let spec = CompareSpec { space: factors.space(&subject, spec.model)?, ..spec };
         motorfit::study::compare::compare(subject, &spec, &mut |progress| watch.generation(progress))
     })
 }

@@ -217,7 +217,7 @@ fn add_gpus<P: DeviceProblem>(own: &mut Contenders<P>, problem: &P, plain: bool)
         for precision in precisions.into_iter().flatten() {
             let begun = Instant::now();
             match problem.open_gpu(&Selector::Index(adapter.index), Some(precision)) {
-                Ok(Some(gpu)) => {
+                Ok(Some((evaluator, _))) => {
                     own.list.push(Contender {
                         name: format!("{}, {} adapter, {}", adapter.name, adapter.kind, precision.name()),
                         device: adapter.name.clone(),
@@ -233,7 +233,7 @@ fn add_gpus<P: DeviceProblem>(own: &mut Contenders<P>, problem: &P, plain: bool)
                         }),
                         opening_s: begun.elapsed().as_secs_f64(),
                     });
-                    own.runners.push(Runner { evaluator: P::on_gpu(gpu), pool: None });
+                    own.runners.push(Runner { evaluator, pool: None });
                 }
                 Ok(None) => own.refused.push(motorfit_identify::device::NO_SHADER.to_owned()),
                 Err(error) => own.refused.push(error.to_string()),

@@ -9,7 +9,7 @@ use super::prelude::*;
 use motorfit::numeric::count_u64;
 use motorfit::report::Table;
 use motorfit::report::compare::{compare_document, invariance, paper_tables, setting_name, tables};
-use motorfit::study::compare::{CompareSpec, ComparedMachine, Comparison, compare};
+use motorfit::study::compare::{CompareSpec, Comparison, compare};
 use subject::requested;
 
 /// Width of printed tables \[characters\].
@@ -26,11 +26,7 @@ pub(super) fn run(args: &CompareArgs, style: &Style) -> Result<Outcome> {
     let out = args.out.as_deref().map(Out::take).transpose()?;
     let mut observe = progress::reporter(style, "generation");
     let comparison = with_threads(threads, || {
-        let space = match &subject.machine {
-            ComparedMachine::Motor { .. } => requested.space(&subject, spec.model)?,
-            ComparedMachine::Model(_) => spec.space.clone(),
-        };
-        let spec = CompareSpec { space, ..spec };
+        let spec = CompareSpec { space: requested.space(&subject, spec.model)?, ..spec };
         compare(subject, &spec, &mut |progress| {
             observe(progress);
             signals::searching(progress.generation < progress.generations);

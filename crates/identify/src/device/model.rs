@@ -2,6 +2,8 @@
 
 use super::problem::DeviceProblem;
 #[cfg(feature = "gpu")]
+use super::problem::OnGpu;
+#[cfg(feature = "gpu")]
 use motorfit_core::Result;
 use motorfit_evaluate::model::{LANES, ModelProblem};
 use motorfit_evaluate::{Evaluator, Simd};
@@ -16,13 +18,9 @@ impl DeviceProblem for ModelProblem {
     }
 
     #[cfg(feature = "gpu")]
-    fn open_gpu(&self, selector: &Selector, precision: Option<Precision>) -> Result<Option<Gpu>> {
+    fn open_gpu(&self, selector: &Selector, precision: Option<Precision>) -> Result<Option<OnGpu<Self>>> {
         let mut gpu = Gpu::unchecked(selector, precision)?;
-        Ok(gpu.serves_model(self)?.then_some(gpu))
-    }
-
-    #[cfg(feature = "gpu")]
-    fn on_gpu(gpu: Gpu) -> Box<dyn Evaluator<Self>> {
-        Box::new(gpu)
+        let (is_served, facts) = (gpu.serves_model(self)?, gpu.facts().clone());
+        Ok(if is_served { Some((Box::new(gpu), facts)) } else { None })
     }
 }

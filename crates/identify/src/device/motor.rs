@@ -3,6 +3,8 @@
 #[cfg(feature = "gpu")]
 use super::evaluator_spec::EvaluatorSpec;
 use super::evaluator_spec::{Expected, STEPS};
+#[cfg(feature = "gpu")]
+use super::problem::OnGpu;
 use super::problem::{DeviceProblem, Problems};
 #[cfg(feature = "gpu")]
 use super::settings::{DeviceSettings, PrecisionSpec};
@@ -67,13 +69,10 @@ impl DeviceProblem for Problem {
     }
 
     #[cfg(feature = "gpu")]
-    fn open_gpu(&self, selector: &Selector, precision: Option<Precision>) -> Result<Option<Gpu>> {
-        Gpu::open(selector, precision).map(Some)
-    }
-
-    #[cfg(feature = "gpu")]
-    fn on_gpu(gpu: Gpu) -> Box<dyn Evaluator<Self>> {
-        Box::new(gpu)
+    fn open_gpu(&self, selector: &Selector, precision: Option<Precision>) -> Result<Option<OnGpu<Self>>> {
+        let gpu = Gpu::open(selector, precision)?;
+        let facts = gpu.facts().clone();
+        Ok(Some((Box::new(gpu), facts)))
     }
 
     #[cfg(feature = "gpu")]

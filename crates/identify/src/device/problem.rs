@@ -7,7 +7,7 @@ use super::settings::DeviceSettings;
 use motorfit_core::Result;
 use motorfit_evaluate::{Evaluator, SearchProblem, Simd};
 #[cfg(feature = "gpu")]
-use motorfit_gpu::{Gpu, Precision, Selector};
+use motorfit_gpu::{AdapterFacts, Precision, Selector};
 use motorfit_optimize::LocalSearch;
 use std::sync::Arc;
 
@@ -20,6 +20,10 @@ impl<P> Problems<P> {
         &self.0[if self.0.len() == 1 { 0 } else { run }]
     }
 }
+
+/// An evaluator on an adapter.
+#[cfg(feature = "gpu")]
+pub type OnGpu<P> = (Box<dyn Evaluator<P>>, AdapterFacts);
 
 /// Message for a problem that shaders cannot evaluate.
 #[cfg(feature = "gpu")]
@@ -55,16 +59,12 @@ pub trait DeviceProblem: SearchProblem + Sized {
         None
     }
 
-    /// Opens an adapter; `None` if no shader can be made for the problem.
+    /// Opens an adapter and returns its evaluator with its facts; `None` if no shader can be made for the problem.
     ///
     /// # Errors
     /// Returns a device error if the adapter is not available, or computes wrongly.
     #[cfg(feature = "gpu")]
-    fn open_gpu(&self, selector: &Selector, precision: Option<Precision>) -> Result<Option<Gpu>>;
-
-    /// Returns a GPU as an evaluator.
-    #[cfg(feature = "gpu")]
-    fn on_gpu(gpu: Gpu) -> Box<dyn Evaluator<Self>>;
+    fn open_gpu(&self, selector: &Selector, precision: Option<Precision>) -> Result<Option<OnGpu<Self>>>;
 
     /// Returns the size of batches on an adapter of a kind, relative to those of the CPU.
     #[cfg(feature = "gpu")]

@@ -214,23 +214,22 @@ fn open_gpu<P: DeviceProblem>(
         PrecisionSpec::F32 => Some(Precision::F32),
         PrecisionSpec::F64 => Some(Precision::F64),
     };
-    let Some(gpu) = problem.open_gpu(&selector, precision)? else {
+    let Some((evaluator, facts)) = problem.open_gpu(&selector, precision)? else {
         return Ok(SelectedDevice::cpu(vec![Warning::new("gpu_unsuited", NO_SHADER)]));
     };
-    let kind = gpu.facts().kind;
-    let slow = text!(("{} is a software adapter: slower than ", gpu.facts().name)[Device = "cpu"]);
-    let warnings = (kind == "software").then(|| Warning::new("software_adapter", slow)).into_iter().collect();
+    let slow = text!(("{} is a software adapter: slower than ", facts.name)[Device = "cpu"]);
+    let warnings = (facts.kind == "software").then(|| Warning::new("software_adapter", slow)).into_iter().collect();
     let problem = problem.clone();
     let reopen: Reopen<P> = Box::new(move || {
-        let gpu = problem.open_gpu(&selector, precision)?;
-        Ok(gpu.map_or_else(|| P::kernel(Simd::default()), P::on_gpu))
+        let opened = problem.open_gpu(&selector, precision)?;
+        Ok(opened.map_or_else(|| P::kernel(Simd::default()), |(evaluator, _)| evaluator))
     });
     Ok(SelectedDevice {
         kind: "gpu",
-        batch_factor: P::batch_factor(kind),
+        batch_factor: P::batch_factor(facts.kind),
         warnings,
         reopen: Some(reopen),
-        ..SelectedDevice::given(P::on_gpu(gpu))
+        ..SelectedDevice::given(evaluator)
     })
 }
 

@@ -113,12 +113,16 @@ impl CompareSettings {
     }
 
     /// Returns the space of free parameters with their bounds. Automatic bounds are a decade to each side of the
-    /// Steiglitz–McBride estimate, or of the refined estimate where that fails, and those of Table 2 without any estimate.
+    /// Steiglitz–McBride estimate, or of the refined estimate where that fails, and those of Table 2 without any estimate. A user's model has
+    /// its own space.
     ///
     /// # Errors
     /// Returns a `Usage` error for invalid bounds or fixed values, and a `Data` or `NotIdentified` error for unsuitable
     /// recordings.
     pub fn space(&self, subject: &ComparisonSubject, model: Model) -> Result<Space> {
+        if subject.model().is_some() {
+            return Ok(Space::table2());
+        }
         let usual = [if subject.truth().is_some() { "table2" } else { "auto" }.to_owned()];
         let bounds = if self.bounds.is_empty() { &usual[..] } else { &self.bounds };
         let fixed = parse::parameters(&self.fix, Named::Fix)?;
