@@ -7,44 +7,15 @@
 //! With a latency it keeps that value until the latency after its first movement has passed too. A sensor's moving average is that
 //! of the DC motor (`motor/sensor.rs`).
 
+use super::clock::{Clock, Entry, KEPT_MAX, zero};
 use super::register::{Register, WIDTH};
 use super::sensor::Sensor;
 use motorfit_core::numeric::{count, whole};
 use motorfit_model::step::Substep;
 use motorfit_motor::MovingAverage;
 
-/// Samples that a memory keeps at most. A longer delay or window counts from the oldest sample kept.
-pub(super) const KEPT_MAX: usize = 1 << 20;
 /// Samples of a ring beside those of the delay or window.
 const MARGIN: usize = 3;
-
-/// Steps of a recording, for delays.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Clock {
-    /// Step after each sample \[s\]; one value if the clock is regular.
-    pub step_s: Vec<f64>,
-    /// Time at which the inputs first change, from the first sample \[s\]; +∞ if they do not.
-    pub first_change_s: f64,
-    /// Number of samples.
-    pub samples: usize,
-}
-
-impl Clock {
-    pub fn step(&self, n: usize) -> f64 {
-        self.step_s.get(n).or(self.step_s.last()).copied().unwrap_or(1.0)
-    }
-
-    pub fn shortest(&self) -> f64 {
-        self.step_s.iter().copied().fold(f64::INFINITY, f64::min)
-    }
-}
-
-/// Values of a memory at a sample: of a signal, and of its derivative.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Entry<const C: usize> {
-    pub value: Register<C>,
-    pub rate: Register<C>,
-}
 
 /// A signal at a time: its integral and value, the derivatives of both with respect to parameters, its slope over time, and the time since
 /// its sample \[s\].
@@ -74,10 +45,6 @@ pub(crate) struct Memory<const C: usize> {
     time: f64,
     /// Past of a signal that a sensor shows with a filter and a delay.
     pub sensor: Sensor<C>,
-}
-
-pub(super) const fn zero<const C: usize>() -> Entry<C> {
-    Entry { value: Register::ZERO, rate: Register::ZERO }
 }
 
 impl<const C: usize> Memory<C> {

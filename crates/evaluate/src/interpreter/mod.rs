@@ -4,6 +4,7 @@
 //! registers of a typical step stay in the first-level cache. The limit is the loads: three to four for each fused operation. Derivatives
 //! take a lane for each direction of a candidate.
 
+mod clock;
 mod execute;
 mod functions;
 mod memory;
@@ -12,7 +13,7 @@ mod register;
 mod run;
 mod sensor;
 
-pub(crate) use memory::Clock;
+pub(crate) use clock::Clock;
 pub(crate) use memory::Memory;
 pub use normal::Directions;
 pub(crate) use register::{Register, Vector, WIDTH};

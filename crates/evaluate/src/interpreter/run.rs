@@ -1,7 +1,8 @@
 //! A program on the samples of a recording.
 
+use super::clock::Clock;
 use super::execute::execute;
-use super::memory::{Clock, Memory};
+use super::memory::Memory;
 use super::normal::{Directions, accumulate};
 use super::register::{Register, WIDTH};
 use crate::Level;

@@ -6,7 +6,7 @@
 //! the sample less the delay. Before the first sample the signal had its first value. Where a signal without a filter jumps between
 //! substeps, the value moves within a thousandth of the substep before ([`Substep::JUMP`]), so that the cost is continuous in the delay.
 
-use super::memory::{Clock, Entry, KEPT_MAX, zero};
+use super::clock::{Clock, Entry, KEPT_MAX, zero};
 use super::register::Register;
 use motorfit_core::numeric::{count, whole};
 use motorfit_model::step::Substep;
@@ -43,13 +43,13 @@ pub(crate) struct Sensor<const C: usize> {
     time: f64,
     /// The first value of the signal.
     first: Entry<C>,
-    /// What the filter shows at the end of the last substep.
+    /// Output of the filter at the end of the last substep.
     shown: Entry<C>,
     /// The substep that each lane found last.
     found: Vec<usize>,
 }
 
-/// What the filter shows within a substep: the value, its derivative with respect to parameters, and its slope over time.
+/// Output of the filter within a substep: the value, its derivative with respect to parameters, and its slope over time.
 struct Shown {
     value: f64,
     rate: f64,

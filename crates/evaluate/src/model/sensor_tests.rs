@@ -1,7 +1,7 @@
 //! Sensors with gain, offset, filter and delay, and inputs with offset and delay, on even and irregular clocks, against a simulation by
 //! hand with fine steps; their derivatives against differences.
 
-#![allow(clippy::unwrap_used, reason = "a test may stop")]
+#![allow(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "a test may stop; small positive numbers")]
 
 use super::trajectory::Unknown;
 use super::*;
@@ -161,7 +161,7 @@ fn sensors_and_inputs_are_those_of_a_fine_simulation() {
                 for (method, substeps) in [(Exponential, 1), (Exponential, 3), (RungeKutta, 2)] {
                     let error = errors(kind, hold, (method, substeps), &values(0.0, filter, td));
                     // k h = 0.3: the third derivative makes (k h)³/40 where the slope at the start is known; (k h)²/8 of the parts
-                    // that a line between samples adds directly; the method itself some 1e-6.
+                    // that a line over the step adds directly; the method itself some 1e-6.
                     let parts = count(substeps);
                     let line = if hold { 1.2e-2 / parts.powi(2) } else { 1e-3 / parts.powi(3) };
                     let limits = [1e-3 / parts.powi(3), line];

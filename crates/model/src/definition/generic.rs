@@ -13,7 +13,7 @@ use motorfit_core::named::{Named as _, named};
 /// Heading of the input that is a load torque: a disturbance, which no drive delays.
 const LOAD_TORQUE: &str = "load_torque";
 
-/// What a term acts on.
+/// The signals of a model that a term acts on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum On {
     /// All inputs but a load torque, and delayed signals.
@@ -101,7 +101,7 @@ impl Model {
     }
 }
 
-/// What a term acts on: an item of a section, with its unit.
+/// An item of a section that a term acts on, with its unit.
 struct Target {
     section: &'static str,
     item: String,

@@ -8,7 +8,7 @@ use crate::graph::Leaf;
 use motorfit_core::Result;
 use motorfit_core::units::Dimension;
 
-/// How an input acts on the equations.
+/// An input with the options by which it acts on the equations.
 pub(super) struct Acting<'d> {
     name: String,
     dimension: Dimension,

@@ -8,7 +8,7 @@ use super::settings::StepSettings;
 use crate::definition::Model;
 use crate::graph::{Direction, Graph, Id, Leaf};
 
-/// What is known at the start of a step: the held values of the sampled laws, and the sensors.
+/// Start of a step: the held values of the sampled laws, and the sensors.
 pub(super) struct Begin {
     pub held: Vec<Id>,
     pub sensors: Vec<Sensor>,
@@ -45,7 +45,7 @@ pub(super) fn shown(
 }
 
 /// Adds a substep to the past of each sensor and returns the operations that do so. The slope of a signal on which friction that sticks
-/// or a line between samples acts directly is not known at the start; it is taken to be linear over the substep.
+/// or a first-order hold acts directly is not known at the start; it is taken to be linear over the substep.
 pub(super) fn track(
     (model, affine, settings): (&Model, &Affine, &StepSettings),
     graph: &mut Graph,

@@ -111,6 +111,7 @@ fn built_in(calls: &mut Calls, of: BuiltIn) {
         "model::Model::parameters" => model.parameters().len(),
         "model::ModelParameter::usual" => model.parameters().iter().map(|of| of.usual()).sum::<f64>(),
         "model::Model::terms" => model.terms().len(),
+        "model::GenericTerm::name" => GenericTerm::ALL.map(GenericTerm::name),
         "model::GenericTerm::applies" => GenericTerm::ALL.map(|term| term.applies(&model)),
         "model::ModelOutput::is_late" => model.outputs().iter().any(|of| of.is_late()),
         "model::Model::inputs" => model.inputs().len(),
