@@ -1,6 +1,6 @@
 //! Costs of given candidates of a model on the device of a spec.
 
-use super::pipeline::ModelSpec;
+use super::spec::ModelSpec;
 use crate::device::{DeviceUsed, ModelDevice};
 use motorfit_core::candidates::Candidates;
 use motorfit_core::setting::text;

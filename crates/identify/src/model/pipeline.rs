@@ -6,134 +6,30 @@ use super::fine_steps::with_fine_steps;
 use super::given_starts::{GivenStarts, add_responses_at_start, optima_beside, with_given_starts};
 use super::homogeneity::homogeneity;
 use super::islands::islands;
-use super::result::{ModelIdentification, ModelSearch, ModelVerification};
+use super::lacking::lacking_terms;
+use super::result::{ModelIdentification, ModelSearch, ModelSelection, ModelVerification};
 use super::sampled_law::add_sampled_law;
-use super::selection::select_terms;
+use super::selection::{not_separated, select_terms};
+use super::spec::ModelSpec;
 use super::terms::ModelTerms;
 use super::tests_of_residuals::{fitted, over_all};
 use super::trust::trust;
-use crate::device::{DeviceSpec, DeviceUsed, ModelDevice, PrecisionSpec};
+use crate::device::{DeviceUsed, ModelDevice};
 use crate::method::Method;
 use crate::repeated::{check_repeated, validation_repeats};
 use crate::trust_level::Trust;
 use motorfit_core::candidates::Candidates;
 use motorfit_core::clock::Instant;
-use motorfit_core::setting::text;
 use motorfit_core::{Error, Result};
 use motorfit_estimate::Refined;
 use motorfit_estimate::model::{
     ARRIVALS, ModelOptima, ModelStarts, model_optima, open_flat, refine_model, rounds_max, signal_sigma,
 };
-use motorfit_evaluate::criterion::Criterion;
-use motorfit_evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
-use motorfit_model::{IntegrationMethod, Model};
+use motorfit_evaluate::model::{ModelProblem, ModelRecording, ModelSpace};
+use motorfit_model::Model;
 use motorfit_optimize::{Budget, ConfiguredSearch, Run, SearchSettings, Stop, minimize};
 use motorfit_record::warning::Warning;
 use std::ops::ControlFlow;
-
-/// Settings of an identification with a user's model.
-#[derive(Debug, Clone)]
-pub struct ModelSpec {
-    /// Method that finds the first optimum; [`Method::Auto`] is a multistart.
-    pub method: Method,
-    /// True if the first optimum is refined, which gives the standard errors.
-    pub is_polished: bool,
-    /// Number of candidates in a population.
-    pub population: usize,
-    /// Number of generations.
-    pub generations: usize,
-    /// Seed of the random numbers.
-    pub seed: u64,
-    /// Criterion that a population search minimizes.
-    pub criterion: Criterion,
-    /// Bounds of parameters that replace those of the model.
-    pub bounds: Vec<(String, [f64; 2])>,
-    /// Values of parameters that are fixed.
-    pub fixed: Vec<(String, f64)>,
-    /// Starts of further descents, beside those of the search: values of parameters. Others begin at their usual value, or in the middle
-    /// of their bounds.
-    pub starts: Vec<Vec<(String, f64)>>,
-    /// Optional terms of the model.
-    pub with: ModelTerms,
-    /// Parameters with a value for each recording.
-    pub per_recording: Vec<String>,
-    /// True if the initial values of states that are measured or free are estimated.
-    pub estimates_initial: bool,
-    /// True if inputs are linear between samples.
-    pub is_first_order_hold: bool,
-    /// Integration method and number of substeps; `None` chooses them.
-    pub integration: Option<(IntegrationMethod, usize)>,
-    /// Device that evaluates populations; `auto` is the CPU.
-    pub device: DeviceSpec,
-    /// Precision of the evaluation of populations.
-    pub precision: PrecisionSpec,
-}
-
-impl Default for ModelSpec {
-    fn default() -> Self {
-        Self {
-            method: Method::Auto,
-            is_polished: true,
-            population: 100,
-            generations: 100,
-            seed: 1,
-            criterion: Criterion::default(),
-            bounds: Vec::new(),
-            fixed: Vec::new(),
-            starts: Vec::new(),
-            with: ModelTerms::default(),
-            per_recording: Vec::new(),
-            estimates_initial: true,
-            is_first_order_hold: false,
-            integration: None,
-            device: DeviceSpec::Auto,
-            precision: PrecisionSpec::Auto,
-        }
-    }
-}
-
-impl ModelSpec {
-    /// Returns the search space of a model with its terms.
-    ///
-    /// # Errors
-    /// Returns `Usage` if a name is not a parameter or a term, a value does not suit it, or the terms are selected by fits.
-    pub fn space(&self, model: &Model, recordings: usize) -> Result<ModelSpace> {
-        let Some(with) = self.with.taken(model) else {
-            let message = text!([With = "auto"] " selects terms by fits, and nothing is fitted here");
-            return Err(Error::usage(message, text!("Name the terms, or leave out " [With] " to take all.")));
-        };
-        self.space_with(model, recordings, &with)
-    }
-
-    /// Returns the search space of a model with some of its terms.
-    pub(super) fn space_with(&self, model: &Model, recordings: usize, with: &[String]) -> Result<ModelSpace> {
-        let mut space = ModelSpace::new(model, recordings).per_recording(model, &self.per_recording, recordings)?;
-        for (name, bounds) in &self.bounds {
-            space = space.with_bounds(model, name, *bounds)?;
-        }
-        let taken: Vec<&str> = with.iter().map(String::as_str).collect();
-        for (parameter, value) in model.parameters().iter().zip(model.fixed_without(&taken)?) {
-            if let Some(value) = value {
-                space = space.with_fixed(model, &parameter.name, value)?;
-            }
-        }
-        for (name, value) in &self.fixed {
-            space = space.with_fixed(model, name, *value)?;
-        }
-        Ok(space)
-    }
-
-    /// Returns the settings of a problem.
-    #[must_use]
-    pub fn settings(&self) -> ModelSettings {
-        ModelSettings {
-            criterion: self.criterion,
-            is_first_order_hold: self.is_first_order_hold,
-            method: self.integration,
-            has_known_initial: !self.estimates_initial,
-        }
-    }
-}
 
 /// Progress of an identification: the steps that are done, and all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -193,11 +89,9 @@ pub fn identify_model(
         }
         false => (problem, None),
     };
-    let mut result = result(&problem, spec, (found, verification), refined.as_ref());
+    let selection = selected.map(|selected| selected.selection);
+    let mut result = result(&problem, spec, (found, verification), refined.as_ref(), selection);
     add_sampled_law(&problem, &mut result, refined.as_ref());
-    result.selection = selected.map(|selected| selected.selection);
-    result.with =
-        result.selection.as_ref().map_or(spec.with.taken(model), |of| Some(of.with.clone())).unwrap_or_default();
     result.device = device.used();
     result.warnings.extend(device.warnings);
     result.seconds = begin.elapsed().as_secs_f64();
@@ -357,7 +251,10 @@ fn result(
     spec: &ModelSpec,
     (found, verification): (Found, ModelVerification),
     refined: Option<&Refined>,
+    selection: Option<ModelSelection>,
 ) -> ModelIdentification {
+    let with = selection.as_ref().map_or_else(|| spec.with.taken(problem.model()), |of| Some(of.with.clone()));
+    let with = with.unwrap_or_default();
     let values = refined.map_or_else(|| found.values.clone(), |refined| refined.values.clone());
     let initial = refined.map_or_else(|| found.start.1.clone(), |refined| refined.initial.clone());
     let mut fits: Vec<_> =
@@ -375,13 +272,15 @@ fn result(
         warnings.push(Warning::new("not_identifiable", text.clone()));
     }
     warnings.extend(refined.and_then(|refined| homogeneity(problem, refined)));
+    warnings.extend(selection.as_ref().and_then(|of| not_separated(problem.model(), of, &fit_percent)));
+    warnings.extend(refined.and_then(|refined| lacking_terms((problem, spec), refined, &with)));
     let mut result = ModelIdentification {
         trust: Trust::default(),
         estimates: estimates(problem, &values, refined),
         values,
         space: problem.space().clone(),
-        with: Vec::new(),
-        selection: None,
+        with,
+        selection,
         method: *problem.method(),
         searched: ModelSearch { method: found.method, values: found.values, cost: found.cost },
         cost: cost[0],

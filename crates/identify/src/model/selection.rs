@@ -4,8 +4,8 @@
 //! values over their bounds, since descents with friction that sticks end where the cost has kinks.
 
 use super::islands::islands;
-use super::pipeline::ModelSpec;
 use super::result::{ModelAlternative, ModelSelection, ModelStep};
+use super::spec::ModelSpec;
 use crate::forward_selection::{Family, FitOf, Selected, select_forward};
 use motorfit_core::candidates::Candidates;
 use motorfit_core::numeric::{mean, squares_about};
@@ -13,7 +13,8 @@ use motorfit_core::{Error, Result};
 use motorfit_estimate::Refined;
 use motorfit_estimate::model::{ModelStarts, best_model_start, model_optima, refine_model};
 use motorfit_evaluate::model::{ModelAxis, ModelEvaluator, ModelProblem, ModelSpace};
-use motorfit_model::Model;
+use motorfit_model::{Model, ModelOutput};
+use motorfit_record::warning::Warning;
 use std::ops::ControlFlow;
 
 /// A model with optional terms on recordings.
@@ -103,7 +104,7 @@ impl Family for Terms<'_> {
 
     fn rough(&self, from: &FitOf<Self>, with: &[String]) -> Result<FitOf<Self>> {
         let problem = self.problem.with_space(self.space(with)?)?;
-        let starts = starts(&problem, from)?;
+        let starts = near_optimum(&problem, (&from.space, &from.refined))?;
         let (initial, sigma) = (&from.refined.initial, &from.refined.weights);
         let refined = best_model_start(&problem, &starts, initial, sigma)?.ok_or_else(diverges)?;
         Ok(FitOf::<Self>::new(with, problem.space().clone(), &problem, refined))
@@ -120,7 +121,7 @@ impl Family for Terms<'_> {
 
     fn reduced(&self, of: &FitOf<Self>, with: &[String]) -> Result<FitOf<Self>> {
         let problem = self.problem.with_space(self.space(with)?)?;
-        let start = transferred(problem.space(), of, |axis| usual(self.model, axis));
+        let start = transferred(problem.space(), (&of.space, &of.refined), |axis| usual(self.model, axis));
         let refined = refine_model(&problem, &start, &of.refined.initial, None)?;
         Ok(FitOf::<Self>::new(with, problem.space().clone(), &problem, refined))
     }
@@ -142,6 +143,24 @@ impl Family for Terms<'_> {
     }
 }
 
+/// Returns the warning about models that fit as well as the selected one; `None` if there are none.
+pub(super) fn not_separated(model: &Model, of: &ModelSelection, fit_percent: &[Option<f64>]) -> Option<Warning> {
+    let named = |with: &[String]| if with.is_empty() { "no optional term".to_owned() } else { with.join(", ") };
+    let fits = |fit: &[Option<f64>]| {
+        let one = |(output, fit): (&ModelOutput, &Option<f64>)| Some(format!("{} {:.2} %", output.name, (*fit)?));
+        model.outputs().iter().zip(fit).filter_map(one).collect::<Vec<_>>().join(", ")
+    };
+    let others = of.alternatives.iter().map(|of| format!("{} ({})", named(&of.with), fits(&of.fit_percent)));
+    let others: Vec<String> = others.collect();
+    let message = format!(
+        "the recordings do not distinguish the model with {} ({}) from that with {}; its parameters are valid only if it is the right one",
+        named(&of.with),
+        fits(fit_percent),
+        others.join(" or ")
+    );
+    (!others.is_empty()).then(|| Warning::new("not_separated", message))
+}
+
 fn diverges() -> Error {
     Error::not_identified("the model diverges from every start", "Narrow the bounds of its terms.")
 }
@@ -153,16 +172,20 @@ fn usual(model: &Model, axis: &ModelAxis) -> f64 {
 }
 
 /// Returns the values of a fit in another space; parameters that it lacks have those of `other`.
-fn transferred(space: &ModelSpace, from: &FitOf<Terms<'_>>, mut other: impl FnMut(&ModelAxis) -> f64) -> Vec<f64> {
+fn transferred(
+    space: &ModelSpace,
+    (from, refined): (&ModelSpace, &Refined),
+    mut other: impl FnMut(&ModelAxis) -> f64,
+) -> Vec<f64> {
     let mut value = |axis: &ModelAxis| match place(from, axis) {
-        Some(n) => from.refined.values[n].clamp(axis.min, axis.max),
+        Some(n) => refined.values[n].clamp(axis.min, axis.max),
         None => other(axis),
     };
     space.free.iter().map(&mut value).collect()
 }
 
-fn place(from: &FitOf<Terms<'_>>, axis: &ModelAxis) -> Option<usize> {
-    from.space.free.iter().position(|own| (own.parameter, own.recording) == (axis.parameter, axis.recording))
+fn place(from: &ModelSpace, axis: &ModelAxis) -> Option<usize> {
+    from.free.iter().position(|own| (own.parameter, own.recording) == (axis.parameter, axis.recording))
 }
 
 /// Number of values of the further parameters over their bounds.
@@ -175,10 +198,10 @@ const APART: f64 = 0.1;
 
 /// Returns starts of a model at the optimum of another one: where its further parameters have no effect, and at the best values over
 /// their bounds.
-fn starts(problem: &ModelProblem, from: &FitOf<Terms<'_>>) -> Result<Vec<Vec<f64>>> {
+pub(super) fn near_optimum(problem: &ModelProblem, from: (&ModelSpace, &Refined)) -> Result<Vec<Vec<f64>>> {
     let axes = &problem.space().free;
     let first = transferred(problem.space(), from, |axis| usual(problem.model(), axis));
-    let new: Vec<usize> = (0..axes.len()).filter(|n| place(from, &axes[*n]).is_none()).collect();
+    let new: Vec<usize> = (0..axes.len()).filter(|n| place(from.0, &axes[*n]).is_none()).collect();
     if new.is_empty() {
         return Ok(vec![first]);
     }
@@ -199,7 +222,7 @@ fn starts(problem: &ModelProblem, from: &FitOf<Terms<'_>>) -> Result<Vec<Vec<f64
         }
     }
     let mut costs = vec![f64::INFINITY; SPREAD * SCALES.len()];
-    problem.with_open_initials(&from.refined.initial).costs(Candidates::new(&all, axes.len()), &mut costs)?;
+    problem.with_open_initials(&from.1.initial).costs(Candidates::new(&all, axes.len()), &mut costs)?;
     let mut order: Vec<usize> = (0..costs.len()).filter(|n| costs[*n].is_finite()).collect();
     order.sort_by(|a, b| costs[*a].total_cmp(&costs[*b]));
     let of = |n: usize| &all[n * axes.len()..(n + 1) * axes.len()];
