@@ -95,7 +95,7 @@ pub mod model {
     //! Models of users: the differential equations of a machine as text.
 
     pub use motorfit_model::{
-        BuiltIn, Equation, Formula, FormulaKind, Function, InitialState, IntegrationMethod, LIMITS, Model,
+        BuiltIn, Equation, Formula, FormulaKind, Function, GenericTerm, InitialState, IntegrationMethod, LIMITS, Model,
         ModelConstant, ModelInput, ModelOutput, ModelParameter, ModelState, ModelTerm, NodeId, Role, ShaderPrecision,
         WrittenUnit,
     };

@@ -3,6 +3,7 @@
 mod contract;
 mod delays;
 mod extensions;
+mod generic_terms;
 mod model_starts;
 mod models;
 mod motor;

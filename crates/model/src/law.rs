@@ -1,7 +1,7 @@
 //! Laws of controllers in the equations: limited values of the difference between an input and a state.
 
 use super::definition::{Model, SampledLaw};
-use super::graph::{Binary, Graph, Id, Leaf, Node, Substitution};
+use super::graph::{Binary, Id, Leaf, Node, Substitution};
 
 impl Model {
     /// Returns true if the equations have a continuous law of a controller: a limited value (`clamp`, `min`, `max`) that feeds back the
@@ -41,7 +41,7 @@ fn continuous_laws(model: &Model) -> Vec<Id> {
     let roots: Vec<Id> = model.states.iter().map(|state| state.derivative).collect();
     let is_law = |id: &Id| {
         let is_limit = matches!(graph.node(*id), Node::Binary(Binary::Min | Binary::Max, ..));
-        is_limit && graph.needed(&[*id]).into_iter().any(|inner| is_control_error(graph, inner))
+        is_limit && graph.needed(&[*id]).into_iter().any(|inner| is_control_error(model, inner))
     };
     let laws: Vec<Id> = graph.needed(&roots).into_iter().filter(is_law).collect();
     let is_inner = |id: &Id| laws.iter().any(|other| other != id && graph.needed(&[*other]).contains(id));
@@ -49,11 +49,17 @@ fn continuous_laws(model: &Model) -> Vec<Id> {
 }
 
 /// Returns true for the difference of an input and a state, each up to its unit.
-fn is_control_error(graph: &Graph, id: Id) -> bool {
+fn is_control_error(model: &Model, id: Id) -> bool {
+    let graph = &model.graph;
     let Node::Binary(Binary::Subtract, a, b) = graph.node(id) else { return false };
     let kinds = |id: Id| {
         let leaves = graph.leaves(&[id]);
-        let is_input = !leaves.is_empty() && leaves.iter().all(|leaf| matches!(leaf, Leaf::Input(_)));
+        let is_input = !leaves.is_empty()
+            && leaves.iter().all(|leaf| match leaf {
+                Leaf::Input(_) => true,
+                Leaf::Memory(n) => usize::from(*n) < model.delayed.len(),
+                _ => false,
+            });
         let is_state = matches!(leaves[..], [Leaf::State(_)]);
         [is_input, is_state]
     };

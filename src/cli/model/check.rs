@@ -61,7 +61,15 @@ fn text(model: &Model) -> String {
     for (n, output) in model.outputs().iter().enumerate() {
         let column = output.column.as_ref().filter(|column| **column != output.name);
         let column = column.map_or(String::new(), |column| format!(", column {column}"));
-        line(if n == 0 { "outputs" } else { "" }, format!("{}{}{column}", output.name, unit(&output.unit.text)));
+        let sensor = match (output.is_late(), output.is_averaged()) {
+            (true, _) => ", its sensor late",
+            (false, true) => ", averaged by its sensor",
+            _ => "",
+        };
+        line(
+            if n == 0 { "outputs" } else { "" },
+            format!("{}{}{column}{sensor}", output.name, unit(&output.unit.text)),
+        );
     }
     for (n, of) in model.parameters().iter().enumerate() {
         let scale = if of.is_logarithmic { ", logarithmic" } else { "" };

@@ -143,12 +143,6 @@ pub(super) fn execute<const C: usize, const FMA: bool>(
         Is::Scale2 => each!([k, l] p => scale_add::<FMA>(l, &r[b][p], &map(&r[a][p], |x| k * x))),
         Is::Function(function) => call::<C, FMA>(function, r, [a, to]),
         // Outputs and memories are handled by the loop over the samples.
-        Is::Output
-        | Is::Delay
-        | Is::DelayRate
-        | Is::LinearDelay
-        | Is::LinearDelayRate
-        | Is::Average
-        | Is::AverageRate => {}
+        Is::Output | Is::Memory(_) | Is::MemoryRate(_) => {}
     }
 }

@@ -8,12 +8,13 @@
 //! of the DC motor (`motor/sensor.rs`).
 
 use super::register::{Register, WIDTH};
+use super::sensor::Sensor;
 use motorfit_core::numeric::{count, whole};
 use motorfit_model::step::Substep;
 use motorfit_motor::MovingAverage;
 
 /// Samples that a memory keeps at most. A longer delay or window counts from the oldest sample kept.
-const KEPT_MAX: usize = 1 << 20;
+pub(super) const KEPT_MAX: usize = 1 << 20;
 /// Samples of a ring beside those of the delay or window.
 const MARGIN: usize = 3;
 
@@ -29,20 +30,20 @@ pub struct Clock {
 }
 
 impl Clock {
-    fn step(&self, n: usize) -> f64 {
+    pub fn step(&self, n: usize) -> f64 {
         self.step_s.get(n).or(self.step_s.last()).copied().unwrap_or(1.0)
     }
 
-    fn shortest(&self) -> f64 {
+    pub fn shortest(&self) -> f64 {
         self.step_s.iter().copied().fold(f64::INFINITY, f64::min)
     }
 }
 
 /// Values of a memory at a sample: of a signal, and of its derivative.
 #[derive(Debug, Clone, Copy)]
-struct Entry<const C: usize> {
-    value: Register<C>,
-    rate: Register<C>,
+pub(super) struct Entry<const C: usize> {
+    pub value: Register<C>,
+    pub rate: Register<C>,
 }
 
 /// A signal at a time: its integral and value, the derivatives of both with respect to parameters, its slope over time, and the time since
@@ -71,9 +72,11 @@ pub(crate) struct Memory<const C: usize> {
     sums: Entry<C>,
     n: usize,
     time: f64,
+    /// Past of a signal that a sensor shows with a filter and a delay.
+    pub sensor: Sensor<C>,
 }
 
-const fn zero<const C: usize>() -> Entry<C> {
+pub(super) const fn zero<const C: usize>() -> Entry<C> {
     Entry { value: Register::ZERO, rate: Register::ZERO }
 }
 
@@ -88,6 +91,7 @@ impl<const C: usize> Memory<C> {
             sums: zero(),
             n: 0,
             time: 0.0,
+            sensor: Sensor::new(),
         }
     }
 

@@ -10,6 +10,7 @@ mod memory;
 mod normal;
 mod register;
 mod run;
+mod sensor;
 
 pub(crate) use memory::Clock;
 pub(crate) use memory::Memory;

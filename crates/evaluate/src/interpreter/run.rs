@@ -7,6 +7,7 @@ use super::register::{Register, WIDTH};
 use crate::Level;
 use motorfit_model::graph::{Leaf, evaluate};
 use motorfit_model::program::{Instruction, Operation, Program, Uniforms};
+use motorfit_model::step::MemoryKind;
 use motorfit_motor::multiply_add;
 
 /// Treatment of the outputs.
@@ -169,25 +170,24 @@ fn remember<const C: usize>(
 ) {
     let (number, substep) = instruction.memory();
     let Some(memory) = memories.get_mut(number) else { return };
-    let of = |n: usize| &registers[usize::from(instruction.registers[n])];
     let none = Register::ZERO;
-    let result = match instruction.operation {
-        Operation::Delay => memory.delayed((clock, substep), [[of(0), &none], [of(1), &none], [of(2), &none]], None)[0],
-        Operation::DelayRate => {
-            memory.delayed((clock, substep), [[of(0), of(1)], [of(2), of(3)], [of(4), of(5)]], None)[1]
-        }
-        Operation::LinearDelay => {
-            let operands = [[of(0), &none], [of(1), &none], [of(2), &none]];
-            memory.delayed((clock, substep), operands, Some([of(3), &none]))[0]
-        }
-        Operation::LinearDelayRate => {
-            let operands = [[of(0), of(1)], [of(2), of(3)], [of(4), of(5)]];
-            memory.delayed((clock, substep), operands, Some([of(6), of(7)]))[1]
-        }
-        Operation::Average => memory.averaged(clock, [[of(0), &none], [of(1), &none]])[0],
-        _ => memory.averaged(clock, [[of(0), of(1)], [of(2), of(3)]])[1],
+    let register = |n: usize| &registers[usize::from(instruction.registers[n])];
+    let (kind, is_rate) = match instruction.operation {
+        Operation::MemoryRate(kind) => (kind, true),
+        Operation::Memory(kind) => (kind, false),
+        _ => return,
     };
-    registers[usize::from(instruction.target)] = result;
+    let of = |n: usize| if is_rate { [register(2 * n), register(2 * n + 1)] } else { [register(n), &none] };
+    let at = (clock, substep);
+    let result = match kind {
+        MemoryKind::Delay => memory.delayed(at, [of(0), of(1), of(2)], None),
+        MemoryKind::LinearDelay => memory.delayed(at, [of(0), of(1), of(2)], Some(of(3))),
+        MemoryKind::Average => memory.averaged(clock, [of(0), of(1)]),
+        MemoryKind::Sensor => memory.sensor.show(at, [of(0), of(1), of(2)]),
+        MemoryKind::Track => memory.sensor.track(at, [of(0), of(1), of(2)], None),
+        MemoryKind::SmoothTrack => memory.sensor.track(at, [of(0), of(2), of(3)], Some(of(1))),
+    };
+    registers[usize::from(instruction.target)] = result[usize::from(is_rate)];
 }
 
 /// Working memory of one of the widths that programs run with.

@@ -10,7 +10,7 @@ use super::space::ModelSpace;
 use super::stiffness::{STIFFNESS_MAX, largest_rate};
 use motorfit_core::numeric::{count, whole};
 use motorfit_model::step::Affine;
-use motorfit_model::{IntegrationMethod, Model};
+use motorfit_model::{IntegrationMethod, Model, ModelOutput};
 
 /// Returns true if a ratio is a whole number up to the accuracy of a clock.
 fn is_whole(ratio: f64) -> bool {
@@ -55,7 +55,7 @@ pub struct ModelMethod {
     pub is_rough: bool,
     /// The largest change of an estimate in the last halving of the steps; `None` where none was tried.
     pub change: Option<StepChange>,
-    /// True if the model has friction that sticks, delays, or laws that are sampled between samples, whose events within a step are exact to
+    /// True if the model has friction that sticks, delays, filters of sensors, or laws that are sampled between samples, whose events within a step are exact to
     /// second order only.
     pub has_events: bool,
 }
@@ -74,7 +74,8 @@ impl ModelMethod {
         let is_of_samples = |period: f64| even.is_some_and(|step| is_whole(period / step) || is_whole(step / period));
         let is_sampled_between = !is_even || model.laws.iter().any(|law| !is_of_samples(law.period_s));
         let has_laws = !model.laws.is_empty();
-        let has_events = model.reactions() > 0 || !model.delayed.is_empty() || has_laws && is_sampled_between;
+        let is_late = !model.delayed.is_empty() || model.outputs.iter().any(ModelOutput::is_late);
+        let has_events = model.reactions() > 0 || is_late || has_laws && is_sampled_between;
         // Laws that are sampled faster than the recording have their instants at substeps.
         let of_laws = model.laws.iter().map(|law| (step / law.period_s - 1e-6).ceil()).fold(1.0, f64::max);
         let of_laws = whole(of_laws.min(count(SUBSTEPS_MAX)));

@@ -15,6 +15,8 @@ mod reaction_tests;
 mod recording;
 #[cfg(test)]
 mod sampled_tests;
+#[cfg(test)]
+mod sensor_tests;
 mod space;
 mod stiffness;
 #[cfg(test)]

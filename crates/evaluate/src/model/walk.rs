@@ -37,16 +37,16 @@ impl ModelProblem {
                 let zero = Register::ZERO;
                 let operand = |n: usize| [operands.get(n).unwrap_or(&zero), &zero];
                 let [value, _] = match memory.kind {
-                    MemoryKind::Delay | MemoryKind::DelayRate => {
+                    MemoryKind::Delay => {
                         own.delayed((&rows.clock, memory.substep), [operand(0), operand(1), operand(2)], None)
                     }
-                    MemoryKind::LinearDelay | MemoryKind::LinearDelayRate => {
+                    MemoryKind::LinearDelay => {
                         let next = Some(operand(3));
                         own.delayed((&rows.clock, memory.substep), [operand(0), operand(1), operand(2)], next)
                     }
-                    MemoryKind::Average | MemoryKind::AverageRate => {
-                        own.averaged(&rows.clock, [operand(0), operand(1)])
-                    }
+                    MemoryKind::Average => own.averaged(&rows.clock, [operand(0), operand(1)]),
+                    // No shader has the filter or the delay of a sensor.
+                    MemoryKind::Sensor | MemoryKind::Track | MemoryKind::SmoothTrack => [Register::of(f64::NAN); 2],
                 };
                 remembered[*number] = value.lane(0);
             }

@@ -7,6 +7,7 @@ use motorfit_core::numeric::single;
 use motorfit_evaluate::interpreter::Loss;
 use motorfit_evaluate::model::ModelProblem;
 use motorfit_model::program::Operation;
+use motorfit_model::step::MemoryKind;
 use motorfit_model::wgsl::{HEAD, Layout, ShaderPrecision, ShaderSettings, shader};
 
 /// Number of invocations of a workgroup.
@@ -26,7 +27,7 @@ impl UnitSource {
     pub(super) fn new(problem: &ModelProblem, recording: usize, precision: ShaderPrecision) -> Option<Self> {
         let (programs, prepared) = problem.prepared(recording);
         let (program, rows) = (&programs.program, &prepared.rows);
-        let has_delay = program.body.iter().any(|one| one.operation == Operation::Delay);
+        let has_delay = program.body.iter().any(|one| one.operation == Operation::Memory(MemoryKind::Delay));
         if has_delay && rows.clock.step_s.len() != 1 {
             return None;
         }

@@ -9,23 +9,23 @@ use motorfit_core::Result;
 use motorfit_core::text::{listed, quoted};
 use std::collections::HashSet;
 
-/// Checks that a signal does not depend on states but by sampled laws.
+/// Checks that a signal does not depend on states but by sampled laws, and that a delayed one does not depend on delayed ones.
 pub(super) fn signal(names: &Names<'_>, section: &str, entry: &Entry<'_>) -> Result<()> {
     let scope = &names.scope;
-    let own = scope.names.get(&undelayed(entry.key)).or_else(|| scope.names.get(entry.key));
-    let is_of_states = |leaf: &Leaf| match leaf {
-        Leaf::State(_) | Leaf::Reaction(_) => true,
-        Leaf::Memory(n) => usize::from(*n) < scope.delayed,
-        _ => false,
-    };
-    let depends_on_states = |id: Id| scope.graph.leaves(&[id]).iter().any(is_of_states);
-    if section != "signals" || !own.is_some_and(|own| depends_on_states(own.id)) {
-        return Ok(());
+    let without_delay = scope.names.get(&undelayed(entry.key));
+    let own = without_delay.or_else(|| scope.names.get(entry.key));
+    let leaves = own.filter(|_| section == "signals").map_or(Vec::new(), |own| scope.graph.leaves(&[own.id]));
+    if leaves.iter().any(|leaf| matches!(leaf, Leaf::State(_) | Leaf::Reaction(_))) {
+        let message = format!("the signal {} depends on states", quoted(entry.key));
+        let hint = "Signals are functions of inputs, parameters and sampled laws (hold). Write what depends on states in [let].";
+        return Err(names.document.error(entry.at, message, hint));
     }
-    let message = format!("the signal {} depends on states", quoted(entry.key));
-    let hint =
-        "Signals are functions of inputs, parameters and sampled laws (hold). Write what depends on states in [let].";
-    Err(names.document.error(entry.at, message, hint))
+    let is_delayed = |leaf: &Leaf| matches!(leaf, Leaf::Memory(n) if usize::from(*n) < scope.delayed);
+    if without_delay.is_some() && leaves.iter().any(is_delayed) {
+        let message = format!("the delayed signal {} depends on a delayed one", quoted(entry.key));
+        return Err(names.document.error(entry.at, message, "Add the delays, and delay the signal once."));
+    }
+    Ok(())
 }
 
 /// Checks a complete model.
@@ -78,8 +78,7 @@ fn effects(document: &Document<'_>, model: &Model) -> Result<()> {
     let mut seen: HashSet<Leaf> = HashSet::new();
     let mut open: Vec<Id> = Vec::new();
     for output in &model.outputs {
-        open.push(output.value);
-        open.extend(output.average);
+        open.extend(output.roots());
     }
     while let Some(root) = open.pop() {
         for leaf in model.graph.leaves(&[root]) {

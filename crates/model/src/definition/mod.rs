@@ -2,6 +2,9 @@
 
 mod check;
 mod document;
+mod draft;
+mod generic;
+mod inputs;
 mod lower;
 mod model;
 mod names;
@@ -11,6 +14,7 @@ mod sections;
 mod terms;
 
 pub(crate) use document::TEXT_MAX;
+pub use generic::GenericTerm;
 pub use model::Model;
 pub(crate) use parts::{DelayedSignal, SampledLaw};
 pub use parts::{

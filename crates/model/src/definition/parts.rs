@@ -66,6 +66,8 @@ pub struct ModelInput {
     pub column: Option<String>,
     /// Value where the recording has no such column; `None` if it must have one.
     pub default: Option<f64>,
+    /// True if the equations have the signal with an offset.
+    pub is_offset: bool,
 }
 
 /// A constant of a model.
@@ -145,8 +147,12 @@ pub struct ModelOutput {
     pub unit: WrittenUnit,
     /// Heading of its column; the name if `None`.
     pub column: Option<String>,
-    /// Value in its unit.
+    /// Value in its unit, with the gain and the offset of the sensor.
     pub(crate) value: Id,
+    /// Time constant of a lag of first order of the sensor \[s\]; `None` if it has none.
+    pub(crate) filter: Option<Id>,
+    /// Delay of the sensor \[s\]; `None` if it has none.
+    pub(crate) delay: Option<Id>,
     /// Number of samples of a moving average of the sensor; `None` if it has none.
     pub(crate) average: Option<Id>,
 }
@@ -156,6 +162,17 @@ impl ModelOutput {
     #[must_use]
     pub fn is_averaged(&self) -> bool {
         self.average.is_some()
+    }
+
+    /// Returns true if the sensor has a filter or a delay.
+    #[must_use]
+    pub fn is_late(&self) -> bool {
+        self.filter.is_some() || self.delay.is_some()
+    }
+
+    /// Returns the nodes of the value and of the sensor.
+    pub(crate) fn roots(&self) -> impl Iterator<Item = Id> {
+        [Some(self.value), self.filter, self.delay, self.average].into_iter().flatten()
     }
 }
 

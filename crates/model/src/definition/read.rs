@@ -2,10 +2,11 @@
 
 use super::check;
 use super::document::{Document, Entry};
+use super::inputs::{act, inputs};
 use super::model::Model;
 use super::names::Names;
 use super::parts::{Equation, InitialState, ModelOutput, ModelState, NodeId};
-use super::sections::{constants, definitions, delays, inputs, number_of, parameters, required, unit};
+use super::sections::{constants, definitions, delays, number_of, parameters, required, unit};
 use crate::graph::{Id, Leaf};
 use crate::role::Role;
 use motorfit_core::Result;
@@ -29,7 +30,7 @@ impl Model {
         let document = Document::parse(text)?;
         let name = heading(&document)?;
         let mut names = Names::new(&document);
-        let inputs = inputs(&mut names)?;
+        let (inputs, acting) = inputs(&mut names)?;
         let constants = constants(&mut names)?;
         let (parameters, terms) = parameters(&mut names)?;
         let states = document.section("states")?;
@@ -43,8 +44,11 @@ impl Model {
             let id = graph.add(leaf, offset);
             names.set(state.key, id, unit.dimension);
         }
-        let delayed = definitions(&mut names)?;
-        names.scope.delayed = delayed.len();
+        let of_inputs = acting.iter().filter(|input| input.is_delayed()).count();
+        let signals = definitions(&mut names, of_inputs)?;
+        names.scope.delayed = of_inputs + signals.len();
+        let mut delayed = act(&mut names, acting)?;
+        delayed.extend(signals);
         for section in ["signals", "let"] {
             for entry in document.section(section)? {
                 names.resolve(entry.key)?;
@@ -126,8 +130,8 @@ fn outputs(names: &mut Names<'_>) -> Result<(Vec<ModelOutput>, Vec<Id>)> {
                 "Name it otherwise.",
             ));
         }
-        let [value, written, column, average, _] =
-            document.fields(&entry, ["value", "unit", "column", "average", "description"])?;
+        let keys = ["value", "unit", "column", "gain", "offset", "filter", "delay", "average", "description"];
+        let [value, written, column, gain, offset, filter, delay, average, _] = document.fields(&entry, keys)?;
         let value = required(document, &entry, value, "value")?;
         let unit = unit(document, written.as_ref())?;
         let what = format!("output {}", entry.key);
@@ -136,14 +140,23 @@ fn outputs(names: &mut Names<'_>) -> Result<(Vec<ModelOutput>, Vec<Id>)> {
             let hint = "Reactions are known at the end of a step only. Give the output without the stick function.";
             return Err(document.error(value.value.span().start, "an output depends on stick", hint));
         }
-        let average = average.map(|average| number_of(names, &average, Dimension::ONE, "the average")).transpose()?;
+        nodes.push(id);
+        let mut number = |of: Option<Entry<'_>>, dimension: Dimension, what: &str| {
+            of.map(|of| number_of(names, &of, dimension, what)).transpose()
+        };
+        let gain = number(gain, Dimension::ONE, "the gain of an output")?;
+        let offset = number(offset, unit.unit.dimension, "the offset of an output")?;
+        let filter = number(filter, Dimension::TIME, "the filter of an output")?;
+        let delay = number(delay, Dimension::TIME, "the delay of an output")?;
+        let average = number(average, Dimension::ONE, "the average")?;
         let column = column.map(|column| document.text(&column).map(|(text, _)| text.to_owned())).transpose()?;
         let graph = &mut names.scope.graph;
-        let (factor, offset) = (graph.constant(1.0 / unit.unit.factor), graph.constant(unit.unit.offset));
-        let shifted = graph.subtract(id, offset);
-        let scaled = graph.multiply(factor, shifted);
-        outputs.push(ModelOutput { name: entry.key.to_owned(), unit, column, value: scaled, average });
-        nodes.push(id);
+        let (factor, zero) = (graph.constant(1.0 / unit.unit.factor), graph.constant(unit.unit.offset));
+        let shifted = graph.subtract(id, zero);
+        let gained = gain.map_or(shifted, |gain| graph.multiply(gain, shifted));
+        let value = offset.map_or(gained, |offset| graph.add(gained, offset));
+        let value = graph.multiply(factor, value);
+        outputs.push(ModelOutput { name: entry.key.to_owned(), unit, column, value, filter, delay, average });
     }
     Ok((outputs, nodes))
 }
@@ -221,7 +234,15 @@ fn equations(document: &Document<'_>) -> Result<Vec<Equation>> {
             let table = entry.value.get_ref().as_table();
             let value = table.and_then(|table| table.get(key)).unwrap_or(entry.value);
             let value = Entry { key: entry.key, at: entry.at, value };
-            let text = document.expression(&value)?.0.to_owned();
+            let mut text = document.expression(&value)?.0.to_owned();
+            if let ("outputs", Some(table)) = (section, table) {
+                let option = |key: &str| {
+                    let value = table.get(key).map(|value| Entry { key: entry.key, at: entry.at, value });
+                    value.map(|value| document.expression(&value).map(|(text, _)| text)).transpose()
+                };
+                text = option("gain")?.map_or(text.clone(), |gain| format!("({gain})*({text})"));
+                text = option("offset")?.map_or(text.clone(), |offset| format!("{text} + ({offset})"));
+            }
             equations.push(Equation { section, name: entry.key.to_owned(), text });
         }
     }

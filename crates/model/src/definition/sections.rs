@@ -1,8 +1,8 @@
-//! The sections that declare names: inputs, constants, parameters, signals, definitions.
+//! The sections that declare names: constants, parameters, signals, definitions.
 
 use super::document::{Document, Entry, VALUE_MAX};
 use super::names::{Definition, Names, in_si};
-use super::parts::{DelayedSignal, ModelConstant, ModelInput, ModelParameter, ModelTerm, WrittenUnit};
+use super::parts::{DelayedSignal, ModelConstant, ModelParameter, ModelTerm, WrittenUnit};
 use super::terms;
 use crate::graph::{Id, Leaf};
 use motorfit_core::Result;
@@ -41,22 +41,6 @@ pub(super) fn constants(names: &mut Names<'_>) -> Result<Vec<ModelConstant>> {
         constants.push(ModelConstant { name: entry.key.to_owned(), value, dimension: unit.dimension });
     }
     Ok(constants)
-}
-
-pub(super) fn inputs(names: &mut Names<'_>) -> Result<Vec<ModelInput>> {
-    let document = names.document;
-    let mut inputs = Vec::new();
-    for (number, entry) in (0_u16..).zip(document.section("inputs")?) {
-        names.declare(&entry)?;
-        let [written, column, default, _] = document.fields(&entry, ["unit", "column", "default", "description"])?;
-        let unit = unit(document, written.as_ref())?;
-        let id = in_si(&mut names.scope.graph, Leaf::Input(number), &unit.unit);
-        names.set(entry.key, id, unit.unit.dimension);
-        let column = column.map(|column| document.text(&column).map(|(text, _)| text.to_owned())).transpose()?;
-        let default = default.map(|default| document.number(&default)).transpose()?;
-        inputs.push(ModelInput { name: entry.key.to_owned(), unit, column, default });
-    }
-    Ok(inputs)
 }
 
 /// Reads the parameters and their terms.
@@ -124,8 +108,11 @@ fn usual(document: &Document<'_>, (entry, given): (&Entry<'_>, &Entry<'_>), [min
     Err(document.error(given.value.span().start, message, "Give a value between min and max."))
 }
 
-/// Defines the names of signals and of `let`; returns those of delayed signals with their entries of delay and latency.
-pub(super) fn definitions<'d>(names: &mut Names<'d>) -> Result<Vec<(String, [Option<Entry<'d>>; 2])>> {
+/// A name that is delayed, with the entries of its delay and its latency.
+pub(super) type Delayed<'d> = (String, [Option<Entry<'d>>; 2]);
+
+/// Defines the names of signals and of `let`; returns those of delayed signals, whose numbers begin with `first`.
+pub(super) fn definitions<'d>(names: &mut Names<'d>, first: usize) -> Result<Vec<Delayed<'d>>> {
     let document = names.document;
     let mut delayed = Vec::new();
     for entry in document.section("signals")? {
@@ -136,7 +123,7 @@ pub(super) fn definitions<'d>(names: &mut Names<'d>) -> Result<Vec<(String, [Opt
         let dimension = written.as_ref().map(|written| unit(document, Some(written))).transpose()?;
         let (expression, place) = names.parse(&value)?;
         let is_delayed = delay.is_some() || latency.is_some();
-        let number = u16::try_from(delayed.len()).unwrap_or(u16::MAX);
+        let number = u16::try_from(first + delayed.len()).unwrap_or(u16::MAX);
         if is_delayed {
             delayed.push((entry.key.to_owned(), [delay, latency]));
         }
@@ -152,8 +139,8 @@ pub(super) fn definitions<'d>(names: &mut Names<'d>) -> Result<Vec<(String, [Opt
     Ok(delayed)
 }
 
-/// Reads delay and latency of the delayed signals, whose names are resolved.
-pub(super) fn delays(names: &mut Names<'_>, of: Vec<(String, [Option<Entry<'_>>; 2])>) -> Result<Vec<DelayedSignal>> {
+/// Reads delay and latency of the delayed inputs and signals, whose names are resolved.
+pub(super) fn delays(names: &mut Names<'_>, of: Vec<Delayed<'_>>) -> Result<Vec<DelayedSignal>> {
     let mut delayed = Vec::new();
     for (name, times) in of {
         let [delay, latency] = times

@@ -2,7 +2,7 @@
 
 use super::document::{Document, Entry, VALUE_MAX};
 use super::model::Model;
-use super::parts::{ModelParameter, ModelTerm};
+use super::parts::{ModelOutput, ModelParameter, ModelTerm};
 use crate::graph::{Id, Leaf, evaluate};
 use motorfit_core::text::{alternatives, excerpt, nearest, quoted};
 use motorfit_core::{Error, Result};
@@ -106,7 +106,7 @@ pub(super) fn check(document: &Document<'_>, model: &Model) -> Result<()> {
 /// Returns the nodes of the equations that depend on parameters alone.
 fn parameter_nodes(model: &Model) -> Vec<Id> {
     let mut roots: Vec<Id> = model.states.iter().map(|state| state.derivative).collect();
-    roots.extend(model.outputs.iter().flat_map(|output| [output.value].into_iter().chain(output.average)));
+    roots.extend(model.outputs.iter().flat_map(ModelOutput::roots));
     roots.extend(model.delayed.iter().flat_map(|of| [of.value, of.delay, of.latency]));
     roots.extend(model.laws.iter().map(|law| law.value));
     roots.extend(model.reactions.iter().map(|of| of.limit));

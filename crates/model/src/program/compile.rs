@@ -4,7 +4,7 @@ use super::allocate::allocate;
 use super::compiled::{Program, Uniforms};
 use super::instruction::{Instruction, Operation, REGISTERS_MAX};
 use crate::graph::{Binary, Comparison, Graph, Id, Leaf, Node, Unary};
-use crate::step::{Memory, MemoryKind, Substep};
+use crate::step::{Memory, Substep};
 use std::collections::HashMap;
 
 /// Marks a scalar that is a uniform while the number of constants is not known.
@@ -229,17 +229,12 @@ impl Compiler<'_> {
     /// Makes an operation with a memory.
     fn remembered(&mut self, number: usize) -> u16 {
         let Some(memory) = self.memories.get(number) else { return 0 };
-        let operation = match memory.kind {
-            MemoryKind::Delay => Operation::Delay,
-            MemoryKind::DelayRate => Operation::DelayRate,
-            MemoryKind::LinearDelay => Operation::LinearDelay,
-            MemoryKind::LinearDelayRate => Operation::LinearDelayRate,
-            MemoryKind::Average => Operation::Average,
-            MemoryKind::AverageRate => Operation::AverageRate,
-        };
+        let operation =
+            if memory.is_rate { Operation::MemoryRate(memory.kind) } else { Operation::Memory(memory.kind) };
         let operands: Vec<u16> = memory.operands.iter().map(|id| self.register(*id)).collect();
         let Substep { place, of } = memory.substep;
-        self.put(operation, &operands, &[u16::try_from(number).unwrap_or(u16::MAX), place, of])
+        let own = u16::try_from(memory.shared.unwrap_or(number)).unwrap_or(u16::MAX);
+        self.put(operation, &operands, &[own, place, of])
     }
 
     fn emit(&mut self, id: Id) -> u16 {

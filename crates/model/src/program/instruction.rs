@@ -1,7 +1,7 @@
 //! Instructions: what they compute, where to, and from which registers and scalars.
 
 use crate::graph::Unary;
-use crate::step::Substep;
+use crate::step::{MemoryKind, Substep};
 
 /// Largest number of registers of a program; ids of scalars begin there while a program is compiled.
 pub(crate) const REGISTERS_MAX: usize = 0x7fff;
@@ -69,29 +69,17 @@ pub enum Operation {
     Scale2,
     /// Output number `target` has the value a.
     Output,
-    /// The mean over a substep, or the value at an instant, of the signal a with the delay b and the latency c. Like the other operations
-    /// with a memory it has the number of its memory, the place of its substep and the number of substeps in the place of scalars.
-    Delay,
-    /// The derivative of a delay; operands and their derivatives alternate.
-    DelayRate,
-    /// The same of a signal that is linear over each step, from a to d.
-    LinearDelay,
-    /// The derivative of a delay of a linear signal; operands and their derivatives alternate.
-    LinearDelayRate,
-    /// The moving average of a over b samples.
-    Average,
-    /// The derivative of a moving average; operands and their derivatives alternate.
-    AverageRate,
+    /// An operation with a memory. It has the number of its memory, the place of its substep and the number of substeps in the place of
+    /// scalars.
+    Memory(MemoryKind),
+    /// The derivative of an operation with a memory; operands and their derivatives alternate.
+    MemoryRate(MemoryKind),
 }
 
 impl Operation {
     /// Returns true if the operation has a memory of earlier samples.
     pub fn has_memory(self) -> bool {
-        use Operation as Is;
-        matches!(
-            self,
-            Is::Delay | Is::DelayRate | Is::LinearDelay | Is::LinearDelayRate | Is::Average | Is::AverageRate
-        )
+        matches!(self, Self::Memory(_) | Self::MemoryRate(_))
     }
 
     /// Returns the number of registers that are read.
@@ -115,19 +103,14 @@ impl Operation {
             | Self::Atan2
             | Self::Linear1
             | Self::Affine2
-            | Self::Average
             | Self::Scale2 => 2,
-            Self::AddProduct | Self::SubtractProduct | Self::Linear2 | Self::Delay => 3,
-            Self::SelectLess
-            | Self::SelectLessEqual
-            | Self::Products2
-            | Self::Linear3
-            | Self::LinearDelay
-            | Self::AverageRate => 4,
+            Self::AddProduct | Self::SubtractProduct | Self::Linear2 => 3,
+            Self::SelectLess | Self::SelectLessEqual | Self::Products2 | Self::Linear3 => 4,
             Self::AddProducts2 | Self::Linear4 => 5,
-            Self::Products3 | Self::DelayRate => 6,
+            Self::Products3 => 6,
             Self::AddProducts3 => 7,
-            Self::LinearDelayRate => 8,
+            Self::Memory(kind) => kind.operands(),
+            Self::MemoryRate(kind) => 2 * kind.operands(),
         }
     }
 

@@ -12,6 +12,7 @@ use super::memories::{Substep, parameter};
 use super::reaction::{StepEnd, react};
 use super::right_hand_sides::{InputsAt, right_hand_sides};
 use super::sampled;
+use super::sensor::{Begin, track};
 use super::settings::StepSettings;
 use crate::definition::Model;
 use crate::graph::{Graph, Id, Leaf};
@@ -86,35 +87,15 @@ impl Builder<'_> {
 }
 
 impl Step {
-    /// Makes the step with matrix exponentials; `held_first` are the sampled laws at its start.
+    /// Makes the step with matrix exponentials; `begin` is what is known at its start.
     pub(super) fn exponential(
         &mut self,
         model: &Model,
         affine: &Affine,
         (step_s, settings): (f64, &StepSettings),
-        held_first: &[Id],
+        begin: &Begin,
     ) {
-        let is_zero = |graph: &Graph, ids: &[Id]| ids.iter().all(|id| graph.is_constant(*id, 0.0));
-        let inputs = model.inputs.len() + model.delayed.len() + model.laws.len();
-        let mut sources: Vec<(Source, Vec<Id>)> = (0..inputs)
-            .map(|input| (Source::Input(input), affine.inputs.iter().map(|row| row[input]).collect()))
-            .chain([(Source::Constant, affine.constant.clone())])
-            .collect();
-        sources.retain(|(_, column)| !is_zero(&self.graph, column));
-        sources.extend(affine.reactions.iter().enumerate().map(|(n, column)| (Source::Reaction(n), column.clone())));
-        let extras = Extras {
-            roots: affine
-                .states
-                .concat()
-                .into_iter()
-                .chain(sources.iter().flat_map(|(_, column)| column.clone()))
-                .collect(),
-            step_s: step_s / count(settings.substeps.max(1)),
-            states: model.states.len(),
-            sources: sources.into_iter().map(|(source, _)| source).collect(),
-            is_first_order_hold: settings.is_first_order_hold,
-            rows: affine.nonlinear_rows(&self.graph),
-        };
+        let extras = extras_of(model, affine, &self.graph, (step_s, settings));
         let substeps = settings.substeps.max(1);
         let delayed: Vec<Vec<Id>> =
             (0..substeps).map(|substep| self.delayed(model, Substep::new(substep, substeps))).collect();
@@ -126,7 +107,7 @@ impl Step {
         let is_line = settings.is_first_order_hold;
         let end: Vec<Id> = (0..own).map(|n| if is_line { leaf(graph, Leaf::NextInput, n) } else { start[n] }).collect();
         let mut x: Vec<Id> = (0..model.states.len()).map(|n| leaf(graph, Leaf::State, n)).collect();
-        let (mut milestones, mut held) = (Vec::new(), held_first.to_vec());
+        let (mut milestones, mut held) = (Vec::new(), begin.held.clone());
         for (substep, delayed) in delayed.iter().enumerate() {
             let at = |graph: &mut Graph, fraction: f64, held: &[Id]| {
                 let mut all = between(graph, &start, &end, (count(substep) + fraction) / count(substeps));
@@ -149,20 +130,49 @@ impl Step {
                 milestones.extend(&next);
                 let mut gains = builder.gains();
                 let [first, _, last] = &builder.inputs;
-                let [begin, end] = [(&x, first), (&next, last)].map(|(states, inputs)| StepEnd { states, inputs });
+                let [start, end] = [(&x, first), (&next, last)].map(|(states, inputs)| StepEnd { states, inputs });
                 let h = builder.graph.constant(extras.step_s);
-                add_coupling(builder.graph, affine, begin, h, &mut gains);
-                next = react(builder.graph, model, begin, end, &gains);
+                add_coupling(builder.graph, affine, start, h, &mut gains);
+                next = react(builder.graph, model, start, end, &gains);
             }
-            if substep + 1 < substeps {
+            if substep + 1 < substeps || !begin.sensors.is_empty() {
                 milestones.extend(&next);
             }
+            let [first, _, last] = &builder.inputs;
+            let ends = [(&x, first), (&next, last)].map(|(states, inputs)| StepEnd { states, inputs });
+            let sensors = (&begin.sensors[..], &mut self.memories);
+            milestones.extend(track((model, affine, settings), builder.graph, sensors, ends, substep));
             x = next;
         }
         x.extend(held);
         self.next = x;
         self.milestones = milestones;
         self.extras = Some(extras);
+    }
+}
+
+/// Returns the matrices of the affine part over a substep, with the inputs that act on it.
+fn extras_of(model: &Model, affine: &Affine, graph: &Graph, (step_s, settings): (f64, &StepSettings)) -> Extras {
+    let is_zero = |graph: &Graph, ids: &[Id]| ids.iter().all(|id| graph.is_constant(*id, 0.0));
+    let inputs = model.inputs.len() + model.delayed.len() + model.laws.len();
+    let mut sources: Vec<(Source, Vec<Id>)> = (0..inputs)
+        .map(|input| (Source::Input(input), affine.inputs.iter().map(|row| row[input]).collect()))
+        .chain([(Source::Constant, affine.constant.clone())])
+        .collect();
+    sources.retain(|(_, column)| !is_zero(graph, column));
+    sources.extend(affine.reactions.iter().enumerate().map(|(n, column)| (Source::Reaction(n), column.clone())));
+    Extras {
+        roots: affine
+            .states
+            .concat()
+            .into_iter()
+            .chain(sources.iter().flat_map(|(_, column)| column.clone()))
+            .collect(),
+        step_s: step_s / count(settings.substeps.max(1)),
+        states: model.states.len(),
+        sources: sources.into_iter().map(|(source, _)| source).collect(),
+        is_first_order_hold: settings.is_first_order_hold,
+        rows: affine.nonlinear_rows(graph),
     }
 }
 

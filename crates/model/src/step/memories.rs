@@ -7,16 +7,20 @@ use crate::graph::{Graph, Id, Leaf};
 pub struct Memory {
     /// The operation.
     pub kind: MemoryKind,
+    /// True for the derivative of the operation.
+    pub is_rate: bool,
     /// The operands; for a derivative they alternate with their derivatives.
     pub operands: Vec<Id>,
     /// The part of the step for which it is computed.
     pub substep: Substep,
+    /// Number of the operation whose memory it uses; `None` for its own.
+    pub shared: Option<usize>,
 }
 
 impl Memory {
     /// Returns an operation over the whole step.
     pub(crate) fn whole(kind: MemoryKind, operands: Vec<Id>) -> Self {
-        Self { kind, operands, substep: Substep::WHOLE }
+        Self { kind, is_rate: false, operands, substep: Substep::WHOLE, shared: None }
     }
 }
 
@@ -52,16 +56,28 @@ impl Substep {
 pub enum MemoryKind {
     /// The mean over a substep, or the value at an instant, of a signal with a delay and a latency, which is constant over each step.
     Delay,
-    /// The derivative of a delay.
-    DelayRate,
     /// The same of a signal that is linear over each step; its value at the end of the step is the last operand.
     LinearDelay,
-    /// The derivative of a delay of a signal that is linear over each step.
-    LinearDelayRate,
     /// The moving average of a signal over a number of samples.
     Average,
-    /// The derivative of a moving average.
-    AverageRate,
+    /// The value that a sensor shows at the start of a step, of a signal with a filter and a delay. Its past is that of the operations
+    /// `Track` or `SmoothTrack`, which share its memory.
+    Sensor,
+    /// Adds a substep to the past of a sensor: the signal at its start and end, between which it is linear, and the filter. It has no value.
+    Track,
+    /// The same of a signal that is quadratic over the substep, by its value and slope at the start and its value at the end.
+    SmoothTrack,
+}
+
+impl MemoryKind {
+    /// Returns the number of operands, without their derivatives.
+    pub(crate) fn operands(self) -> usize {
+        match self {
+            Self::Average => 2,
+            Self::Delay | Self::Sensor | Self::Track => 3,
+            Self::LinearDelay | Self::SmoothTrack => 4,
+        }
+    }
 }
 
 /// Returns the leaf of an operation with a memory.

@@ -16,6 +16,7 @@ mod reaction;
 mod right_hand_sides;
 mod runge_kutta;
 mod sampled;
+mod sensor;
 mod settings;
 
 pub use affine::Affine;
@@ -29,6 +30,7 @@ pub use settings::{IntegrationMethod, StepSettings};
 use super::definition::{DelayedSignal, InitialState, Model};
 use super::graph::{Direction, Graph, Id, Leaf, Substitution};
 use memories::{memory, parameter};
+use sensor::{Begin, shown};
 
 /// Returns the numbers of the states whose initial values are not functions of the parameters.
 pub fn open_states(model: &Model) -> Vec<usize> {
@@ -75,17 +77,23 @@ fn at_instant(model: &Model, graph: &mut Graph, memories: &mut Vec<Memory>, sett
 
 /// Returns the outputs of a model at the start of a step, with the delayed signals and the sampled laws there. `memories` gain those of the
 /// outputs.
-fn outputs_of(model: &Model, graph: &mut Graph, memories: &mut Vec<Memory>, held: &[Id]) -> Vec<Id> {
+fn outputs_of(
+    (model, settings): (&Model, &StepSettings),
+    graph: &mut Graph,
+    memories: &mut Vec<Memory>,
+    begin: &mut Begin,
+) -> Vec<Id> {
     let own = model.delayed.len();
     let mut there: Vec<Id> = (own..2 * own).map(|n| memory(graph, n)).collect();
-    there.extend(held);
+    there.extend(&begin.held);
     let mut substitution = Substitution::new(|leaf| match leaf {
         Leaf::Memory(n) => there.get(usize::from(n)).copied(),
         _ => None,
     });
     let mut outputs = Vec::new();
-    for output in &model.outputs {
+    for (number, output) in model.outputs.iter().enumerate() {
         let value = substitution.apply(graph, output.value);
+        let value = shown((model, settings, number), graph, value, (memories, &mut begin.sensors));
         outputs.push(match output.average {
             None => value,
             Some(window) => {
@@ -120,16 +128,17 @@ impl Step {
             memories.push(delay_of(&mut graph, of, settings.is_first_order_hold));
         }
         let held = at_instant(model, &mut graph, &mut memories, settings);
-        let outputs = outputs_of(model, &mut graph, &mut memories, &held);
+        let mut begin = Begin { held, sensors: Vec::new() };
+        let outputs = outputs_of((model, settings), &mut graph, &mut memories, &mut begin);
         let parameters = own + open.len();
         let affine = Affine::of(model, &mut graph);
         let (next, milestones) = (Vec::new(), Vec::new());
         let mut step = Self { graph, next, milestones, outputs, memories, initial, extras: None, parameters };
         match (settings.method, settings.step_s) {
             (IntegrationMethod::Exponential, Some(step_s)) => {
-                step.exponential(model, &affine, (step_s, settings), &held);
+                step.exponential(model, &affine, (step_s, settings), &begin);
             }
-            _ => step.runge_kutta(model, &affine, settings, &held),
+            _ => step.runge_kutta(model, &affine, settings, &begin),
         }
         step
     }
@@ -182,14 +191,10 @@ impl Step {
             _ => None,
         });
         for number in 0..own {
-            let Memory { kind, operands, substep } = step.memories[number].clone();
-            let kind = match kind {
-                MemoryKind::Delay | MemoryKind::DelayRate => MemoryKind::DelayRate,
-                MemoryKind::LinearDelay | MemoryKind::LinearDelayRate => MemoryKind::LinearDelayRate,
-                MemoryKind::Average | MemoryKind::AverageRate => MemoryKind::AverageRate,
-            };
+            let Memory { operands, shared, .. } = &step.memories[number];
+            let (operands, shared) = (operands.clone(), shared.map(|other| own + other));
             let operands = operands.iter().flat_map(|id| [*id, direction.derivative(graph, *id)]).collect();
-            step.memories.push(Memory { kind, operands, substep });
+            step.memories.push(Memory { is_rate: true, operands, shared, ..step.memories[number].clone() });
         }
         for list in [&mut step.next, &mut step.outputs, &mut step.initial] {
             let derivatives: Vec<Id> = list.iter().map(|id| direction.derivative(graph, *id)).collect();

@@ -7,6 +7,7 @@ use super::memories::Substep;
 use super::reaction::{StepEnd, react};
 use super::right_hand_sides::{InputsAt, right_hand_sides};
 use super::sampled;
+use super::sensor::{Begin, track};
 use super::settings::StepSettings;
 use crate::definition::Model;
 use crate::graph::{Graph, Id, Leaf};
@@ -54,8 +55,8 @@ fn moved(graph: &mut Graph, x: &[Id], factor: Id, k: &[Id]) -> Vec<Id> {
 }
 
 impl Step {
-    /// Makes the step by the Runge–Kutta method; `held_first` are the sampled laws at its start.
-    pub(super) fn runge_kutta(&mut self, model: &Model, affine: &Affine, settings: &StepSettings, held_first: &[Id]) {
+    /// Makes the step by the Runge–Kutta method; `start` is what is known at its start.
+    pub(super) fn runge_kutta(&mut self, model: &Model, affine: &Affine, settings: &StepSettings, start: &Begin) {
         let substeps = settings.substeps.max(1);
         let delayed: Vec<Vec<Id>> =
             (0..substeps).map(|substep| self.delayed(model, Substep::new(substep, substeps))).collect();
@@ -69,9 +70,9 @@ impl Step {
         let step = graph.multiply(share, step);
         let mut x: Vec<Id> =
             (0..model.states.len()).map(|n| graph.leaf(Leaf::State(u16::try_from(n).unwrap_or(u16::MAX)))).collect();
-        let (mut milestones, mut held) = (Vec::new(), held_first.to_vec());
+        let (mut milestones, mut held) = (Vec::new(), start.held.clone());
         for (substep, delayed) in delayed.iter().enumerate() {
-            let begin = x.clone();
+            let before = x.clone();
             let at = |fraction: f64| {
                 (motorfit_core::numeric::count(substep) + fraction) / motorfit_core::numeric::count(substeps)
             };
@@ -100,13 +101,16 @@ impl Step {
             if !model.reactions.is_empty() {
                 milestones.extend(&x);
                 let mut gains = series_gains(graph, affine, step);
-                let [begin, end] = [(&begin, &first), (&x, &last)].map(|(states, inputs)| StepEnd { states, inputs });
+                let [begin, end] = [(&before, &first), (&x, &last)].map(|(states, inputs)| StepEnd { states, inputs });
                 add_coupling(graph, affine, begin, step, &mut gains);
                 x = react(graph, model, begin, end, &gains);
             }
-            if substep + 1 < substeps {
+            if substep + 1 < substeps || !start.sensors.is_empty() {
                 milestones.extend(&x);
             }
+            let ends = [(&before, &first), (&x, &last)].map(|(states, inputs)| StepEnd { states, inputs });
+            let sensors = (&start.sensors[..], &mut self.memories);
+            milestones.extend(track((model, affine, settings), graph, sensors, ends, substep));
         }
         x.extend(held);
         self.next = x;

@@ -101,13 +101,7 @@ impl<'p> Emitter<'p> {
             Is::Affine2 => format!("fma({}, {}, fma({}, {}, {}))", k(2)?, r(1), k(1)?, r(0), k(0)?),
             Is::Scale1 => format!("{} * {}", k(0)?, r(0)),
             Is::Scale2 => format!("fma({}, {}, {} * {})", k(1)?, r(1), k(0)?, r(0)),
-            Is::Output
-            | Is::Delay
-            | Is::DelayRate
-            | Is::LinearDelay
-            | Is::LinearDelayRate
-            | Is::Average
-            | Is::AverageRate => return None,
+            Is::Output | Is::Memory(_) | Is::MemoryRate(_) => return None,
         })
     }
 

@@ -5,6 +5,7 @@ use super::emit::Emitter;
 use super::layout::{HEAD, Layout};
 use super::precision::ShaderPrecision;
 use crate::program::{Operation, Program};
+use crate::step::MemoryKind;
 
 /// Settings of a shader.
 #[derive(Debug, Clone, Copy)]
@@ -35,7 +36,7 @@ pub fn shader(program: &Program, layout: &Layout, settings: &ShaderSettings) -> 
                 let loss = loss(layout, usize::from(instruction.target), &value, settings.is_absolute);
                 emitter.text.push_str(&loss);
             }
-            Operation::Delay => emitter.delay(at)?,
+            Operation::Memory(MemoryKind::Delay) => emitter.delay(at)?,
             _ => emitter.instruction(instruction, "row")?,
         }
     }

@@ -89,11 +89,18 @@ fn left_out(of: &Exported) -> Vec<String> {
                 Shortest(delay_s)
             ));
         }
+        if delay_s > 0.0 && of.model.inputs().iter().any(|input| input.name == signal) {
+            effects.push(format!("the delay of {signal}, {} s", Shortest(delay_s)));
+        }
         if latency_s != 0.0 {
             effects.push(format!("the latency of {signal}, {} s", Shortest(latency_s)));
         }
     }
     let averaged = of.model.outputs().iter().filter(|output| output.is_averaged());
+    let offset = of.model.inputs().iter().filter(|input| input.is_offset);
+    effects.extend(offset.map(|input| format!("the offset of {}", input.name)));
+    let late = of.model.outputs().iter().filter(|output| output.is_late());
+    effects.extend(late.map(|output| format!("the filter and delay of the sensor of {}", output.name)));
     effects.extend(averaged.map(|output| format!("the moving average of {}", output.name)));
     effects
 }

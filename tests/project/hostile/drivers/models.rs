@@ -13,7 +13,7 @@ use motorfit::evaluate::model::{
 use motorfit::experiment::white_noise;
 use motorfit::identify::model::{ModelCosts, ModelEstimate, ModelSpec, hold_out_model, identify_model};
 use motorfit::identify::{IdentifySpec, identify};
-use motorfit::model::{BuiltIn, Function, IntegrationMethod, Model, Role, ShaderPrecision};
+use motorfit::model::{BuiltIn, Function, GenericTerm, IntegrationMethod, Model, Role, ShaderPrecision};
 use motorfit::named::Named;
 use motorfit::record::{
     Mask, Offset, Preparation, ReadOptions, Reading, Record, Samples, diagnose, parse_signal_columns, read_bytes,
@@ -61,6 +61,7 @@ pub fn languages(calls: &mut Calls) {
             "model::Model::parse" => Model::parse(&good.replace("V*s/rad", &word)),
             "model::Model::parse" => Model::parse(&good.replace("min = 1e-3", &format!("neutral = {word}, term = '{word}', min = 1e-3"))),
             "model::Model::open" => Model::open(Path::new(&word)),
+            "model::Model::with_generic" => optional().with_generic(&[GenericTerm::Load, GenericTerm::Load]),
             "model::Model::fixed_without" => optional().fixed_without(&[&word, ""]),
             "record::parse_signal_columns" => parse_signal_columns(&word, &["vd", &word]),
             "record::read_signal_inputs" => read_signal_inputs(Path::new(&word), &ReadOptions::default()),
@@ -68,6 +69,7 @@ pub fn languages(calls: &mut Calls) {
         ask!(calls, word;
             "model::BuiltIn::named" => <BuiltIn as Named>::named("model", &word),
             "model::Function::named" => <Function as Named>::named("function", &word),
+            "model::GenericTerm::named" => <GenericTerm as Named>::named("term", &word),
             "model::ShaderPrecision::named" => <ShaderPrecision as Named>::named("precision", &word),
             "model::IntegrationMethod::named" => <IntegrationMethod as Named>::named("method", &word),
         );
@@ -110,6 +112,8 @@ fn built_in(calls: &mut Calls, of: BuiltIn) {
         "model::Model::parameters" => model.parameters().len(),
         "model::ModelParameter::usual" => model.parameters().iter().map(|of| of.usual()).sum::<f64>(),
         "model::Model::terms" => model.terms().len(),
+        "model::GenericTerm::applies" => GenericTerm::ALL.map(|term| term.applies(&model)),
+        "model::ModelOutput::is_late" => model.outputs().iter().any(|of| of.is_late()),
         "model::Model::inputs" => model.inputs().len(),
         "model::Model::states" => model.states().len(),
         "model::Model::outputs" => model.outputs().len(),
