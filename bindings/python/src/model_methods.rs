@@ -256,20 +256,23 @@ impl Model {
         let (records, recordings) = self.recordings(records)?;
         let held_out = validate.map(|of| self.recordings(of)).transpose()?.map_or_else(Vec::new, |(_, of)| of);
         let model = self.0.clone();
-        let (model, spec, found) = watched(py, progress, move |watch| {
+        let (spec, found) = watched(py, progress, move |watch| {
             let mut look = |of: ModelProgress| {
                 let (generation, generations) = (of.done, of.of);
                 watch.generation(&Progress { generation, generations, evaluations: 0, cost: f64::NAN })
             };
             let found = with_threads(threads, || {
                 let mut found = identify_model(&model, &recordings, &spec, &mut look)?;
-                hold_out_model(&model, &mut found, &recordings, &held_out, &spec)?;
+                // With the generic terms of the result.
+                let own = found.model.clone();
+                hold_out_model(&own, &mut found, &recordings, &held_out, &spec)?;
                 Ok(found)
             });
-            (model, spec, found)
+            (spec, found)
         })?;
         let found = found.raise(py)?;
         warn(py, &found.warnings)?;
+        let model = found.model.clone();
         Ok(ModelIdentification::new(records, model, &spec, found))
     }
 

@@ -44,6 +44,8 @@ pub(in crate::cli) fn run(args: &IdentifyArgs, path: &Path, style: &Style) -> Re
     let found = with_threads(given.count(Setting::Threads), || identify_model(&model, &recordings, &spec, &mut look));
     drop(observe);
     let mut found = found?;
+    // With the generic terms of the result.
+    let model = found.model.clone();
     hold_out_model(&model, &mut found, &recordings, &others, &spec)?;
     style.warnings(&found.warnings);
     if found.stop == Stop::Interrupted {

@@ -1,6 +1,7 @@
 //! Costs of given candidates of a model on the device of a spec.
 
 use super::spec::ModelSpec;
+use super::terms::with_generic;
 use crate::device::{DeviceUsed, ModelDevice};
 use motorfit_core::candidates::Candidates;
 use motorfit_core::setting::text;
@@ -24,7 +25,9 @@ impl ModelCosts {
     /// # Errors
     /// Returns `Usage` if no parameter is free, and the errors of [`ModelSpec::space`], [`ModelProblem::new`] and [`ModelDevice::open`].
     pub fn new(model: &Model, recordings: Vec<ModelRecording>, spec: &ModelSpec) -> Result<Self> {
-        let space = spec.space(model, recordings.len())?;
+        let with = spec.taken(model)?;
+        let model = &*with_generic(model, &with)?;
+        let space = spec.space_with(model, recordings.len(), &with)?;
         if space.free.is_empty() {
             return Err(Error::usage("every parameter is fixed", text!("Leave one out of " [Fix] ".")));
         }

@@ -2,17 +2,18 @@
 //! fit, because the cost of a model with friction that sticks is not smooth. A term is tested by its parameters with a neutral value,
 //! while the others of it have their usual values.
 
-use super::selection::near_optimum;
+use super::selection::{extended, near_optimum};
 use super::spec::ModelSpec;
-use super::terms::ModelTerms;
+use super::terms::{ModelTerms, generic_terms, with_generic};
 use crate::bic::effective;
 use motorfit_core::setting::{Text, text};
 use motorfit_core::text::significant;
 use motorfit_estimate::model::best_model_start;
-use motorfit_estimate::{Refined, scores};
+use motorfit_estimate::{Refined, Score, scores};
 use motorfit_evaluate::model::{ModelAxis, ModelProblem, ModelSpace};
-use motorfit_model::ModelParameter;
+use motorfit_model::{GenericTerm, ModelParameter};
 use motorfit_record::warning::Warning;
+use std::borrow::Cow;
 
 /// Threshold of the score statistic: χ² with one degree of freedom exceeds it with a probability of 5e-4.
 const STATISTIC: f64 = 12.0;
@@ -44,15 +45,20 @@ pub(super) fn lacking_terms(
 
 /// Returns the term with the largest statistic, and the largest shift of a parameter that it causes \[standard errors\].
 fn shown((problem, spec): (&ModelProblem, &ModelSpec), refined: &Refined, with: &[String]) -> Option<(String, f64)> {
-    let model = problem.model();
     let (effective_ratio, _) = effective(problem, refined);
+    // Other residual tests detect delays and the lags of sensors; the derivatives of an average are not defined at one sample.
+    let is_tested = |term: &GenericTerm| matches!(term, GenericTerm::Offset | GenericTerm::Load);
+    let generic: Vec<GenericTerm> = generic_terms(problem.model()).into_iter().filter(is_tested).collect();
+    let model = problem.model().with_generic(&generic).ok()?;
+    let space = ModelSpace { fixed: model.fixed_without(&[]).ok()?, ..problem.space().clone() };
+    let fixed = problem.space().fixed.iter().copied().chain(space.fixed[problem.space().fixed.len()..].iter().copied());
+    let space = ModelSpace { fixed: fixed.collect(), ..space };
+    let own = if generic.is_empty() { problem.clone() } else { extended(problem, &model, space).ok()? };
     let mut found: Vec<(f64, String, f64)> = Vec::new();
     for term in model.terms().iter().filter(|term| !with.contains(&term.name)) {
-        let Some((space, values, tested)) = with_term(problem, refined, (spec, &term.parameters)) else { continue };
-        let larger = problem.with_space(space).ok()?;
-        let all = scores(&larger, &values, refined, &tested);
-        let shows =
-            |score: &&motorfit_estimate::Score| score.statistic * effective_ratio > STATISTIC && score.shift > SHIFT;
+        let Some((space, values, tested)) = with_term(&own, refined, (spec, &term.parameters)) else { continue };
+        let all = scores(&own.with_space(space).ok()?, &values, refined, &tested);
+        let shows = |score: &&Score| score.statistic * effective_ratio > STATISTIC && score.shift > SHIFT;
         let most = all.iter().filter(shows).max_by(|a, b| a.statistic.total_cmp(&b.statistic));
         if let Some(score) = most {
             found.push((score.statistic, term.name.clone(), score.shift));
@@ -84,6 +90,7 @@ fn with_term(
     space.free = kept.iter().map(|n| space.free[*n].clone()).collect();
     held.into_iter().for_each(|(parameter, value)| space.fixed[parameter] = Some(value));
     let mut tested = Vec::new();
+    let has_kinks = model.reactions() > 0 || model.has_corners();
     for parameter in parameters {
         let of = &model.parameters()[*parameter];
         let is_given = spec.fixed.iter().any(|(name, _)| *name == of.name);
@@ -97,7 +104,7 @@ fn with_term(
         tested.push(space.free.len());
         let &ModelParameter { min, max, is_logarithmic, .. } = of;
         space.free.push(ModelAxis { parameter: *parameter, recording: None, min, max, is_logarithmic });
-        let beside = BESIDE * (max - min);
+        let beside = if has_kinks { BESIDE * (max - min) } else { 0.0 };
         values.push(if neutral + beside <= max { neutral + beside } else { neutral - beside });
     }
     (!tested.is_empty()).then_some((space, values, tested))
@@ -110,9 +117,14 @@ fn gained(
     (with, term): (&[String], &str),
 ) -> Option<f64> {
     let with: Vec<String> = with.iter().cloned().chain([term.to_owned()]).collect();
-    let space = spec.space_with(problem.model(), problem.recordings(), &with).ok()?;
-    let larger = problem.with_space(space).ok()?;
-    let starts = near_optimum(&larger, (problem.space(), refined)).ok()?;
+    let model = with_generic(problem.model(), &with).ok()?;
+    let space = spec.space_with(&model, problem.recordings(), &with).ok()?;
+    let larger = match model {
+        Cow::Borrowed(_) => problem.with_space(space).ok()?,
+        Cow::Owned(model) => extended(problem, &model, space).ok()?,
+    };
+    let names = problem.space().names(problem.model());
+    let starts = near_optimum(&larger, (&names, refined)).ok()?;
     let fit = best_model_start(&larger, &starts, &refined.initial, &refined.sigmas).ok()??;
     Some(refined.weighted(&refined.sigmas) - fit.weighted(&refined.sigmas))
 }

@@ -11,7 +11,7 @@ use super::result::{ModelIdentification, ModelSearch, ModelSelection, ModelVerif
 use super::sampled_law::add_sampled_law;
 use super::selection::{not_separated, select_terms};
 use super::spec::ModelSpec;
-use super::terms::ModelTerms;
+use super::terms::{ModelTerms, with_generic};
 use super::tests_of_residuals::{fitted, over_all};
 use super::trust::trust;
 use crate::device::{DeviceUsed, ModelDevice};
@@ -29,6 +29,7 @@ use motorfit_evaluate::model::{ModelProblem, ModelRecording, ModelSpace};
 use motorfit_model::Model;
 use motorfit_optimize::{Budget, ConfiguredSearch, Run, SearchSettings, Stop, minimize};
 use motorfit_record::warning::Warning;
+use std::borrow::Cow;
 use std::ops::ControlFlow;
 
 /// Progress of an identification: the steps that are done, and all.
@@ -55,18 +56,24 @@ pub fn identify_model(
     let begin = Instant::now();
     check_repeated(recordings)?;
     let all = ModelTerms::All.taken(model).unwrap_or_default();
-    let space = spec.space_with(model, recordings.len(), &spec.with.taken(model).unwrap_or(all))?;
-    let problem = ModelProblem::new(model, space, recordings.to_vec(), spec.settings())?;
+    let with = spec.with.taken(model).unwrap_or(all);
+    let own = with_generic(model, &with)?;
+    let space = spec.space_with(&own, recordings.len(), &with)?;
+    let mut problem = ModelProblem::new(&own, space, recordings.to_vec(), spec.settings())?;
     let mut device = ModelDevice::open(&spec.device, spec.precision, &problem)?;
-    let (problem, selected) = match spec.with {
-        ModelTerms::Auto => {
-            let mut look = |done, of| observe(ModelProgress { done, of });
-            let selected = select_terms((model, &problem), spec, device.evaluator.as_mut(), &mut look)?;
-            let space = spec.space_with(model, recordings.len(), &selected.selection.with)?;
-            (problem.with_space(space)?, Some(selected))
-        }
-        _ => (problem, None),
-    };
+    let mut selected = None;
+    if spec.with == ModelTerms::Auto {
+        let mut look = |done, of| observe(ModelProgress { done, of });
+        let of = select_terms((model, &problem), spec, device.evaluator.as_mut(), &mut look)?;
+        let own = with_generic(model, &of.selection.with)?;
+        let space = spec.space_with(&own, recordings.len(), &of.selection.with)?;
+        problem = match own {
+            Cow::Borrowed(_) => problem.with_space(space)?,
+            Cow::Owned(own) => ModelProblem::new(&own, space, recordings.to_vec(), spec.settings())?,
+        };
+        device = ModelDevice::open(&spec.device, spec.precision, &problem)?;
+        selected = Some(of);
+    }
     let mut found = search((&problem, &mut device), spec, observe)?;
     if let Some(selected) = &selected {
         found.given.add(&problem, &selected.values)?;
@@ -279,6 +286,7 @@ fn result(
         estimates: estimates(problem, &values, refined),
         values,
         space: problem.space().clone(),
+        model: problem.model().clone(),
         with,
         selection,
         method: *problem.method(),

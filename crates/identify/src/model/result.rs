@@ -5,6 +5,7 @@ use crate::device::DeviceUsed;
 use crate::trust_level::Trust;
 use motorfit_estimate::Uncertainty;
 use motorfit_evaluate::model::{ModelMethod, ModelSpace};
+use motorfit_model::Model;
 use motorfit_optimize::Stop;
 use motorfit_record::warning::Warning;
 use serde::Serialize;
@@ -138,7 +139,7 @@ pub struct ModelSelection {
 }
 
 /// The result of an identification with a user's model.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct ModelIdentification {
     /// Level of trust with its reasons.
     pub trust: Trust,
@@ -148,6 +149,8 @@ pub struct ModelIdentification {
     pub values: Vec<f64>,
     /// Search space.
     pub space: ModelSpace,
+    /// The model, with its generic terms.
+    pub model: Model,
     /// Optional terms of the model.
     pub with: Vec<String>,
     /// Selection of the terms; `None` if they were given.

@@ -76,11 +76,18 @@ impl ModelSpec {
     /// # Errors
     /// Returns `Usage` if a name is not a parameter or a term, a value does not suit it, or the terms are selected by fits.
     pub fn space(&self, model: &Model, recordings: usize) -> Result<ModelSpace> {
-        let Some(with) = self.with.taken(model) else {
+        self.space_with(model, recordings, &self.taken(model)?)
+    }
+
+    /// Returns the names of the terms.
+    ///
+    /// # Errors
+    /// Returns `Usage` if they are selected by fits.
+    pub(super) fn taken(&self, model: &Model) -> Result<Vec<String>> {
+        self.with.taken(model).ok_or_else(|| {
             let message = text!([With = "auto"] " selects terms by fits, and nothing is fitted here");
-            return Err(Error::usage(message, text!("Name the terms, or leave out " [With] " to take all.")));
-        };
-        self.space_with(model, recordings, &with)
+            Error::usage(message, text!("Name the terms, or leave out " [With] " to take all."))
+        })
     }
 
     /// Returns the search space of a model with some of its terms.
