@@ -86,7 +86,7 @@ fn of_model(args: &IdentifyArgs, path: &Path, style: &Style) -> Result<Outcome> 
     let found = with_threads(given.count(Setting::Threads), || identify_model(&model, &recordings, &spec, &mut look));
     drop(observe);
     let mut found = found?;
-    hold_out_model(&model, &mut found, &recordings, &others, &spec)?;
+    hold_out_model(&mut found, &recordings, &others, &spec)?;
     let signals = |recording| Recorded::of_model(&found.model, recording, spec.is_first_order_hold);
     let recorded = recordings.iter().map(signals).collect();
     let exported = || Ok(exported_model(records, &recordings, &found));

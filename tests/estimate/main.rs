@@ -7,6 +7,7 @@ mod identifiability;
 mod irregular;
 mod judgement;
 mod likelihood;
+mod model_terms;
 mod one_pipeline;
 #[path = "../support/mod.rs"]
 mod support;

@@ -43,7 +43,7 @@ pub fn identify_own(
         };
         let found = with_threads(threads, || {
             let mut found = identify_model(&model, &recordings, &spec, &mut look)?;
-            hold_out_model(&model, &mut found, &recordings, &held_out, &spec)?;
+            hold_out_model(&mut found, &recordings, &held_out, &spec)?;
             Ok(found)
         });
         (spec, found)

@@ -146,7 +146,7 @@ def test_held_out_recordings_progress_and_wrong_settings():
     seen = []
     found = model.identify(record(model), validate=record(model, seed=2), progress=lambda of: seen.append(of.generation))
     assert found.validation["fit_percent"]["i"] > 98 and seen
-    with pytest.raises(motorfit.UsageError, match="a model has its own equations"):
+    with pytest.raises(motorfit.UsageError, match="the model has no term \"coulomb\""):
         model.identify(record(model), with_="coulomb")
     with pytest.raises(motorfit.DataError):
         motorfit.Model("pmsm").identify(record(model))

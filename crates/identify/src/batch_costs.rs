@@ -12,7 +12,7 @@ use motorfit_core::candidates::Candidates;
 use motorfit_core::setting::text;
 use motorfit_core::{Error, Result};
 use motorfit_estimate::fit_problem;
-use motorfit_evaluate::model::{ModelProblem, ModelRecording};
+use motorfit_evaluate::model::ModelRecording;
 use motorfit_evaluate::{Problem, SearchProblem};
 use motorfit_model::Model;
 use motorfit_motor::Space;
@@ -39,14 +39,14 @@ impl BatchCosts {
     /// Prepares recordings of a model and opens the device of the spec.
     ///
     /// # Errors
-    /// Returns `Usage` if no parameter is free, the errors of [`ModelSpec::space`] and [`ModelProblem::new`], and `Device` if the requested
+    /// Returns `Usage` if no parameter is free, the errors of [`ModelSpec::problem`], and `Device` if the requested
     /// device is not available.
     pub fn of_model(model: &Model, recordings: Vec<ModelRecording>, spec: &ModelSpec) -> Result<Self> {
-        let space = spec.space(model, recordings.len())?;
-        if space.free.is_empty() {
+        let problem = spec.problem(model, recordings)?;
+        if problem.space().free.is_empty() {
             return Err(Error::usage("every parameter is fixed", text!("Leave one out of " [Fix] ".")));
         }
-        Self::on(ModelProblem::new(model, space, recordings, spec.settings())?, spec.into())
+        Self::on(problem, spec.into())
     }
 
     fn on<P: DeviceProblem>(problem: P, device: DeviceSettings) -> Result<Self> {

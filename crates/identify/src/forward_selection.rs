@@ -19,8 +19,12 @@ pub(crate) trait Family: Sync {
 
     /// Fits the model without optional terms until convergence.
     fn smallest(&self) -> Result<FitOf<Self>>;
-    /// Returns the terms that a model lacks and that the recordings can show.
-    fn candidates(&self, of: &FitOf<Self>) -> Vec<Self::Term>;
+    /// Returns the number of stages of the selection; the terms of a later stage are tried when no other one is preferred.
+    fn stages(&self) -> usize {
+        1
+    }
+    /// Returns the terms of a stage that a model lacks and that the recordings can show.
+    fn candidates(&self, of: &FitOf<Self>, stage: usize) -> Vec<Self::Term>;
     /// Returns true if two terms have similar effects, so that one may have been selected in place of the other.
     fn resembles(&self, a: &Self::Term, b: &Self::Term) -> bool;
     /// Fits a model in a few iterations under the weights of another one, starting from its optimum.
@@ -122,9 +126,10 @@ fn forward<F: Family>(family: &F, steps: &mut Vec<SelectionStep>) -> Result<FitO
     let mut best = family.smallest()?;
     best = family.lower(&best)?.unwrap_or(best);
     steps.push(family.step(&best, None, true));
+    let mut stage = 0;
     while best.with.len() < TERMS_MAX {
         let add = |term: F::Term| best.with.iter().cloned().chain([term]).collect::<Vec<_>>();
-        let larger: Vec<Vec<F::Term>> = family.candidates(&best).into_iter().map(add).collect();
+        let larger: Vec<Vec<F::Term>> = family.candidates(&best, stage).into_iter().map(add).collect();
         let (mut tried, is_on_all) = family.ranked(&best, &larger)?;
         let mut others = tried.split_off(tried.len().min(FINALISTS));
         tried.extend(likeliest(&mut others));
@@ -140,6 +145,7 @@ fn forward<F: Family>(family: &F, steps: &mut Vec<SelectionStep>) -> Result<FitO
         match taken {
             Some(n) => best = pruned(family, fits.swap_remove(n))?,
             // A lower optimum of the same model may allow further steps.
+            None if stage + 1 < family.stages() => stage += 1,
             None => match family.lower(&best)?.filter(|lower| gain(&best, lower) < -EXCHANGE) {
                 Some(lower) => best = lower,
                 None => break,
@@ -178,7 +184,7 @@ fn exchanged<F: Family>(
     steps: &mut Vec<SelectionStep>,
 ) -> (FitOf<F>, Vec<Alternative>) {
     for _ in 0..TERMS_MAX {
-        let possible = family.candidates(&best);
+        let possible: Vec<F::Term> = (0..family.stages()).flat_map(|stage| family.candidates(&best, stage)).collect();
         let pairs = best.with.iter().flat_map(|old| possible.iter().map(move |new| (old, new)));
         let replaced = |(old, new): (&F::Term, &F::Term)| {
             best.with.iter().map(|term| if term == old { new.clone() } else { term.clone() }).collect()

@@ -86,7 +86,7 @@ impl Family for Extended<'_> {
         self.all.thorough(by, &[], |problem| delay_starts(problem, &start.motors))
     }
 
-    fn candidates(&self, of: &Fit) -> Vec<Extension> {
+    fn candidates(&self, of: &Fit, _: usize) -> Vec<Extension> {
         candidates(self.all.prepared.records, &of.space)
     }
 

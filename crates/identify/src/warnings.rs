@@ -139,7 +139,7 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
 }
 
 /// Returns the warning about alternative models that fit as well as the selected one; `None` without alternatives.
-fn not_separated(found: &Identification) -> Option<Warning> {
+pub(super) fn not_separated<M>(found: &Identification<M>) -> Option<Warning> {
     let fits = |fit: &[Option<f64>]| {
         let list = found.outputs.iter().zip(fit);
         list.filter_map(|(output, fit)| Some(format!("{} {:.2} %", output.name, (*fit)?)))

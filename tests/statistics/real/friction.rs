@@ -103,7 +103,7 @@ fn nested_models_of_friction_never_explain_less_than_those_they_contain() {
         let begin = std::time::Instant::now();
         let mut found = identify_model(&model, &fitted, &spec, &mut |_| ControlFlow::Continue(())).unwrap();
         let seconds = begin.elapsed().as_secs_f64();
-        hold_out_model(&model, &mut found, &fitted, &held_out, &spec).unwrap();
+        hold_out_model(&mut found, &fitted, &held_out, &spec).unwrap();
         let own = error(&found, &fitted);
         println!(
             "{name}: error {own:.4}, fit {:.1} %, held out {:.1} %, {seconds:.1} s",

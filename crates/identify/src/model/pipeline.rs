@@ -6,144 +6,35 @@ use super::fine_steps::with_fine_steps;
 use super::given_starts::{GivenStarts, add_responses_at_start, optima_beside, with_given_starts};
 use super::homogeneity::homogeneity;
 use super::islands::islands;
+use super::lacking::lacking_terms;
 use super::result::{ModelIdentification, OwnModel};
 use super::sampled_law::add_sampled_law;
-use super::selection::select_terms;
-use super::terms::ModelTerms;
+use super::selection::{SelectedTerms, select_terms};
+use super::spec::ModelSpec;
+use super::terms::{ModelTerms, with_generic};
 use super::tests_of_residuals::fitted;
 use super::trust::trust;
 use crate::analysis::FitMetrics;
-use crate::device::{BatchSearchEvaluator, DeviceSettings, DeviceSpec, PrecisionSpec};
+use crate::device::BatchSearchEvaluator;
 use crate::method::Method;
 use crate::repeated::{check_repeated, validation_repeats};
 use crate::result::{Identification, Output, SearchOutcome};
 use crate::verify::{Status, Verification};
+use crate::warnings::not_separated;
 use motorfit_core::candidates::Candidates;
 use motorfit_core::clock::Instant;
-use motorfit_core::setting::text;
 use motorfit_core::{Error, Result};
 use motorfit_estimate::model::{
     ARRIVALS, ModelOptima, ModelStarts, model_optima, open_flat, refine_model, rounds_max, signal_sigma,
 };
 use motorfit_estimate::{ReferenceKind, Refined};
-use motorfit_evaluate::criterion::Criterion;
-use motorfit_evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
-use motorfit_model::{IntegrationMethod, Model};
+use motorfit_evaluate::model::{ModelProblem, ModelRecording, ModelSpace};
+use motorfit_model::Model;
 use motorfit_optimize::{Budget, ConfiguredSearch, Run, SearchSettings, Stop, minimize};
 use motorfit_record::warning::Warning;
+use std::borrow::Cow;
 use std::ops::ControlFlow;
 use std::sync::Arc;
-
-/// Settings of an identification with a user's model.
-#[derive(Debug, Clone)]
-pub struct ModelSpec {
-    /// Method that finds the first optimum; [`Method::Auto`] is a multistart.
-    pub method: Method,
-    /// True if the first optimum is refined, which gives the standard errors.
-    pub is_polished: bool,
-    /// Number of candidates in a population.
-    pub population: usize,
-    /// Number of generations.
-    pub generations: usize,
-    /// Seed of the random numbers.
-    pub seed: u64,
-    /// Criterion that a population search minimizes.
-    pub criterion: Criterion,
-    /// Bounds of parameters that replace those of the model.
-    pub bounds: Vec<(String, [f64; 2])>,
-    /// Values of parameters that are fixed.
-    pub fixed: Vec<(String, f64)>,
-    /// Starts of further descents, beside those of the search: values of parameters. Others begin at their usual value, or in the middle
-    /// of their bounds.
-    pub starts: Vec<Vec<(String, f64)>>,
-    /// Optional terms of the model.
-    pub with: ModelTerms,
-    /// Parameters with a value for each recording.
-    pub per_recording: Vec<String>,
-    /// True if the initial values of states that are measured or free are estimated.
-    pub estimates_initial: bool,
-    /// True if inputs are linear between samples.
-    pub is_first_order_hold: bool,
-    /// Integration method and number of substeps; `None` chooses them.
-    pub integration: Option<(IntegrationMethod, usize)>,
-    /// Device that evaluates populations; `auto` is the CPU.
-    pub device: DeviceSpec,
-    /// Precision of the evaluation of populations.
-    pub precision: PrecisionSpec,
-}
-
-impl Default for ModelSpec {
-    fn default() -> Self {
-        Self {
-            method: Method::Auto,
-            is_polished: true,
-            population: 100,
-            generations: 100,
-            seed: 1,
-            criterion: Criterion::default(),
-            bounds: Vec::new(),
-            fixed: Vec::new(),
-            starts: Vec::new(),
-            with: ModelTerms::default(),
-            per_recording: Vec::new(),
-            estimates_initial: true,
-            is_first_order_hold: false,
-            integration: None,
-            device: DeviceSpec::Auto,
-            precision: PrecisionSpec::Auto,
-        }
-    }
-}
-
-impl ModelSpec {
-    /// Returns the search space of a model with its terms.
-    ///
-    /// # Errors
-    /// Returns `Usage` if a name is not a parameter or a term, a value does not suit it, or the terms are selected by fits.
-    pub fn space(&self, model: &Model, recordings: usize) -> Result<ModelSpace> {
-        let Some(with) = self.with.taken(model) else {
-            let message = text!([With = "auto"] " selects terms by fits, and nothing is fitted here");
-            return Err(Error::usage(message, text!("Name the terms, or leave out " [With] " to take all.")));
-        };
-        self.space_with(model, recordings, &with)
-    }
-
-    /// Returns the search space of a model with some of its terms.
-    pub(super) fn space_with(&self, model: &Model, recordings: usize, with: &[String]) -> Result<ModelSpace> {
-        let mut space = ModelSpace::new(model, recordings).per_recording(model, &self.per_recording, recordings)?;
-        for (name, bounds) in &self.bounds {
-            space = space.with_bounds(model, name, *bounds)?;
-        }
-        let taken: Vec<&str> = with.iter().map(String::as_str).collect();
-        for (parameter, value) in model.parameters().iter().zip(model.fixed_without(&taken)?) {
-            if let Some(value) = value {
-                space = space.with_fixed(model, &parameter.name, value)?;
-            }
-        }
-        for (name, value) in &self.fixed {
-            space = space.with_fixed(model, name, *value)?;
-        }
-        Ok(space)
-    }
-
-    /// Returns the settings of a problem.
-    #[must_use]
-    pub fn settings(&self) -> ModelSettings {
-        ModelSettings {
-            criterion: self.criterion,
-            is_first_order_hold: self.is_first_order_hold,
-            method: self.integration,
-            has_known_initial: !self.estimates_initial,
-        }
-    }
-}
-
-impl From<&ModelSpec> for DeviceSettings {
-    fn from(spec: &ModelSpec) -> Self {
-        let &ModelSpec { precision, population, generations, .. } = spec;
-        Self { device: spec.device.clone(), precision, population, generations, ..Self::default() }
-    }
-}
 
 /// Progress of an identification: the steps that are done, and all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -168,17 +59,23 @@ pub fn identify_model(
     let begin = Instant::now();
     check_repeated(recordings)?;
     let all = ModelTerms::All.taken(model).unwrap_or_default();
-    let space = spec.space_with(model, recordings.len(), &spec.with.taken(model).unwrap_or(all))?;
-    let mut problem = Arc::new(ModelProblem::new(model, space, recordings.to_vec(), spec.settings())?);
+    let with = spec.with.taken(model).unwrap_or(all);
+    let own = with_generic(model, &with)?;
+    let space = spec.space_with(&own, recordings.len(), &with)?;
+    let mut problem = Arc::new(ModelProblem::new(&own, space, recordings.to_vec(), spec.settings())?);
     let mut device = BatchSearchEvaluator::open(spec, vec![problem.clone()])?;
     let mut selected = None;
     if spec.with == ModelTerms::Auto {
         let mut look = |done, of| observe(ModelProgress { done, of });
-        let found = select_terms((model, &problem), spec, device.evaluator(), &mut look)?;
-        let space = spec.space_with(model, recordings.len(), &found.with)?;
-        problem = Arc::new(problem.with_space(space)?);
+        let of = select_terms((model, &problem), spec, device.evaluator(), &mut look)?;
+        let own = with_generic(model, &of.with)?;
+        let space = spec.space_with(&own, recordings.len(), &of.with)?;
+        problem = Arc::new(match own {
+            Cow::Borrowed(_) => problem.with_space(space)?,
+            Cow::Owned(own) => ModelProblem::new(&own, space, recordings.to_vec(), spec.settings())?,
+        });
         device = BatchSearchEvaluator::open(spec, vec![problem.clone()])?;
-        selected = Some(found);
+        selected = Some(of);
     }
     let mut found = search((&problem, &mut device), spec, observe)?;
     if let Some(selected) = &selected {
@@ -203,13 +100,8 @@ pub fn identify_model(
         }
         false => (problem, None),
     };
-    let mut result = result(&problem, spec, (found, verification), refined.as_ref());
+    let mut result = result(&problem, spec, (found, verification), refined.as_ref(), selected);
     add_sampled_law(&problem, &mut result, refined.as_ref());
-    result.with =
-        selected.as_ref().map_or_else(|| spec.with.taken(model), |of| Some(of.with.clone())).unwrap_or_default();
-    if let Some(selected) = selected {
-        (result.selection, result.alternatives) = (Some(selected.steps), selected.alternatives);
-    }
     result.device = device.device();
     result.warnings.extend(device.take_warnings());
     result.seconds = begin.elapsed().as_secs_f64();
@@ -360,7 +252,11 @@ fn result(
     spec: &ModelSpec,
     (found, verification): (Found, Verification),
     refined: Option<&Refined>,
+    selected: Option<SelectedTerms>,
 ) -> ModelIdentification {
+    let with = selected.as_ref().map_or_else(|| spec.with.taken(problem.model()), |of| Some(of.with.clone()));
+    let with = with.unwrap_or_default();
+    let (selection, alternatives) = selected.map(|of| (of.steps, of.alternatives)).unzip();
     let values = refined.map_or_else(|| found.values.clone(), |refined| refined.values.clone());
     let initial = refined.map_or_else(|| found.start.1.clone(), |refined| refined.initial.clone());
     let all = (0..problem.recordings()).map(|recording| fitted(problem, &values, recording, &initial[recording]));
@@ -378,6 +274,7 @@ fn result(
         warnings.push(Warning::new("not_identifiable", text.clone()));
     }
     warnings.extend(refined.and_then(|refined| homogeneity(problem, refined)));
+    warnings.extend(refined.and_then(|refined| lacking_terms((problem, spec), refined, &with)));
     let model = problem.model();
     let outputs = model.outputs().iter();
     let names = problem.space().names(model);
@@ -385,6 +282,9 @@ fn result(
         outputs: outputs.map(|of| Output { name: of.name.clone(), unit: of.unit.text.clone() }).collect(),
         estimates: estimates(problem, &values, refined),
         values,
+        with,
+        selection,
+        alternatives: alternatives.unwrap_or_default(),
         searched: SearchOutcome {
             method: found.method,
             is_fallback: false,
@@ -415,6 +315,7 @@ fn result(
             held_out_percent: Vec::new(),
         })
     };
+    result.warnings.extend(not_separated(&result));
     result.trust = trust(problem, &result, spec.is_polished);
     result
 }
@@ -424,7 +325,6 @@ fn result(
 /// # Errors
 /// Propagates the errors of [`ModelProblem::new`]; parameters of single recordings take the values of the first one.
 pub fn hold_out_model(
-    model: &Model,
     found: &mut ModelIdentification,
     recordings: &[ModelRecording],
     held_out: &[ModelRecording],
@@ -435,7 +335,7 @@ pub fn hold_out_model(
     }
     found.warnings.extend(validation_repeats(recordings, held_out));
     let space = ModelSpace::all_fixed(&found.space.values(&found.values, 0));
-    let problem = ModelProblem::new(model, space, held_out.to_vec(), spec.settings())?;
+    let problem = ModelProblem::new(&found.machine.model, space, held_out.to_vec(), spec.settings())?;
     let initial = problem.open_initials();
     let initial = match spec.estimates_initial && !initial.iter().all(Vec::is_empty) {
         true => refine_model(&problem, &[], &initial, None).map_or(initial, |refined| refined.initial),

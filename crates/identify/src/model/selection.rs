@@ -4,7 +4,8 @@
 //! values over their bounds, since descents with friction that sticks end where the cost has kinks.
 
 use super::islands::islands;
-use super::pipeline::ModelSpec;
+use super::spec::ModelSpec;
+use super::terms::{generic_terms, with_generic};
 use crate::analysis::FitMetrics;
 use crate::forward_selection::{Alternative, Family, FitOf, Selected, SelectionStep, select_forward};
 use motorfit_core::candidates::Candidates;
@@ -12,16 +13,19 @@ use motorfit_core::{Error, Result};
 use motorfit_estimate::Refined;
 use motorfit_estimate::model::{ModelStarts, best_model_start, model_optima, refine_model};
 use motorfit_evaluate::Evaluator;
-use motorfit_evaluate::model::{ModelAxis, ModelProblem, ModelSpace};
+use motorfit_evaluate::model::{ModelAxis, ModelProblem, ModelSettings, ModelSpace};
 use motorfit_model::Model;
+use std::borrow::Cow;
 use std::ops::ControlFlow;
 
 /// A model with optional terms on recordings.
 struct Terms<'a> {
     model: &'a Model,
     spec: &'a ModelSpec,
-    /// The problem with all terms.
+    /// The problem with all terms of the text.
     problem: &'a ModelProblem,
+    /// Names of the generic terms that apply.
+    generic: Vec<String>,
     /// Fit without optional terms.
     smallest: FitOf<Self>,
 }
@@ -53,62 +57,84 @@ pub(super) fn select_terms(
     let starts = ModelStarts { given: &[], populations: &mut islands };
     let optima = model_optima(&own, evaluator, spec.seed, starts, observe)?;
     let refined = refine_model(&own, &optima.values, &optima.initial, None)?;
-    let smallest = FitOf::<Terms<'_>>::new(&[], own.space().clone(), &own, refined);
-    let family = Terms { model, spec, problem, smallest };
+    let smallest = of(&[], &own, refined);
+    let generic = generic_terms(model).into_iter().map(|term| term.name().to_owned()).collect();
+    let family = Terms { model, spec, problem, generic, smallest };
     let Selected { best, steps, alternatives } = select_forward(&family)?;
     Ok(SelectedTerms { with: best.with, steps, alternatives, values: best.refined.values })
 }
 
+/// Keeps the names of the free parameters.
+fn of(with: &[String], problem: &ModelProblem, refined: Refined) -> FitOf<Terms<'static>> {
+    FitOf::<Terms<'_>>::new(with, problem.space().names(problem.model()), problem, refined)
+}
+
 impl Terms<'_> {
-    fn space(&self, with: &[String]) -> Result<ModelSpace> {
-        self.spec.space_with(self.model, self.problem.recordings(), with)
+    /// Returns the problem with some terms.
+    fn with(&self, with: &[String]) -> Result<ModelProblem> {
+        let model = with_generic(self.model, with)?;
+        let space = self.spec.space_with(&model, self.problem.recordings(), with)?;
+        match model {
+            Cow::Borrowed(_) => self.problem.with_space(space),
+            Cow::Owned(model) => extended(self.problem, &model, space),
+        }
     }
 }
 
 impl Family for Terms<'_> {
     type Term = String;
-    type Space = ModelSpace;
+    type Space = Vec<String>;
 
     fn smallest(&self) -> Result<FitOf<Self>> {
         Ok(self.smallest.clone())
     }
 
-    fn candidates(&self, of: &FitOf<Self>) -> Vec<String> {
-        let frees = |name: &String| {
-            let with: Vec<String> = of.with.iter().chain([name]).cloned().collect();
-            // A term whose parameters are free with the others, or fixed by the spec, is none.
-            self.space(&with).is_ok_and(|space| space.free.len() > of.free)
-        };
-        let lacking = self.model.terms().iter().map(|term| term.name.clone());
-        lacking.filter(|name| !of.with.contains(name)).filter(frees).collect()
+    fn stages(&self) -> usize {
+        1 + usize::from(!self.generic.is_empty())
     }
 
-    fn resembles(&self, _: &String, _: &String) -> bool {
-        true
+    fn candidates(&self, of: &FitOf<Self>, stage: usize) -> Vec<String> {
+        let own: Vec<String> = self.model.terms().iter().map(|term| term.name.clone()).collect();
+        let frees = |name: &String| {
+            let with: Vec<String> = of.with.iter().chain([name]).cloned().collect();
+            let space = || {
+                let model = with_generic(self.model, &with)?;
+                self.spec.space_with(&model, self.problem.recordings(), &with)
+            };
+            // A term whose parameters are free with the others, or fixed by the spec, is none.
+            space().is_ok_and(|space| space.free.len() > of.free)
+        };
+        let lacking = if stage == 0 { &own } else { &self.generic };
+        lacking.iter().filter(|name| !of.with.contains(name) && frees(name)).cloned().collect()
+    }
+
+    fn resembles(&self, a: &String, b: &String) -> bool {
+        let is_own = |name: &String| !self.generic.contains(name);
+        is_own(a) == is_own(b)
     }
 
     fn rough(&self, from: &FitOf<Self>, with: &[String]) -> Result<FitOf<Self>> {
-        let problem = self.problem.with_space(self.space(with)?)?;
-        let starts = starts(&problem, from)?;
+        let problem = self.with(with)?;
+        let starts = near_optimum(&problem, (&from.space, &from.refined))?;
         let (initial, sigma) = (&from.refined.initial, &from.refined.weights);
         let refined = best_model_start(&problem, &starts, initial, sigma)?.ok_or_else(diverges)?;
-        Ok(FitOf::<Self>::new(with, problem.space().clone(), &problem, refined))
+        Ok(of(with, &problem, refined))
     }
 
     fn finished(&self, rough: FitOf<Self>) -> FitOf<Self> {
-        let of = || {
-            let problem = self.problem.with_space(rough.space.clone())?;
+        let finished = || {
+            let problem = self.with(&rough.with)?;
             let refined = refine_model(&problem, &rough.refined.values, &rough.refined.initial, None)?;
-            Ok::<_, Error>(FitOf::<Self>::new(&rough.with, rough.space.clone(), &problem, refined))
+            Ok::<_, Error>(of(&rough.with, &problem, refined))
         };
-        of().unwrap_or(rough)
+        finished().unwrap_or(rough)
     }
 
-    fn reduced(&self, of: &FitOf<Self>, with: &[String]) -> Result<FitOf<Self>> {
-        let problem = self.problem.with_space(self.space(with)?)?;
-        let start = transferred(problem.space(), of, |axis| usual(self.model, axis));
-        let refined = refine_model(&problem, &start, &of.refined.initial, None)?;
-        Ok(FitOf::<Self>::new(with, problem.space().clone(), &problem, refined))
+    fn reduced(&self, larger: &FitOf<Self>, with: &[String]) -> Result<FitOf<Self>> {
+        let problem = self.with(with)?;
+        let start = transferred(&problem, (&larger.space, &larger.refined));
+        let refined = refine_model(&problem, &start, &larger.refined.initial, None)?;
+        Ok(of(with, &problem, refined))
     }
 
     fn lower(&self, _: &FitOf<Self>) -> Result<Option<FitOf<Self>>> {
@@ -127,7 +153,7 @@ impl Family for Terms<'_> {
     }
 
     fn parameters(&self, fit: &FitOf<Self>) -> Vec<(String, f64)> {
-        fit.space.names(self.model).into_iter().zip(fit.refined.values.iter().copied()).collect()
+        fit.space.iter().cloned().zip(fit.refined.values.iter().copied()).collect()
     }
 }
 
@@ -141,17 +167,21 @@ fn usual(model: &Model, axis: &ModelAxis) -> f64 {
     parameter.neutral.unwrap_or_else(|| parameter.usual()).clamp(axis.min, axis.max)
 }
 
-/// Returns the values of a fit in another space; parameters that it lacks have those of `other`.
-fn transferred(space: &ModelSpace, from: &FitOf<Terms<'_>>, mut other: impl FnMut(&ModelAxis) -> f64) -> Vec<f64> {
-    let mut value = |axis: &ModelAxis| match place(from, axis) {
-        Some(n) => from.refined.values[n].clamp(axis.min, axis.max),
-        None => other(axis),
+/// Returns the values of an estimate, with the names of its parameters, in the space of a problem; parameters that it lacks have no effect.
+fn transferred(problem: &ModelProblem, (names, refined): (&[String], &Refined)) -> Vec<f64> {
+    let own = problem.space().names(problem.model());
+    let value = |(axis, name): (&ModelAxis, &String)| match names.iter().position(|known| known == name) {
+        Some(n) => refined.values[n].clamp(axis.min, axis.max),
+        None => usual(problem.model(), axis),
     };
-    space.free.iter().map(&mut value).collect()
+    problem.space().free.iter().zip(&own).map(value).collect()
 }
 
-fn place(from: &FitOf<Terms<'_>>, axis: &ModelAxis) -> Option<usize> {
-    from.space.free.iter().position(|own| (own.parameter, own.recording) == (axis.parameter, axis.recording))
+/// Returns the problem of a model with generic terms and the steps of that without.
+pub(super) fn extended(problem: &ModelProblem, model: &Model, space: ModelSpace) -> Result<ModelProblem> {
+    let recordings = (0..problem.recordings()).map(|n| problem.recording(n).clone()).collect();
+    let method = Some((problem.method().method, problem.method().substeps));
+    ModelProblem::new(model, space, recordings, ModelSettings { method, ..problem.settings() })
 }
 
 /// Number of values of the further parameters over their bounds.
@@ -164,10 +194,11 @@ const APART: f64 = 0.1;
 
 /// Returns starts of a model at the optimum of another one: where its further parameters have no effect, and at the best values over
 /// their bounds.
-fn starts(problem: &ModelProblem, from: &FitOf<Terms<'_>>) -> Result<Vec<Vec<f64>>> {
+pub(super) fn near_optimum(problem: &ModelProblem, from: (&[String], &Refined)) -> Result<Vec<Vec<f64>>> {
     let axes = &problem.space().free;
-    let first = transferred(problem.space(), from, |axis| usual(problem.model(), axis));
-    let new: Vec<usize> = (0..axes.len()).filter(|n| place(from, &axes[*n]).is_none()).collect();
+    let first = transferred(problem, from);
+    let names = problem.space().names(problem.model());
+    let new: Vec<usize> = (0..axes.len()).filter(|n| !from.0.contains(&names[*n])).collect();
     if new.is_empty() {
         return Ok(vec![first]);
     }
@@ -188,7 +219,7 @@ fn starts(problem: &ModelProblem, from: &FitOf<Terms<'_>>) -> Result<Vec<Vec<f64
         }
     }
     let mut costs = vec![f64::INFINITY; SPREAD * SCALES.len()];
-    problem.with_open_initials(&from.refined.initial).costs(Candidates::new(&all, axes.len()), &mut costs)?;
+    problem.with_open_initials(&from.1.initial).costs(Candidates::new(&all, axes.len()), &mut costs)?;
     let mut order: Vec<usize> = (0..costs.len()).filter(|n| costs[*n].is_finite()).collect();
     order.sort_by(|a, b| costs[*a].total_cmp(&costs[*b]));
     let of = |n: usize| &all[n * axes.len()..(n + 1) * axes.len()];

@@ -1,8 +1,11 @@
-//! Choice of the optional terms of a model.
+//! Choice of the optional terms of a model, its own and generic ones.
 
+use motorfit_core::named::Named as _;
 use motorfit_core::setting::text;
+use motorfit_core::text::{alternatives, excerpt, nearest};
 use motorfit_core::{Error, Result};
-use motorfit_model::Model;
+use motorfit_model::{GenericTerm, Model};
+use std::borrow::Cow;
 
 /// Choice of the optional terms of a model.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -10,7 +13,7 @@ pub enum ModelTerms {
     /// All terms of its text.
     #[default]
     All,
-    /// The listed terms; an empty list is the model without them.
+    /// The listed terms of its text or generic ones; an empty list is the model without them.
     These(Vec<String>),
     /// Terms chosen by model selection.
     Auto,
@@ -51,4 +54,39 @@ impl ModelTerms {
             Self::Auto => None,
         }
     }
+}
+
+/// Returns the generic terms that apply to a model; one whose name is that of a term of its own does not.
+pub(super) fn generic_terms(model: &Model) -> Vec<GenericTerm> {
+    let is_own = |term: &GenericTerm| model.terms().iter().any(|own| own.name == term.name());
+    GenericTerm::ALL.into_iter().filter(|term| !is_own(term) && term.applies(model)).collect()
+}
+
+/// Returns a model with the generic terms among some names; the others are terms of its own.
+///
+/// # Errors
+/// Returns `Usage` if the model has no term of a name, and the errors of [`Model::with_generic`].
+pub(super) fn with_generic<'m>(model: &'m Model, names: &[String]) -> Result<Cow<'m, Model>> {
+    let is_own = |name: &str| model.terms().iter().any(|term| term.name == name);
+    if names.iter().all(|name| is_own(name)) {
+        return Ok(Cow::Borrowed(model));
+    }
+    let generic = generic_terms(model);
+    for name in names.iter().filter(|name| !is_own(name)) {
+        if generic.iter().any(|term| term.name() == name) {
+            continue;
+        }
+        let own = model.terms().iter().map(|term| term.name.as_str());
+        let all: Vec<&str> = own.chain(generic.iter().map(|term| term.name())).collect();
+        let hint = match nearest(name, &all) {
+            Some(near) => format!("Did you mean \"{near}\"?"),
+            None if all.is_empty() => "It has no optional terms, and no generic ones apply to it.".to_owned(),
+            None => format!("Its terms are {}.", alternatives(&all)),
+        };
+        return Err(Error::usage(format!("the model has no term \"{}\"", excerpt(name)), hint));
+    }
+    // In the order of their table, so that the text does not depend on that of the names.
+    let list: Vec<GenericTerm> =
+        generic.into_iter().filter(|term| names.iter().any(|name| name == term.name())).collect();
+    model.with_generic(&list).map(Cow::Owned)
 }

@@ -1,9 +1,10 @@
 //! The level of trust in a result with a user's model.
 
+use super::lacking::CODE;
 use super::result::ModelIdentification;
 use super::step_accuracy::{inaccuracy, shorter_steps};
 use crate::trust::{Facts, Missed, Reason};
-use crate::trust_level::{Trust, TrustLevel};
+use crate::trust_level::{Trust, TrustLevel, TrustReason};
 use crate::verify::Status;
 use motorfit_core::numeric::{noise_sigma, standard_deviation, upper_median};
 use motorfit_core::setting::{Text, text};
@@ -35,7 +36,7 @@ pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_poli
     let next = trust.reasons.first().map(|reason| match &outlying {
         Some((_, intervals)) => text!("Exclude the samples: " [Mask = "{intervals}"] "."),
         None if reason.code == "not_accurate" => shorter_steps(problem),
-        None => next(found, reason.code),
+        None => lacking(problem, found, &trust.reasons).unwrap_or_else(|| next(found, reason.code)),
     });
     Trust { next, ..trust }
 }
@@ -101,6 +102,9 @@ fn more(
         let verb = if bound.len() == 1 { "ended at a bound" } else { "ended at bounds" };
         add(Check, "at_bound", format!("{} {verb}", listed(&bound, "and")).into());
     }
+    if let Some(warning) = found.warnings.iter().find(|warning| warning.code == CODE) {
+        add(Check, CODE, warning.message.clone());
+    }
     if found.method.is_rough {
         add(Check, "not_accurate", inaccuracy(problem).into());
     }
@@ -146,6 +150,16 @@ fn outliers(problem: &ModelProblem, found: &ModelIdentification) -> Option<(Stri
         }
     }
     None
+}
+
+/// Returns the remedy where the model lacks one of its optional terms, or may lack one that a selection among them finds.
+fn lacking(problem: &ModelProblem, found: &ModelIdentification, reasons: &[TrustReason]) -> Option<Text> {
+    if let Some(warning) = found.warnings.iter().find(|warning| warning.code == CODE) {
+        return warning.remedy.clone();
+    }
+    let may = |reason: &TrustReason| matches!(reason.code, "poor_fit" | "residuals" | "recording_missed");
+    let is_chosen = found.selection.is_some() || found.with.len() >= problem.model().terms().len();
+    (!is_chosen && reasons.iter().any(may)).then(|| text!("Use " [With = "auto"] "."))
 }
 
 /// Returns the next step for the first reason.

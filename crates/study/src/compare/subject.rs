@@ -46,11 +46,10 @@ impl ComparedModel {
     /// Returns the problem of the searches that minimize a criterion.
     ///
     /// # Errors
-    /// Returns the errors of [`ModelSpec::space`] and [`ModelProblem::new`].
+    /// Returns the errors of [`ModelSpec::problem`].
     pub fn problem(&self, criterion: Criterion) -> Result<ModelProblem> {
-        let space = self.spec.space(&self.model, self.recordings.len())?;
         let spec = ModelSpec { criterion, ..self.spec.clone() };
-        ModelProblem::new(&self.model, space, self.recordings.clone(), spec.settings())
+        spec.problem(&self.model, self.recordings.clone())
     }
 }
 

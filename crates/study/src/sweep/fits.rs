@@ -85,7 +85,7 @@ impl<'a> Fits<'a> {
         let noise = self.sweep.study().noise[self.dataset.noise].noise;
         let [fitted, held_out] = of_model(&recordings, level, (noise, self.dataset.seed))?;
         let mut found = identify_model(&level.model, &fitted, &spec, &mut |_| ControlFlow::Continue(()))?;
-        hold_out_model(&level.model, &mut found, &fitted, &held_out, &spec)?;
+        hold_out_model(&mut found, &fitted, &held_out, &spec)?;
         Ok(Outcome::of_model(&found))
     }
 

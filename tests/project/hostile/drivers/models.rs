@@ -486,8 +486,8 @@ pub fn identifications(calls: &mut Calls) {
             });
             let Some(mut found) = found else { continue };
             ask!(calls, recording;
-                "identify::model::hold_out_model" => hold_out_model(&model, &mut found, &all, &all, &spec),
-                "identify::model::hold_out_model" => hold_out_model(&model, &mut found, &all, &[], &spec),
+                "identify::model::hold_out_model" => hold_out_model(&mut found, &all, &all, &spec),
+                "identify::model::hold_out_model" => hold_out_model(&mut found, &all, &[], &spec),
                 "study::sweep::RunEstimate::from" => {
                     Ok::<_, motorfit::Error>(found.estimates.iter().map(|e| RunEstimate::from(e).name.len()).sum::<usize>())
                 },
