@@ -7,6 +7,7 @@
 mod clock;
 mod execute;
 mod functions;
+mod lag;
 mod memory;
 mod normal;
 mod register;

@@ -7,28 +7,13 @@
 //! substeps, the value moves within a thousandth of the substep before ([`Substep::JUMP`]), so that the cost is continuous in the delay.
 
 use super::clock::{Clock, Entry, KEPT_MAX, zero};
-use super::register::Register;
+use super::lag::{Lag, Lags, Piece, Shown};
+use super::register::{Register, WIDTH};
 use motorfit_core::numeric::{count, whole};
 use motorfit_model::step::Substep;
 
 /// Substeps that are kept beside those of the delay.
 const MARGIN: usize = 3;
-/// Time constant, as a part of the substep, below which there is no filter.
-const NO_FILTER: f64 = 1e-9;
-
-/// A value with its derivative, or the coefficients of one.
-type Pair = [f64; 2];
-
-/// A substep of a signal: its start and length \[s\], values and slope, and what the filter shows at the start.
-#[derive(Debug, Clone, Copy)]
-struct Piece<const C: usize> {
-    from: f64,
-    length: f64,
-    start: Entry<C>,
-    slope: Entry<C>,
-    end: Entry<C>,
-    shown: Entry<C>,
-}
 
 /// The past of a signal.
 #[derive(Debug)]
@@ -43,23 +28,31 @@ pub(crate) struct Sensor<const C: usize> {
     time: f64,
     /// The first value of the signal.
     first: Entry<C>,
-    /// Output of the filter at the end of the last substep.
+    /// Output of the filter at the end of the last substep, and its slope there.
     shown: Entry<C>,
+    slope: Register<C>,
+    /// The filters over a substep.
+    lags: Lags<C>,
+    /// True if a lane has a delay.
+    is_late: bool,
     /// The substep that each lane found last.
     found: Vec<usize>,
 }
 
-/// Output of the filter within a substep: the value, its derivative with respect to parameters, and its slope over time.
-struct Shown {
-    value: f64,
-    rate: f64,
-    slope: f64,
-}
-
 impl<const C: usize> Sensor<C> {
     pub const fn new() -> Self {
-        let (first, shown) = (zero(), zero());
-        Self { pieces: Vec::new(), count: 0, samples: 0, time: 0.0, first, shown, found: Vec::new() }
+        Self {
+            pieces: Vec::new(),
+            count: 0,
+            samples: 0,
+            time: 0.0,
+            first: zero(),
+            shown: zero(),
+            slope: Register::ZERO,
+            lags: Lags::NONE,
+            is_late: false,
+            found: Vec::new(),
+        }
     }
 
     /// Returns what the sensor shows at a sample, and its derivative. The signal there, the time constant of the filter and the delay have
@@ -79,37 +72,61 @@ impl<const C: usize> Sensor<C> {
             let none = Piece { from: 0.0, length: 1.0, start: now, slope: zero(), end: now, shown: now };
             self.pieces = vec![none; needed.next_power_of_two()];
             self.found = vec![0; lanes];
+            self.is_late = largest > 0.0;
             (self.first, self.shown) = (now, now);
         }
-        let mut result = [now.value, now.rate];
+        self.samples += 1;
+        if self.count == 0 {
+            return [now.value, now.rate];
+        }
+        if !self.is_late {
+            return self.shown_now(&now, delay[1]);
+        }
+        let mut result = [Register::ZERO; 2];
         for lane in 0..lanes {
-            let late = delay[0].lane(lane).max(0.0);
-            let at = self.time - late;
-            let (value, rate) = match (self.count, at <= 0.0) {
-                (0, _) => continue,
-                (_, true) => (self.first.value.lane(lane), self.first.rate.lane(lane)),
-                _ => {
-                    let lag = [filter[0].lane(lane), filter[1].lane(lane)];
-                    self.shown_at((at, lane), lag, (delay[1].lane(lane), &now))
-                }
+            let at = self.time - delay[0].lane(lane).max(0.0);
+            let (value, rate) = if at <= 0.0 {
+                (self.first.value.lane(lane), self.first.rate.lane(lane))
+            } else {
+                let lag = [filter[0].lane(lane), filter[1].lane(lane)];
+                self.shown_at((at, lane), lag, (delay[1].lane(lane), &now))
             };
             result[0].set(lane, value);
             result[1].set(lane, rate);
         }
-        self.samples += 1;
+        result
+    }
+
+    /// Returns what is shown without a delay, whose derivative is `late`; `now` is the signal.
+    fn shown_now(&self, now: &Entry<C>, late: &Register<C>) -> [Register<C>; 2] {
+        let end = &self.piece(self.count - 1).end;
+        let mut result = [Register::ZERO; 2];
+        for part in 0..C {
+            for lane in 0..WIDTH {
+                // Without a filter a jump at the sample is shown.
+                let jump = f64::from(u8::from(self.lags.lag[part][lane] <= 0.0));
+                let slope = self.slope[part][lane] * late[part][lane];
+                let [value, rate] = [(&now.value, &end.value), (&now.rate, &end.rate)]
+                    .map(|(now, end)| jump * (now[part][lane] - end[part][lane]));
+                result[0][part][lane] = self.shown.value[part][lane] + value;
+                result[1][part][lane] = self.shown.rate[part][lane] + rate - slope;
+            }
+        }
         result
     }
 
     /// Returns what a lane shows at a time after the first sample, with its derivative; `slope` is that of the delay.
     #[inline(always)]
-    fn shown_at(&mut self, (at, lane): (f64, usize), lag: Pair, (slope, now): (f64, &Entry<C>)) -> (f64, f64) {
+    fn shown_at(&mut self, (at, lane): (f64, usize), lag: [f64; 2], (slope, now): (f64, &Entry<C>)) -> (f64, f64) {
         let number = self.found_at(at + 1e-12 * self.time, lane);
         let piece = self.piece(number);
         let since = (at - piece.from).clamp(0.0, piece.length);
-        let shown = piece.shown_at((since, lane), lag);
+        let lag = Lag::after(since, lag, piece.length);
+        let place = (lane / WIDTH, lane % WIDTH);
+        let shown = piece.shown_at(since, place, &lag);
         let (mut value, mut rate) = (shown.value, shown.rate - shown.slope * slope);
         let part = 1.0 - (piece.length - since) / piece.length * f64::from(Substep::JUMP);
-        if part > 0.0 && lag[0] <= NO_FILTER * piece.length {
+        if part > 0.0 && lag.lag <= 0.0 {
             let next = if number + 1 < self.count { &self.piece(number + 1).start } else { now };
             value += part * (next.value.lane(lane) - piece.end.value.lane(lane));
             rate += part * (next.rate.lane(lane) - piece.end.rate.lane(lane));
@@ -149,50 +166,39 @@ impl<const C: usize> Sensor<C> {
         let parts = f64::from(substep.of.max(1));
         let step = clock.step(self.samples.saturating_sub(1));
         let length = step / parts;
-        let chord = |a: &Register<C>, b: &Register<C>| {
-            let mut chord = Register::ZERO;
-            (0..Register::<C>::LANES).for_each(|lane| chord.set(lane, (b.lane(lane) - a.lane(lane)) / length));
-            chord
-        };
         let slope = match slope {
             Some([value, rate]) => Entry { value: *value, rate: *rate },
-            None => Entry { value: chord(&start.value, &end.value), rate: chord(&start.rate, &end.rate) },
+            None => {
+                Entry { value: chord(&start.value, &end.value, length), rate: chord(&start.rate, &end.rate, length) }
+            }
         };
         let piece = Piece { from: self.time, length, start, slope, end, shown: self.shown };
+        let [lag, lag_rate] = filter;
+        self.lags.set(length, lag);
+        for part in 0..C {
+            for lane in 0..WIDTH {
+                let lag = self.lags.of((part, lane), lag_rate[part][lane]);
+                let Shown { value, rate, slope } = piece.shown_at(length, (part, lane), &lag);
+                self.shown.value[part][lane] = value;
+                self.shown.rate[part][lane] = rate;
+                self.slope[part][lane] = slope;
+            }
+        }
         let place = self.count & (self.pieces.len() - 1);
         self.pieces[place] = piece;
-        for lane in 0..Register::<C>::LANES {
-            let shown = piece.shown_at((length, lane), [filter[0].lane(lane), filter[1].lane(lane)]);
-            self.shown.value.set(lane, shown.value);
-            self.shown.rate.set(lane, shown.rate);
-        }
         self.count += 1;
         self.time += length;
         [Register::ZERO; 2]
     }
 }
 
-impl<const C: usize> Piece<C> {
-    /// Returns what a lane shows some time after the start, with a filter of the time constant `lag`.
-    #[inline(always)]
-    fn shown_at(&self, (since, lane): (f64, usize), [lag, lag_rate]: Pair) -> Shown {
-        let of = |entry: &Entry<C>| [entry.value.lane(lane), entry.rate.lane(lane)];
-        let ([y, y_rate], [a, a_rate]) = (of(&self.start), of(&self.slope));
-        let ([end, end_rate], [shown, shown_rate]) = (of(&self.end), of(&self.shown));
-        let bent = |y: f64, a: f64, end: f64| (end - y - a * self.length) / (self.length * self.length);
-        let (c, c_rate) = (bent(y, a, end), bent(y_rate, a_rate, end_rate));
-        let signal = |y: f64, a: f64, c: f64| (y + since * (a + since * c), a + 2.0 * c * since);
-        let ((value, slope), (rate, slope_rate)) = (signal(y, a, c), signal(y_rate, a_rate, c_rate));
-        if lag <= NO_FILTER * self.length {
-            return Shown { value, rate: rate - slope * lag_rate, slope };
+/// Returns the slope of the line between two values.
+fn chord<const C: usize>(a: &Register<C>, b: &Register<C>, length: f64) -> Register<C> {
+    let mut slope = Register::ZERO;
+    for part in 0..C {
+        for lane in 0..WIDTH {
+            slope[part][lane] = (b[part][lane] - a[part][lane]) / length;
         }
-        let decay = (-since / lag).exp();
-        let left = |shown: f64, y: f64, a: f64, c: f64| shown - y + lag * (a - 2.0 * c * lag);
-        let filtered = |value: f64, slope: f64, c: f64, left: f64| value + lag * (2.0 * c * lag - slope) + left * decay;
-        let begin = left(shown, y, a, c);
-        let own = filtered(value, slope, c, begin);
-        let by_lag = 4.0 * c * lag - slope + (a - 4.0 * c * lag + begin * since / (lag * lag)) * decay;
-        let rate = filtered(rate, slope_rate, c_rate, left(shown_rate, y_rate, a_rate, c_rate));
-        Shown { value: own, rate: rate + by_lag * lag_rate, slope: (value - own) / lag }
     }
+    slope
 }
