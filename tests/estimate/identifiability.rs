@@ -50,11 +50,8 @@ fn shown(found: &Identification) -> String {
 
 /// Asserts that every given parameter is within 5 standard errors of that of the M2 motor; returns their number.
 fn check_m2(found: &Identification, case: &str) -> usize {
-    let known = found
-        .estimates
-        .iter()
-        .cloned()
-        .filter(|e| e.value.is_some() && !e.name.parse::<Parameter>().unwrap().is_extension());
+    let known =
+        found.estimates.iter().filter(|e| e.value.is_some() && !e.name.parse::<Parameter>().unwrap().is_extension());
     let mut count = 0;
     for e in known {
         let Some(error) = e.std_error else { continue };
@@ -86,7 +83,7 @@ fn one_unidentifiable_combination_leaves_the_others() {
     check_m2(&found, "coulomb,offset,brush-drop,load");
     assert!(found.warnings.iter().any(|warning| warning.code == "not_identifiable"), "{}", shown(&found));
     let found = identify(&record, &with("coulomb,load")).unwrap();
-    let value = |symbol: &str| found.estimates.iter().cloned().find(|e| e.label() == symbol).unwrap().value;
+    let value = |symbol: &str| found.estimates.iter().find(|e| e.label() == symbol).unwrap().value;
     assert!(value("Tc").is_none() && value("TL").is_none() && value("K").is_some() && value("R").is_some());
     let said = found.warnings.iter().find(|w| w.code == "not_identifiable").unwrap().message.to_string();
     assert!(said.contains("Tc and TL"), "{said}");

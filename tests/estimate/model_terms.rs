@@ -54,7 +54,7 @@ fn recorded(number: usize, seed: u64) -> ModelRecording {
     let problem = ModelProblem::new(&model, ModelSpace::all_fixed(&values), vec![recording.clone()], settings).unwrap();
     let mut signal = problem.simulate(&[], 0, problem.open_initial(0)).outputs.remove(0);
     let sigma = 0.02 * standard_deviation(&signal);
-    let mut numbers = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(1000 * seed + count(number) as u64);
+    let mut numbers = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(1000 * seed + number as u64);
     for value in &mut signal {
         let normal: f64 = StandardNormal.sample(&mut numbers);
         *value += sigma * normal;

@@ -104,7 +104,7 @@ fn right_fits_are_trusted_and_their_intervals_cover() {
 /// Returns true if in the model the voltage acts about half a period before it was logged: by a first-order hold, which is
 /// right on average, or by a negative dead time.
 fn acts_early(found: &Identification, period_s: f64) -> bool {
-    let dead_time = found.estimates.iter().cloned().find(|e| e.name == Parameter::DeadTime.symbol());
+    let dead_time = found.estimates.iter().find(|e| e.name == Parameter::DeadTime.symbol());
     let samples = dead_time.and_then(|e| e.value).map(|value| value / period_s);
     match found.model.discretization {
         Discretization::Foh => samples.is_none_or(|samples| samples.abs() < 0.3),
@@ -138,8 +138,9 @@ fn auto_distinguishes_a_late_voltage_from_a_latency() {
         let of = |n: usize| if n == 2 { &slow } else { &quick };
         let all: Vec<Record> = (0..EXCITATIONS).map(|n| record(&mut numbers, of(n), n, 1000, decibels)).collect();
         let found = identify(&all, &auto).unwrap();
-        let late = found.estimates.iter().cloned().filter(|e| e.name == Parameter::Latency.symbol());
-        let of = |e: ParameterEstimate| [e.value.unwrap_or(0.0), e.std_error.unwrap_or(0.0)].map(|v| v / slow.period_s);
+        let late = found.estimates.iter().filter(|e| e.name == Parameter::Latency.symbol());
+        let of =
+            |e: &ParameterEstimate| [e.value.unwrap_or(0.0), e.std_error.unwrap_or(0.0)].map(|v| v / slow.period_s);
         let values: Vec<[f64; 2]> = late.map(of).collect();
         let truth = slow.motor.get(Parameter::Latency) / slow.period_s;
         // Within half a sample or four standard errors, because only the first samples determine a latency.

@@ -56,6 +56,7 @@ use pyo3::types::PyDict;
 /// MotorfitWarning
 ///     For each entry of `warnings` of the result.
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "keyword arguments")]
 #[pyo3(signature = (records, *, model=None, validate=None, progress=None, **settings), text_signature = None)]
 pub fn identify(
     py: Python<'_>,

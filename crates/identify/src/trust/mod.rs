@@ -84,7 +84,7 @@ impl Facts<'_> {
         if !self.is_polished {
             all.push((Check, "not_polished", "without a polish there are no standard errors".into()));
         }
-        all.extend(residuals(&self.tests, &self.outputs).map(|message| (Check, "residuals", message)));
+        all.extend(residuals(self.tests, &self.outputs).map(|message| (Check, "residuals", message)));
         all.extend(self.more.iter().cloned());
         for (code, level, message) in WARNINGS {
             let given = |warning: &&&Warning| warning.code == code && warning.severity == Severity::Report;

@@ -98,18 +98,23 @@ pub fn words(calls: &mut Calls) {
             sigma: [Some(value); 2],
         };
         drive!(calls, value; "report::noise_floor_text" => noise_floor_text(&floor));
-        let taken = SelectionStep {
-            with: vec!["\0".to_owned(); 9],
-            free: usize::MAX,
-            fit_percent: vec![Some(value)],
-            gain: Some(value),
-            taken: true,
-        };
-        let mut found = fitted();
-        found.selection = Some(vec![taken.clone(), taken]);
-        drive!(calls, value; "report::selection_table" => selection_table(&found));
+        selections(calls, value);
     }
     drive!(calls, "none"; "report::selection_table" => selection_table(&fitted()), "report::verdicts" => verdicts(&[], 2));
+}
+
+/// Drives the table of a selection whose fit is `value`.
+fn selections(calls: &mut Calls, value: f64) {
+    let taken = SelectionStep {
+        with: vec!["\0".to_owned(); 9],
+        free: usize::MAX,
+        fit_percent: vec![Some(value)],
+        gain: Some(value),
+        taken: true,
+    };
+    let mut found = fitted();
+    found.selection = Some(vec![taken.clone(), taken]);
+    drive!(calls, value; "report::selection_table" => selection_table(&found));
 }
 
 fn fragments(calls: &mut Calls, word: &str, parts: &[Part]) {
