@@ -22,7 +22,7 @@ pub(crate) trait Family: Sync {
 
     /// Fits the model without optional terms until convergence.
     fn smallest(&self) -> Result<FitOf<Self>>;
-    /// Returns the number of stages of the selection; the terms of a later stage are tried when no other one is preferred.
+    /// Returns the number of stages of the selection; the terms of a later stage are tried when none of the earlier ones is preferred.
     fn stages(&self) -> usize {
         1
     }
@@ -104,7 +104,8 @@ fn forward<F: Family>(family: &F, steps: &mut Vec<F::Step>) -> Result<FitOf<F>> 
             steps.extend(others.iter().map(|fit| family.step(fit, Some(gain(&best, fit)), false)));
         }
         match taken {
-            Some(n) => best = pruned(family, fits.swap_remove(n))?,
+            // Beside a term of a later stage, one of an earlier stage may be preferred.
+            Some(n) => (best, stage) = (pruned(family, fits.swap_remove(n))?, 0),
             // A lower optimum of the same model may allow further steps.
             None if stage + 1 < family.stages() => stage += 1,
             None => match family.lower(&best)?.filter(|lower| gain(&best, lower) < -EXCHANGE) {
