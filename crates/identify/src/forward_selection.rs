@@ -13,7 +13,7 @@ pub(crate) type FitOf<F> = bic::Fit<<F as Family>::Term, <F as Family>::Space>;
 pub(crate) trait Family: Sync {
     /// An optional term.
     type Term: Clone + PartialEq + Send + Sync;
-    /// What is kept of a model beside its terms and its fit.
+    /// Data that the family keeps of a model beside its terms and its fit.
     type Space: Clone + Send + Sync;
     /// Record of a model that was fitted.
     type Step;
