@@ -22,7 +22,7 @@ const FIRST: [(Setting, &str); 10] = [
     (Setting::Seed, "Seed of the random numbers"),
     (Setting::Bounds, "Bounds of the search, as R=0.1:10,L=0.001:0.1"),
     (Setting::Fix, "Parameters fixed at known values, as R=0.92"),
-    (Setting::With, "Extensions of the motor (coulomb, load, dead-time, …), or auto"),
+    (Setting::With, "Extensions of the motor (coulomb, load, dead-time, …) or terms of a model, or auto"),
     (Setting::Device, "Device that evaluates candidates: auto, cpu, gpu, gpu:INDEX or gpu:NAME"),
 ];
 

@@ -1,8 +1,10 @@
 //! Proves: the selection among the optional terms of a model finds those of the simulated machine; the score test names a term that is
-//! left out, and seldom one where the model is complete; named terms, and errors of names.
+//! left out, and seldom one where the model is complete; named and generic terms, and errors of names; the program with them, and the
+//! mask `auto` of wrong samples.
 //! Does not prove: that the selection finds terms whose effect is near the noise.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test may stop and print")]
 
+use crate::support::program::{Folder, json, ok};
 use motorfit::evaluate::model::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
 use motorfit::identify::model::{ModelIdentification, ModelSpec, ModelTerms, identify_model};
 use motorfit::model::Model;
@@ -143,4 +145,61 @@ fn terms_are_named_and_unknown_names_are_errors() {
     assert!(ModelTerms::parse(&["auto".to_owned(), "drag".to_owned()]).is_err());
     // Nothing is fitted where costs are evaluated.
     assert!(ModelSpec { with: ModelTerms::Auto, ..ModelSpec::default() }.space(&model, 1).is_err());
+}
+
+#[test]
+fn generic_terms_are_selected_after_those_of_the_model() {
+    // The sensor shows 3 rad/s too much, which no term of the text explains.
+    let mut recording = recorded(2, 7);
+    recording.measured[0].as_mut().unwrap().iter_mut().for_each(|value| *value += 3.0);
+    let found = identified(&recording, ModelTerms::Auto);
+    assert_eq!(found.with, ["offset", "drag"], "{:?}", found.selection);
+    let offset = found.estimates.iter().find(|estimate| estimate.name == "offset_w").unwrap();
+    assert!((offset.value.unwrap() - 3.0).abs() < 4.0 * offset.std_error.unwrap(), "{offset:?}");
+    // By name too; a model without it is blamed, or its residuals are.
+    let named = identified(&recording, ModelTerms::These(vec!["offset".to_owned(), "drag".to_owned()]));
+    assert!((named.estimates[5].value.unwrap() - 3.0).abs() < 4.0 * named.estimates[5].std_error.unwrap());
+    let without = identified(&recording, ModelTerms::These(vec!["drag".to_owned()]));
+    assert_ne!(without.trust.level, motorfit::identify::TrustLevel::Good);
+}
+
+/// Returns a file of a recording as CSV.
+fn csv(recording: &ModelRecording) -> String {
+    let rows = recording.time_s.iter().zip(&recording.inputs[0]).zip(recording.measured[0].as_ref().unwrap());
+    let rows = rows.map(|((time, u), w)| format!("{time:?},{u:?},{w:?}\n"));
+    format!("time,u,w\n{}", rows.collect::<String>())
+}
+
+#[test]
+fn the_program_selects_and_masks() {
+    let folder = Folder::new();
+    let model = folder.file("drive.toml", DRIVE);
+    let recording = recorded(1, 3);
+    let good = folder.file("good.csv", csv(&recording));
+    let found = json(&["identify", &good, "--model", &model, "--with", "auto", "--json"]);
+    assert_eq!(found["with"], serde_json::json!(["coulomb"]));
+    assert_eq!(found["ladder"][0]["with"], serde_json::json!([]));
+    assert!(
+        found["ladder"].as_array().unwrap().iter().any(|step| step["taken"] == true && step["with"][0] == "coulomb")
+    );
+    assert!(found["ladder"][1]["fit_percent"]["w"].is_number() && found["alternatives"].is_array());
+    let text = ok(&["identify", &good, "--model", &model, "--with", "auto", "-v"]);
+    assert!(text.contains("coulomb; ") && text.contains("Model selection") && text.contains("ΔBIC"), "{text}");
+    // Without a selection the keys are empty.
+    let plain = json(&["identify", &good, "--model", &model, "--json"]);
+    assert!(plain["ladder"].is_null() && plain["with"].as_array().unwrap().len() == 3);
+    let mut spoiled = recording;
+    for n in [150, 407, 408, 700, 1015] {
+        spoiled.measured[0].as_mut().unwrap()[n] += 200.0;
+    }
+    let bad = folder.file("bad.csv", csv(&spoiled));
+    let fit = |found: &serde_json::Value| {
+        let k = &found["parameters"]["k"];
+        ((k["value"].as_f64().unwrap() - 40.0) / k["std_error"].as_f64().unwrap(), found["trust"]["level"].clone())
+    };
+    let (_, without) = fit(&json(&["identify", &bad, "--model", &model, "--with", "coulomb", "--json"]));
+    let (error, with) =
+        fit(&json(&["identify", &bad, "--model", &model, "--with", "coulomb", "--mask", "auto", "--json"]));
+    assert_eq!((without, with), ("poor".into(), "good".into()));
+    assert!(error.abs() < 4.0, "{error}");
 }

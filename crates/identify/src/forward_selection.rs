@@ -14,12 +14,12 @@ pub(crate) type FitOf<F> = bic::Fit<<F as Family>::Term, <F as Family>::Space>;
 pub(crate) trait Family: Sync {
     /// An optional term.
     type Term: Clone + PartialEq + Send + Sync;
-    /// What is kept of a model beside its terms and its fit.
+    /// Data that the family keeps of a model beside its terms and its fit.
     type Space: Clone + Send + Sync;
 
     /// Fits the model without optional terms until convergence.
     fn smallest(&self) -> Result<FitOf<Self>>;
-    /// Returns the number of stages of the selection; the terms of a later stage are tried when no other one is preferred.
+    /// Returns the number of stages of the selection; the terms of a later stage are tried when none of the earlier ones is preferred.
     fn stages(&self) -> usize {
         1
     }
@@ -143,7 +143,8 @@ fn forward<F: Family>(family: &F, steps: &mut Vec<SelectionStep>) -> Result<FitO
             steps.extend(others.iter().map(|fit| family.step(fit, Some(gain(&best, fit)), false)));
         }
         match taken {
-            Some(n) => best = pruned(family, fits.swap_remove(n))?,
+            // Beside a term of a later stage, one of an earlier stage may be preferred.
+            Some(n) => (best, stage) = (pruned(family, fits.swap_remove(n))?, 0),
             // A lower optimum of the same model may allow further steps.
             None if stage + 1 < family.stages() => stage += 1,
             None => match family.lower(&best)?.filter(|lower| gain(&best, lower) < -EXCHANGE) {

@@ -18,7 +18,7 @@ const TOLERANCE: f64 = 1e-7;
 /// Simulations of a descent at most.
 const SIMULATIONS: usize = 80;
 /// The same of a descent that compares starts, and the length of its last step in standard errors.
-const SIMULATIONS_ROUGH: usize = 24;
+const SIMULATIONS_ROUGH: usize = 40;
 const TOLERANCE_ROUGH: f64 = 1e-2;
 /// Part of the cost below which the gain of a descent with friction that sticks ends it.
 const STALLED: f64 = 1e-3;

@@ -14,7 +14,7 @@ use motorfit_estimate::Refined;
 use motorfit_estimate::model::{ModelStarts, best_model_start, model_optima, refine_model};
 use motorfit_evaluate::Evaluator;
 use motorfit_evaluate::model::{ModelAxis, ModelProblem, ModelSettings, ModelSpace};
-use motorfit_model::Model;
+use motorfit_model::{GenericTerm, Model};
 use std::borrow::Cow;
 use std::ops::ControlFlow;
 
@@ -109,8 +109,13 @@ impl Family for Terms<'_> {
     }
 
     fn resembles(&self, a: &String, b: &String) -> bool {
-        let is_own = |name: &String| !self.generic.contains(name);
-        is_own(a) == is_own(b)
+        // Delays and lags resemble each other, an offset of an output and a load do.
+        let static_terms = [GenericTerm::Offset.name(), GenericTerm::Load.name()];
+        let group = |name: &String| {
+            let is_generic = self.generic.contains(name);
+            (is_generic, is_generic && static_terms.contains(&name.as_str()))
+        };
+        group(a) == group(b)
     }
 
     fn rough(&self, from: &FitOf<Self>, with: &[String]) -> Result<FitOf<Self>> {

@@ -1,5 +1,6 @@
 //! Masks: segments of time, and samples with findings, that are excluded from the criterion or cut out.
 
+use super::spikes::spikes;
 use crate::diagnose::{findings, undersampled_segments};
 use crate::heading::Quantity;
 use crate::record::{Excluded, Record};
@@ -13,7 +14,7 @@ use std::ops::Range;
 pub enum Mask {
     /// The findings of the diagnostics. Outliers, a saturated current and segments with an undersampled voltage are
     /// excluded; outliers of the voltage are replaced. An input that is reset at the end is cut off, and segments with a
-    /// disabled drive are cut out.
+    /// disabled drive are cut out. Of the outputs of a user's model single wrong samples are excluded, from all outputs.
     Auto,
     /// A segment of time of some channels.
     Time {
@@ -68,13 +69,10 @@ const SEGMENT_MIN: usize = 20;
 
 /// Applies masks to a recording, which may be cut into several.
 pub(super) fn apply(masks: &[Mask], record: Record) -> Result<Vec<Record>> {
-    if masks.contains(&Mask::Auto) && record.is_of_model() {
-        let hint = "Mask times, which exclude all outputs.";
-        return Err(Error::usage(text!([Mask = "auto"] " finds faults of the signals of a DC motor only"), hint));
-    }
     let mut notes = Vec::new();
     let mut record = record;
     if masks.contains(&Mask::Auto)
+        && !record.is_of_model()
         && let Some((repaired, samples)) = record.with_repaired_input()
     {
         notes.push(format!("replaced by the surrounding voltage: {}", counted(samples, "single sample")));
@@ -90,6 +88,12 @@ pub(super) fn apply(masks: &[Mask], record: Record) -> Result<Vec<Record>> {
                     excluded.push(Excluded { start, end, channels: *channels });
                 }
                 notes.push(format!("masked: {} samples", end.saturating_sub(start)));
+            }
+            Mask::Auto if record.is_of_model() => {
+                let found = spikes(&record);
+                let samples: usize = found.iter().map(ExactSizeIterator::len).sum();
+                excluded.extend(found.into_iter().map(whole));
+                notes.push(format!("masked: outliers of the outputs, {}", counted(samples, "sample")));
             }
             Mask::Auto => automatic(&record, &mut excluded, &mut cuts, &mut notes),
         }

@@ -8,6 +8,7 @@ mod even;
 mod filter;
 mod mask;
 mod resample;
+mod spikes;
 
 use filter::Response;
 pub use filter::{FilterKind, LowPass};

@@ -39,9 +39,9 @@ pub fn signal_reading(given: &Given, signals: Vec<SignalRequest>) -> Read<Readin
             text!("Subtract it in the columns: " [Columns = "NAME=HEADING-0.02"] "."),
         );
     }
-    let is_of_all = |mask: &Mask| matches!(mask, Mask::Time { channels: [true, true], .. });
+    let is_of_all = |mask: &Mask| matches!(mask, Mask::Auto | Mask::Time { channels: [true, true], .. });
     if !reading.preparation.mask.iter().all(is_of_all) {
-        let message = text!([Mask] " finds or names the signals of a DC motor");
+        let message = text!([Mask] " names the signals of a DC motor");
         return wrong(
             Setting::Mask,
             message,

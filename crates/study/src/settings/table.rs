@@ -95,7 +95,7 @@ fn extensions() -> Text {
         [Extension::ALL.map(Extension::name).join(", "), Parameter::EXTENSIONS.map(Parameter::symbol).join(", ")];
     text!(
         "Extensions of the linear motor: {names}; or auto, which selects them by forward selection. Their parameters {symbols} \
-         can be given in " [Bounds] " and " [Fix]
+         can be given in " [Bounds] " and " [Fix] ". Of a model: its optional terms and generic ones, all (of its text), none, or auto"
     )
 }
 

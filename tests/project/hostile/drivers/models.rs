@@ -4,12 +4,12 @@ use crate::hostile::arguments::{COUNTS, FEW, NUMBERS, step, texts};
 use crate::hostile::calls::{Calls, ask, drive};
 use crate::hostile::drivers::identify::{batch_costs, fitted, mangled as mangled_motors};
 use motorfit::candidates::Candidates;
-use motorfit::estimate::model::{ModelStarts, model_ends, model_optima, open_flat, refine_model};
+use motorfit::estimate::model::{ModelStarts, best_model_start, model_ends, model_optima, open_flat, refine_model};
 use motorfit::estimate::{Refined, separate_fits};
 use motorfit::evaluate::model::{ModelAxis, ModelProblem, ModelRecording, ModelSettings, ModelSpace, signal_requests};
 use motorfit::evaluate::{Evaluator, Simd};
 use motorfit::experiment::white_noise;
-use motorfit::identify::model::{ModelSpec, hold_out_model, identify_model};
+use motorfit::identify::model::{ModelSpec, ModelTerms, hold_out_model, identify_model};
 use motorfit::identify::{BatchCosts, IdentifySpec, identify};
 use motorfit::model::{BuiltIn, Function, GenericTerm, IntegrationMethod, Model, Role, ShaderPrecision};
 use motorfit::named::Named;
@@ -351,6 +351,15 @@ fn one(calls: &mut Calls, problem: &ModelProblem) {
         "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![f64::NAN; 2]], None),
         "estimate::model::refine_model" => refine_model(problem, &[], &[], Some(&[])),
         "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![0.0; 2]], Some(&[vec![0.0; 9]])),
+        "estimate::model::best_model_start" => {
+            let sigma = vec![vec![1.0; problem.model().outputs().len()]];
+            best_model_start(problem, &[middle.clone(), Vec::new()], &[vec![0.0; 2]], &sigma)?;
+            best_model_start(problem, std::slice::from_ref(&middle), &[vec![0.0; 2]], &Vec::new())
+        },
+        "estimate::model::best_model_start" => {
+            let sigma = vec![vec![1.0; problem.model().outputs().len()]];
+            best_model_start(problem, &[], &[], &sigma)
+        },
         "estimate::model::model_ends" => model_ends(problem, &[middle.clone(), vec![f64::NAN; middle.len()], Vec::new()]),
         "estimate::model::model_ends" => model_ends(problem, std::slice::from_ref(&middle)),
         "estimate::model::model_optima" => {
@@ -473,9 +482,17 @@ pub fn identifications(calls: &mut Calls) {
     let plain =
         Record::new(Samples { voltage: time_s.clone(), current: Some(time_s.clone()), time_s, ..Samples::default() });
     let plain = plain.unwrap();
+    for names in [&["auto", "x"][..], &["auto"], &["none"], &["", "no such term", "\u{0}"]] {
+        let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
+        ask!(calls, names;
+            "identify::model::ModelTerms::parse" => ModelTerms::parse(&names),
+            "identify::model::ModelTerms::taken" => ModelTerms::parse(&names).map(|with| with.taken(&model)),
+        );
+    }
     for recording in mangled() {
         for is_polished in [true, false] {
-            let spec = ModelSpec { is_polished, ..ModelSpec::default() };
+            let with = if is_polished { ModelTerms::All } else { ModelTerms::Auto };
+            let spec = ModelSpec { is_polished, with, ..ModelSpec::default() };
             drive!(calls, recording;
                 "identify::model::ModelSpec::settings" => spec.settings().is_first_order_hold,
             );
