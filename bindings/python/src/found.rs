@@ -34,7 +34,7 @@ impl<M: Shown> Found<M> {
     }
 }
 
-/// What results of all machines have.
+/// The values that results of all machines have.
 pub struct Common<'a> {
     pub trust: &'a Trust,
     pub outputs: &'a [Output],

@@ -11,6 +11,11 @@ pub type Place = (usize, usize);
 /// Standard deviation of each output of each recording; 1 for one that was not measured.
 pub(crate) type Sigma = Vec<Vec<f64>>;
 
+/// Returns the state `[i, ω]` of the DC motor from a list.
+pub(super) fn state(initial: &[f64]) -> [f64; 2] {
+    [0, 1].map(|n| initial.get(n).copied().unwrap_or_default())
+}
+
 /// A candidate with the initial states of each recording.
 #[derive(Debug, Clone)]
 pub struct Point {

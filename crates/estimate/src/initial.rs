@@ -6,7 +6,7 @@
 //! that decays within a sample.
 
 use super::fit::Fit;
-use super::motor::state;
+use super::fitted::state;
 use super::refine::check_plain;
 use motorfit_core::Result;
 use motorfit_core::numeric::peak;

@@ -1,6 +1,6 @@
 //! The DC motor as estimators see it: outputs are the current and the speed.
 
-use super::fitted::{Block, Fitted, Place, Point};
+use super::fitted::{Block, Fitted, Place, Point, state};
 use super::linear_steps::INITIAL;
 use super::output_error::{self, products};
 use super::sensitivity::{self, Case};
@@ -10,11 +10,6 @@ use motorfit_core::coordinate::Coordinate;
 use motorfit_evaluate::{Problem, Signals};
 use motorfit_motor::Axis;
 use nalgebra::{DMatrix, DVector};
-
-/// Returns the state `[i, ω]` of a list.
-pub(super) fn state(initial: &[f64]) -> [f64; 2] {
-    [0, 1].map(|n| initial.get(n).copied().unwrap_or_default())
-}
 
 /// Returns the first σ of each channel of a recording; 1 for a channel that was not measured.
 pub(super) fn first_sigma(signals: &Signals) -> [f64; 2] {

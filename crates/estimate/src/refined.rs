@@ -1,7 +1,6 @@
 //! The result of a refinement, and the limits that end one.
 
-use super::fitted::{Fitted, Sigma};
-use super::motor::state;
+use super::fitted::{Fitted, Sigma, state};
 use super::uncertainty::Uncertainty;
 
 /// A refined estimate: the maximum-likelihood estimate where the residuals are noise.

@@ -1,4 +1,4 @@
-//! What a result has of the DC motor beside what results of all machines have.
+//! The part of a result that only those of the DC motor have.
 
 use crate::analysis::{NoiseFloor, Regression, Validation};
 use motorfit_evaluate::Model;

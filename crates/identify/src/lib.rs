@@ -57,6 +57,7 @@ mod unidentified;
 mod verify;
 mod warnings;
 
+pub use analysis::Output;
 pub use batch_costs::{BatchCosts, estimated_space, search_problem};
 pub use current_driven::needs_voltage;
 pub use dc_motor::DcMotor;
@@ -70,7 +71,7 @@ pub use method::{Method, Polish};
 pub use motor_result::{hold_out, validate};
 pub use pipeline::{identify, identify_with};
 pub use profile::LIMIT as LIKELIHOOD_LIMIT;
-pub use result::{Identification, LeftOut, Output, SearchOutcome};
+pub use result::{Identification, LeftOut, SearchOutcome};
 pub use spec::IdentifySpec;
 pub use trust_level::{REASONS, Trust, TrustLevel, TrustReason};
 pub use verify::{Status, Verification, verify_at};

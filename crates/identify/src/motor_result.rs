@@ -3,10 +3,10 @@
 use super::dc_motor::DcMotor;
 use super::estimates::{ParameterEstimate, side};
 use super::repeated::validation_repeats;
-use super::result::{Identification, Output, SearchOutcome};
+use super::result::{Identification, SearchOutcome};
 use super::search::SearchResult;
 use super::spec::IdentifySpec;
-use crate::analysis::{self, FittedMotor, Validation, noise_floor};
+use crate::analysis::{self, FittedMotor, Output, Validation, noise_floor};
 use motorfit_core::{Error, Result};
 use motorfit_estimate::{Refined, Uncertainty, fit_problem};
 use motorfit_evaluate::{Problem, Scalar};

@@ -5,15 +5,13 @@ use super::estimates::ParameterEstimate;
 use super::forward_selection::{Alternative, SelectionStep};
 use super::trust_level::Trust;
 use super::verify::Verification;
-use crate::analysis::ResidualTests;
+use crate::analysis::{Output, ResidualTests};
 use crate::device::DeviceUsed;
-use motorfit_core::channels::NAMES;
 use motorfit_estimate::Uncertainty;
 use motorfit_optimize::Stop;
 use motorfit_record::warning::Warning;
 use motorfit_record::{Excluded, Record};
 use serde::{Serialize, Serializer};
-use serde_json::{Value, json};
 use std::ops::Deref;
 
 /// The first optimum that a method found, before the refinement.
@@ -69,22 +67,13 @@ pub(super) fn left_out(records: &[Record], used: &[Record]) -> Vec<LeftOut> {
     records.iter().zip(used).enumerate().flat_map(of).collect()
 }
 
-/// An output of a machine.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Output {
-    /// Name, as `current`.
-    pub name: String,
-    /// Unit.
-    pub unit: String,
-}
-
-/// The result of an identification. What only the machine `M` has, the DC motor ([`DcMotor`]) or a user's model
-/// ([`OwnModel`](crate::model::OwnModel)), is its field `machine`, to which a result dereferences.
+/// The result of an identification. Its field `machine`, to which it dereferences, is of the machine `M` alone: the DC motor
+/// ([`DcMotor`]) or a user's model ([`OwnModel`](crate::model::OwnModel)).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identification<M = DcMotor> {
     /// Level of trust in the result with its reasons.
     pub trust: Trust,
-    /// What only this machine has.
+    /// Facts that results of other machines do not have.
     pub machine: M,
     /// Outputs of the machine, of which some may not be measured.
     pub outputs: Vec<Output>,
@@ -174,14 +163,4 @@ impl<M> Identification<M> {
             seconds: 0.0,
         }
     }
-}
-
-/// Returns values of outputs by their names.
-pub fn by_output<T: Serialize>(outputs: &[Output], values: &[T]) -> Value {
-    outputs.iter().zip(values).map(|(output, value)| (output.name.clone(), json!(value))).collect()
-}
-
-/// Returns values of the outputs of the DC motor by their names.
-pub(super) fn by_output_of_motor<T: Serialize>(values: &[T]) -> Value {
-    NAMES.iter().zip(values).map(|(name, value)| ((*name).to_owned(), json!(value))).collect()
 }

@@ -31,8 +31,7 @@ mod mechanism;
 #[cfg(feature = "pages")]
 mod mechanism_page;
 mod model;
-#[cfg(feature = "pages")]
-mod motor_sections;
+mod motor_results;
 #[cfg(feature = "pages")]
 mod notebook;
 #[cfg(feature = "pages")]

@@ -23,7 +23,6 @@ from ._motorfit import (
     Evaluator,
     Identification,
     Model,
-    ModelIdentification,
     Optimizer,
     Progress,
     Record,
@@ -41,6 +40,9 @@ from ._motorfit import (
 )
 from ._summary import SweepSummary
 from ._sweep import sweep
+
+ModelIdentification = Identification
+"""Name of `Identification` where it is the result of a model."""
 
 __all__ = [
     "Comparison",

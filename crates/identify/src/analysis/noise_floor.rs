@@ -4,7 +4,7 @@
 //! `σ² = Σ_n Σ_r (y_rn − ȳ_n)²/(N(m − 1))`, for two recordings `mean((y_a − y_b)²)/2`. The residuals of an ideal model have the
 //! variance σ², so that the best achievable fit is `100 (1 − √(Σ σ²)/‖y − mean y‖)`.
 
-use crate::result::by_output_of_motor;
+use super::outputs::by_output_of_motor;
 use motorfit_core::Result;
 use motorfit_core::numeric::{count, mean, peak, squares_about};
 use motorfit_estimate::fit_problem;

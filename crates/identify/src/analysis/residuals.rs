@@ -2,8 +2,8 @@
 //! input).
 
 use super::fitted::FittedMotor;
+use super::outputs::{Output, by_output};
 use super::residual_input_test::{Regressors, ResidualInputTest, Residuals, residual_input_test};
-use crate::result::{Output, by_output};
 use motorfit_core::text::significant;
 use motorfit_estimate::{EFFECTIVE_RATIO_MIN, Uncertainty, Whiteness};
 use motorfit_evaluate::Problem;

@@ -1,4 +1,4 @@
-//! What a result has of a user's model beside what results of all machines have.
+//! The part of a result that only those with a user's model have.
 
 use crate::analysis::ResidualTests;
 use crate::estimates::Combination;

@@ -1,9 +1,10 @@
-//! What the document of a result has of a user's model.
+//! Keys of the document of a result that those with a user's model have.
 
 use super::result::{ModelFit, OwnModel};
+use crate::analysis::by_output;
 use crate::estimates::Combination;
 use crate::machine::{Keys, Machine};
-use crate::result::{Identification, by_output};
+use crate::result::Identification;
 use motorfit_core::Result;
 use motorfit_evaluate::model::{ModelAxis, ModelMethod};
 use motorfit_model::{InitialState, Model};

@@ -1,6 +1,6 @@
 //! Inspection of recordings: facts about the signals, as a JSON document and as a page.
 
-mod facts;
+pub(crate) mod facts;
 #[cfg(feature = "pages")]
 mod page;
 

@@ -1,6 +1,6 @@
 //! Facts of the signals of a model in a recording.
 
-use crate::inspect::SignalStatistics;
+use crate::inspect::facts::SignalStatistics;
 use crate::spelling::command_line;
 use motorfit_core::Result;
 use motorfit_evaluate::model::ModelRecording;

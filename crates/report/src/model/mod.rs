@@ -8,12 +8,11 @@ mod inspect_page;
 mod mathml;
 #[cfg(feature = "pages")]
 mod page;
+mod results;
 
 pub use document::model_check_document;
 pub use inspect::{ModelSignalFacts, model_inspect_document};
 #[cfg(feature = "pages")]
 pub use inspect_page::{ModelInspection, model_inspect_page};
-#[cfg(feature = "pages")]
-pub(super) use page::equations;
 #[cfg(feature = "pages")]
 pub use page::model_check_page;

@@ -25,7 +25,7 @@ pub fn model_check_page(model: &Model, notes: &[String]) -> Page {
 }
 
 /// Returns the equations of a model, section by section.
-pub(crate) fn equations(model: &Model) -> Vec<Part> {
+pub(super) fn equations(model: &Model) -> Vec<Part> {
     let mut parts = Vec::new();
     let sections = [("signals", "Signals"), ("let", "Definitions"), ("states", "States"), ("outputs", "Outputs")];
     for (of, heading) in sections {

@@ -4,8 +4,8 @@ use crate::hostile::arguments::step;
 use crate::hostile::calls::{Calls, ask, drive};
 use motorfit::device::BatchSearchEvaluator;
 use motorfit::estimate::{
-    descend, fit_problem, global_reference, initial_states, refine_coarse, refine_on, residual_squares,
-    robust_uncertainty, steiglitz_mcbride, steiglitz_mcbride_on,
+    Block, Fitted, Point, descend, fit_problem, global_reference, initial_states, refine_coarse, refine_on,
+    residual_squares, robust_uncertainty, steiglitz_mcbride, steiglitz_mcbride_on,
 };
 use motorfit::evaluate::{Model, Simd};
 use motorfit::experiment::with_noise;
@@ -52,6 +52,7 @@ pub fn identifiable_recordings(calls: &mut Calls) {
         else {
             continue;
         };
+        of_fitted(calls, &problem, &Parameters::M2.to_array());
         ask!(calls, record; "estimate::steiglitz_mcbride_on" => steiglitz_mcbride_on(&problem, 0));
         let estimate = estimate.and_then(Result::ok).map(|estimate| estimate.parameters.to_array());
         estimated += usize::from(estimate.is_some());
@@ -87,4 +88,47 @@ pub fn identifiable_recordings(calls: &mut Calls) {
     }
     // Most calls reach the end of the estimators instead of an early return.
     assert!(estimated > 10 && refined_all > 150 && referred > 2, "{estimated} {refined_all} {referred}");
+}
+
+/// Drives the interface of a problem that is fitted.
+pub fn of_fitted(calls: &mut Calls, problem: &dyn Fitted, values: &[f64]) {
+    let initial: Vec<Vec<f64>> = (0..problem.recordings()).map(|n| problem.initial(n)).collect();
+    let points =
+        [Point { values: values.to_vec(), initial: initial.clone() }, Point { values: values.to_vec(), initial }];
+    let axes = problem.axes().len();
+    drive!(calls, values;
+        "estimate::Fitted::axes" => problem.axes(),
+        "estimate::Fitted::acts" => (0..axes).map(|axis| problem.acts(axis, usize::MAX)).collect::<Vec<_>>(),
+        "estimate::Fitted::has_kinks" => problem.has_kinks(),
+        "estimate::Fitted::side_by_side" => problem.side_by_side(),
+        "estimate::Fitted::recordings" => problem.recordings(),
+        "estimate::Fitted::outputs" => problem.outputs(),
+        "estimate::Block::none" => Block::none(0),
+        "estimate::Block::is_finite" => Block { squares: f64::NAN, ..Block::none(3) }.is_finite(),
+    );
+    for recording in 0..problem.recordings() {
+        let (initial, filters) = (problem.initial(recording), vec![vec![0.5]; problem.outputs()]);
+        drive!(calls, (values, recording);
+            "estimate::Fitted::samples" => problem.samples(recording),
+            "estimate::Fitted::effective_sample_ratio" => problem.effective_sample_ratio(recording),
+            "estimate::Fitted::initial" => problem.initial(recording),
+            "estimate::Fitted::states" => problem.states(recording),
+            "estimate::Fitted::blocks" => problem.blocks(&points, recording).len() + problem.blocks(&[], recording).len(),
+            "estimate::Fitted::residuals" => problem.residuals(values, recording, &initial),
+            "estimate::Fitted::all_residuals" => problem.all_residuals(values, recording, &initial),
+            "estimate::Fitted::shaped" => problem.shaped(values, recording, &initial, &filters),
+        );
+        for of in (0..problem.outputs()).map(|output| (recording, output)) {
+            drive!(calls, (values, of);
+                "estimate::Fitted::has" => problem.has(of),
+                "estimate::Fitted::count" => problem.count(of),
+                "estimate::Fitted::measured" => problem.measured(of),
+                "estimate::Fitted::rms" => problem.rms(of),
+                "estimate::Fitted::noise" => problem.noise(of),
+                "estimate::Fitted::deviation" => problem.deviation(of),
+                "estimate::Fitted::noise_share" => [f64::NAN, 0.0, 1.0, f64::MAX].map(|sigma| problem.noise_share(of, sigma)),
+                "estimate::Fitted::is_above_noise" => [f64::NAN, 0.0, 1.0].map(|sigma| problem.is_above_noise(of, sigma)),
+            );
+        }
+    }
 }

@@ -8,7 +8,7 @@ use motorfit::estimate::fit_problem;
 use motorfit::evaluate::{Model, Problem, SearchProblem};
 use motorfit::experiment::with_noise;
 use motorfit::identify::{
-    BatchCosts, Identifiability, Identification, IdentifySpec, Inspection, LikelihoodProfile, Machine as _, Method,
+    BatchCosts, Identifiability, Identification, IdentifySpec, Inspection, LikelihoodProfile, Machine, Method,
     ParameterEstimate, Polish, PreparedSearch, SearchRun, Status, TrustLevel, fit_on, has_all_channels, hold_out,
     identify, identify_with, likelihood_profiles, needs_voltage, search_problem, validate, verify_at, with_cost_on,
 };
@@ -180,6 +180,26 @@ pub fn words(calls: &mut Calls) {
     }
 }
 
+/// Drives the interface of the machine of a result.
+pub fn of_machine<M: Machine>(calls: &mut Calls, shown: &str, found: &Identification<M>, records: &[Record]) {
+    drive!(calls, shown;
+        "identify::Machine::title" => found.machine.title(),
+        "identify::Machine::free" => found.machine.free(),
+        "identify::Machine::groups" => found.machine.groups().to_vec(),
+        "identify::Machine::combinations" => found.machine.combinations().to_vec(),
+        "identify::Machine::bounds" => found.machine.bounds(),
+        "identify::Machine::equations" => M::equations(found),
+        "identify::Machine::states" => M::states(found),
+        "identify::Machine::residuals" => M::residuals(found),
+        "identify::Machine::analysis" => M::analysis(found),
+        "identify::Machine::validation" => M::validation(found),
+    );
+    ask!(calls, shown;
+        "identify::Machine::modelled" => M::modelled(found, records),
+        "identify::Machine::modelled" => M::modelled(found, &[]),
+    );
+}
+
 pub fn results(calls: &mut Calls) {
     let records = [step(60), step(30)];
     let problem = Problem::new(&records, Model::default(), Space::table2(), Criterion::default()).unwrap();
@@ -189,10 +209,10 @@ pub fn results(calls: &mut Calls) {
             "identify::Identification::at_bound" => Parameter::ALL.map(|p| found.at_bound(p)),
             "identify::ParameterEstimate::label" => found.estimates.iter().map(ParameterEstimate::label).count(),
             "identify::ParameterEstimate::remark" => found.estimates.iter().map(ParameterEstimate::remark).count(),
-            "identify::Machine" => (found.machine.title(), found.machine.free(), found.machine.groups().len(), found.machine.combinations().len()),
             "identify::Identification::extensions" => found.extensions(),
             "identify::with_cost_on" => with_cost_on(&problem, &found),
         );
+        of_machine(calls, &shown, &found, &records);
         let spec = quick();
         ask!(calls, shown;
             "identify::Identification::modelled" => found.modelled(&[]),

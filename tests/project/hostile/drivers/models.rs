@@ -2,14 +2,18 @@
 
 use crate::hostile::arguments::{COUNTS, FEW, NUMBERS, step, texts};
 use crate::hostile::calls::{Calls, ask, drive};
-use crate::hostile::drivers::identify::{batch_costs, fitted, mangled as mangled_motors};
+use crate::hostile::drivers::estimate::of_fitted;
+use crate::hostile::drivers::identify::{batch_costs, fitted, mangled as mangled_motors, of_machine};
+use crate::hostile::drivers::report::of_shown;
 use motorfit::candidates::Candidates;
 use motorfit::estimate::model::{ModelStarts, best_model_start, model_ends, model_optima, open_flat, refine_model};
 use motorfit::estimate::{Refined, separate_fits};
 use motorfit::evaluate::model::{ModelAxis, ModelProblem, ModelRecording, ModelSettings, ModelSpace, signal_requests};
 use motorfit::evaluate::{Evaluator, Simd};
 use motorfit::experiment::white_noise;
-use motorfit::identify::model::{ModelSpec, ModelTerms, hold_out_model, identify_model};
+use motorfit::identify::model::{
+    ModelIdentification, ModelSpec, ModelTerms, hold_out_model, identify_model, integration,
+};
 use motorfit::identify::{BatchCosts, IdentifySpec, identify};
 use motorfit::model::{BuiltIn, Function, GenericTerm, IntegrationMethod, Model, Role, ShaderPrecision};
 use motorfit::named::Named;
@@ -314,6 +318,10 @@ fn one(calls: &mut Calls, problem: &ModelProblem) {
         "evaluate::model::ModelProblem::method" => problem.method().substeps,
         "evaluate::model::ModelMethod::is_exact" => problem.method().is_exact(),
         "evaluate::model::ModelMethod::is_stiff" => problem.method().is_stiff(),
+        "evaluate::model::ModelProblem::with_space" => {
+            let spaces = [problem.space().clone(), ModelSpace::all_fixed(&[]), ModelSpace::all_fixed(&[f64::NAN; 99])];
+            spaces.map(|space| problem.with_space(space).is_ok())
+        },
         "evaluate::model::ModelProblem::with_rough_steps" => problem.clone().with_rough_steps(true, None).method().is_rough,
         "evaluate::model::ModelMethod::described" => problem.method().described(),
         "evaluate::model::ModelProblem::criterion" => problem.criterion().norm,
@@ -346,6 +354,7 @@ fn one(calls: &mut Calls, problem: &ModelProblem) {
     let middle: Vec<f64> = problem.space().free.iter().map(|axis| axis.at(0.5)).collect();
     populations(calls, problem, &middle);
     refined(calls, problem, &middle);
+    of_fitted(calls, problem, &middle);
     ask!(calls, middle;
         "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![0.0; 2]], None),
         "estimate::model::refine_model" => refine_model(problem, &middle, &[vec![f64::NAN; 2]], None),
@@ -476,8 +485,6 @@ pub fn exports(calls: &mut Calls) {
 
 pub fn identifications(calls: &mut Calls) {
     let model = BuiltIn::DcMotor.model().unwrap();
-    let other = BuiltIn::Pmsm.model().unwrap();
-    let how = Reproduced { command: "x".to_owned(), options: Vec::new() };
     let time_s: Vec<f64> = (0..30).map(f64::from).collect();
     let plain =
         Record::new(Samples { voltage: time_s.clone(), current: Some(time_s.clone()), time_s, ..Samples::default() });
@@ -496,7 +503,11 @@ pub fn identifications(calls: &mut Calls) {
             drive!(calls, recording;
                 "identify::model::ModelSpec::settings" => spec.settings().is_first_order_hold,
             );
-            ask!(calls, recording; "identify::model::ModelSpec::space" => spec.space(&model, 1));
+            ask!(calls, recording;
+                "identify::model::ModelSpec::space" => spec.space(&model, 1),
+                "identify::model::ModelSpec::problem" => spec.problem(&model, vec![recording.clone()]).map(drop),
+                "identify::model::ModelSpec::problem" => spec.problem(&model, Vec::new()).map(drop),
+            );
             let all = [recording.clone()];
             let found = calls.ask("identify::model::identify_model", &recording, || {
                 identify_model(&model, &all, &spec, &mut |_| ControlFlow::Continue(()))
@@ -511,35 +522,52 @@ pub fn identifications(calls: &mut Calls) {
                 "study::sweep::RunEstimates::from" => Ok::<_, motorfit::Error>(RunEstimates::from(&found)),
                 "study::sweep::Outcome::of_model" => Ok::<_, motorfit::Error>(Outcome::of_model(&found)),
             );
-            for of in [&model, &other] {
-                drive!(calls, recording;
-                    "report::SignalStatistics::of" => SignalStatistics::of(&recording.time_s[..recording.time_s.len().min(2)]),
-                    "report::SignalStatistics::of" => SignalStatistics::of(&[]),
-                    "report::ModelSignalFacts::of" => ModelSignalFacts::of(of, &recording).len(),
-                    "report::model_inspect_document" => {
-                        let facts = ModelSignalFacts::of(of, &recording);
-                        model_inspect_document(&plain, &facts, &Ok(found.clone()))
-                    },
-                    "report::Recorded::of_model" => Recorded::of_model(of, &recording, true),
-                    "report::identify_document" => identify_document(&[], &spec, &found),
-                    "report::signals_csv" => signals_csv((&[], &[Recorded::of_model(of, &recording, true)]), &found),
-                    "report::verdict" => verdict(&found),
-                    "report::identify_page" => {
-                        let recorded = [Recorded::of_model(of, &recording, false)];
-                        identify_page((std::slice::from_ref(&plain), &recorded), &spec, &found, &how).html(true)
-                    },
-                    "report::selection_table" => selection_table(&found),
-                    "report::exported_model" => {
-                        let of = exported_model(std::slice::from_ref(&plain), &all, &found);
-                        ExportFormat::ALL.map(|format| format.write(&of).unwrap_or_else(|e| e.to_string())).len()
-                    },
-                    "report::model_inspect_page" => {
-                        let facts = ModelSignalFacts::of(of, &recording);
-                        let (record, recording, found) = (&plain, recording.clone(), Ok(found.clone()));
-                        model_inspect_page(of, &[ModelInspection { record, recording, facts, found }], &how)
-                    },
-                );
-            }
+            let shown = format!("{recording:?}");
+            drive!(calls, recording; "identify::model::integration" => integration(&found.machine.method));
+            of_machine(calls, &shown, &found, std::slice::from_ref(&plain));
+            of_shown(calls, &shown, (&spec, &found));
+            of_report(calls, &recording, &plain, (&spec, &found));
         }
+    }
+}
+
+/// Drives what shows a result of a model, with its own model and with another.
+fn of_report(
+    calls: &mut Calls,
+    recording: &ModelRecording,
+    plain: &Record,
+    (spec, found): (&ModelSpec, &ModelIdentification),
+) {
+    let other = BuiltIn::Pmsm.model().unwrap();
+    let how = Reproduced { command: "x".to_owned(), options: Vec::new() };
+    let all = [recording.clone()];
+    for of in [&found.machine.model.clone(), &other] {
+        drive!(calls, recording;
+            "report::SignalStatistics::of" => SignalStatistics::of(&recording.time_s[..recording.time_s.len().min(2)]),
+            "report::SignalStatistics::of" => SignalStatistics::of(&[]),
+            "report::ModelSignalFacts::of" => ModelSignalFacts::of(of, recording).len(),
+            "report::model_inspect_document" => {
+                let facts = ModelSignalFacts::of(of, recording);
+                model_inspect_document(plain, &facts, &Ok(found.clone()))
+            },
+            "report::Recorded::of_model" => Recorded::of_model(of, recording, true),
+            "report::identify_document" => identify_document(&[], spec, found),
+            "report::signals_csv" => signals_csv((&[], &[Recorded::of_model(of, recording, true)]), found),
+            "report::verdict" => verdict(found),
+            "report::identify_page" => {
+                let recorded = [Recorded::of_model(of, recording, false)];
+                identify_page((std::slice::from_ref(plain), &recorded), spec, found, &how).html(true)
+            },
+            "report::selection_table" => selection_table(found),
+            "report::exported_model" => {
+                let of = exported_model(std::slice::from_ref(plain), &all, found);
+                ExportFormat::ALL.map(|format| format.write(&of).unwrap_or_else(|e| e.to_string())).len()
+            },
+            "report::model_inspect_page" => {
+                let facts = ModelSignalFacts::of(of, recording);
+                let (record, recording, found) = (plain, recording.clone(), Ok(found.clone()));
+                model_inspect_page(of, &[ModelInspection { record, recording, facts, found }], &how)
+            },
+        );
     }
 }

@@ -60,6 +60,7 @@ pub fn parameters(calls: &mut Calls) {
             drive!(calls, (p, scope);
                 "motor::Scope::covers" => scope.covers(u32::MAX),
                 "motor::Scope::name" => scope.name(p),
+                "motor::Scope::recording" => scope.recording(),
                 "motor::Scope::order" => scope.order(p),
             );
             for (min, max) in FEW.into_iter().flat_map(|a| FEW.map(|b| (a, b))) {

@@ -8,13 +8,13 @@ use crate::hostile::drivers::study::{benchmarks, comparisons};
 use crate::hostile::drivers::sweep::summaries;
 use motorfit::Error;
 use motorfit::analysis::NoiseFloor;
-use motorfit::identify::{BatchCosts, Identifiability, IdentifySpec, Inspection, SelectionStep};
+use motorfit::identify::{BatchCosts, Identifiability, Identification, IdentifySpec, Inspection, SelectionStep};
 use motorfit::motor::{Discretization, Parameters};
 use motorfit::report::sweep as of_sweep;
 use motorfit::report::{
-    AxisScale, Band, Card, Chart, EvaluateDocument, Figure, Form, Item, Map, Mark, Page, Panel, Part, Recorded,
-    Reproduced, Requested, ResidualRow, Section, Series, SignalFacts, Table, Trust, bench_document,
-    characteristics_lines, columns_csv, command_line, compare, compare_page, compare_parts, curves_csv,
+    AxisScale, Band, Card, Chart, EvaluateDocument, ExportedParameter, Figure, Form, Item, Map, Mark, Page, Panel,
+    Part, Recorded, Reproduced, Requested, ResidualRow, Section, Series, Shown, SignalFacts, Table, Trust,
+    bench_document, characteristics_lines, columns_csv, command_line, compare, compare_page, compare_parts, curves_csv,
     devices_document, figures, folded, heat_map, html_fragment, identify_document, identify_page, identify_parts,
     inspect_document, inspect_page, json, noise_floor_text, plain_text, record_figure, residual_panels,
     selection_table, selection_text, signals_csv, verdict, verdicts,
@@ -182,6 +182,23 @@ pub fn plots(calls: &mut Calls) {
     }
 }
 
+/// Drives the interface of the machine of a result for documents and pages.
+pub fn of_shown<M: Shown>(calls: &mut Calls, shown: &str, (spec, found): (&M::Spec, &Identification<M>)) {
+    drive!(calls, shown;
+        "report::Shown::requested" => M::requested(spec),
+        "report::Shown::named" => M::named(found),
+        "report::Shown::settings" => M::settings(spec),
+        "report::Shown::hold" => M::hold(found),
+        "report::Shown::at_start" => [0, usize::MAX].map(|n| M::at_start(found, n).is_some()),
+        "report::Shown::held_out_percent" => M::held_out_percent(found).is_some(),
+        "report::Shown::curves" => M::curves(found, &[], &[]),
+        "report::Shown::note" => M::note(found),
+        "report::Shown::answer" => M::answer(found),
+        "report::Shown::sections" => M::sections(found).len(),
+        "report::ExportedParameter::from" => found.estimates.iter().map(ExportedParameter::from).count(),
+    );
+}
+
 pub fn identified(calls: &mut Calls) {
     let spec = IdentifySpec::default();
     let all = [vec![], vec![step(200)], vec![step(30), step(40)]];
@@ -195,7 +212,9 @@ pub fn identified(calls: &mut Calls) {
             "report::selection_text" => selection_text(&found),
             "report::verdicts" => (verdicts(&found.residual_tests, 2), verdicts(&found.residual_tests, 0)),
             "report::verdict" => verdict(&found),
+            "report::Requested::from" => Requested::from(&spec),
         );
+        of_shown(calls, &shown, (&spec, &found));
         for records in &all {
             drive!(calls, (records.len(), &shown);
                 "report::curves_csv" => curves_csv(records, &found),
@@ -217,6 +236,7 @@ pub fn identified(calls: &mut Calls) {
             );
         }
         let recorded = Recorded::from(&record);
+        drive!(calls, record; "report::Recorded::from" => Recorded::from(&record));
         for signals in [[vec![], vec![]], [vec![f64::NAN; 9], vec![f64::MAX; 3]]] {
             let row = ResidualRow { name: "\0", record: &record, signals: &signals };
             drive!(calls, record;
