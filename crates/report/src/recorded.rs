@@ -47,6 +47,7 @@ pub struct RecordedOutput {
 
 impl RecordedOutput {
     /// Returns true if a sample was measured and is not masked.
+    #[cfg(feature = "pages")]
     pub(super) fn counts(&self, n: usize) -> bool {
         let is_measured = self.measured.as_ref().and_then(|of| of.get(n)).is_some_and(|value| value.is_finite());
         is_measured && self.counting.get(n).copied().unwrap_or(true)
@@ -96,6 +97,7 @@ pub(super) fn at_own(record: &Record, channel: usize, values: &[f64]) -> Vec<f64
 
 impl Recorded {
     /// Returns the inputs that are drawn.
+    #[cfg(feature = "pages")]
     pub(super) fn drawn(&self) -> impl Iterator<Item = &RecordedInput> {
         self.inputs.iter().filter(|input| input.is_drawn)
     }

@@ -42,7 +42,7 @@ impl Table {
     }
 
     /// Formats the table for the terminal, with aligned columns. Columns for which `width` characters do not suffice follow below,
-    /// each time after the first column; texts are wrapped between words.
+    /// each time after the first column; columns with a heading alone are left out, and texts are wrapped between words.
     #[must_use]
     pub fn text(&self, width: usize) -> String {
         let mut text = match printable(&self.title) {
@@ -61,10 +61,13 @@ impl Table {
     /// Returns the columns that fit beside each other, in groups that each begin with the first column.
     fn groups(&self, width: usize) -> Vec<Vec<usize>> {
         let widths = self.widths();
+        let is_written = |n: usize| {
+            self.rows.is_empty() || self.rows.iter().any(|row| row.get(n).is_some_and(|cell| !cell.is_empty()))
+        };
         let (first, count) = (widths.first().copied().unwrap_or(0), widths.len());
         let mut groups = vec![vec![0]];
         let mut used = 2 + first;
-        for (column, own) in widths.iter().enumerate().skip(1) {
+        for (column, own) in widths.iter().enumerate().skip(1).filter(|(column, _)| is_written(*column)) {
             let is_empty = groups.last().is_none_or(|group| group.len() == 1);
             if used + 1 + own > width && !is_empty {
                 groups.push(vec![0]);

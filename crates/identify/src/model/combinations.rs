@@ -4,7 +4,7 @@
 //! fewest parameters whose values determine the others, and the exponents of the others: with `d ln J = 1 d ln K` the ratio J/K is
 //! identified. The result does not depend on the coordinates of the parameters, nor on the basis of the directions.
 
-use crate::Combination;
+use crate::estimates::Combination;
 use motorfit_core::coordinate::Coordinate;
 use motorfit_core::text::listed;
 use motorfit_estimate::{Uncertainty, student95};
