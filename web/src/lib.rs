@@ -19,7 +19,9 @@ use answer::answered;
 use given::Settings;
 use motorfit::identify::{IdentifySpec, Inspection, identify};
 use motorfit::record::{Reading, Record, preview};
-use motorfit::report::{Recorded, Reproduced, curves_csv, identify_document, identify_page, inspect_document, inspect_page};
+use motorfit::report::{
+    Recorded, Reproduced, curves_csv, identify_document, identify_page, inspect_document, inspect_page,
+};
 use motorfit::setting::Setting;
 use motorfit::settings;
 use motorfit::text::shell_quoted;
