@@ -1,6 +1,6 @@
 //! Estimates of the parameters of a model.
 
-use crate::ParameterEstimate;
+use crate::estimates::ParameterEstimate;
 use motorfit_estimate::Refined;
 use motorfit_evaluate::model::ModelProblem;
 

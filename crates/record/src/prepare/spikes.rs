@@ -8,10 +8,11 @@ use motorfit_core::numeric::{count, noise_sigma, peak};
 use std::ops::Range;
 
 /// Smallest departure from the surrounding samples, in units of their noise, and as a multiple of the largest usual change within two
-/// samples, that of [`USUAL`] of the samples.
+/// samples.
 const NOISE: f64 = 15.0;
 const CHANGES: f64 = 3.0;
-const USUAL: f64 = 0.99;
+/// Part of the changes within two samples that are usual: as many faults as [`RARE`] admits are in 2 % of them.
+const USUAL: f64 = 0.97;
 /// Largest difference of the samples before and after, as a part of the departure.
 const AGREE: f64 = 0.25;
 /// Largest part of the samples that are single faults.
