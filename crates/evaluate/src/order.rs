@@ -4,7 +4,7 @@
 use super::evaluator::Evaluator;
 use super::problem::Problem;
 use motorfit_core::candidates::Candidates;
-use motorfit_core::numeric::count;
+use motorfit_core::numeric::{count, spread};
 use std::sync::Arc;
 
 /// Number of candidates that are evaluated on each recording alone: a few blocks.
@@ -14,7 +14,7 @@ const PROBES: usize = 48;
 /// below, the highest first. The lowest total is less telling: it is mostly noise where one candidate happens to be close.
 /// Parameters of single recordings are those of the first.
 pub(super) fn hardest_first(problem: &Problem, evaluator: &mut dyn Evaluator) -> Vec<usize> {
-    let probes = spread(problem);
+    let probes = probes(problem);
     let mut total = |recording: usize| {
         let alone = Arc::new(problem.only(recording));
         let candidates = Candidates::new(&probes, problem.space().free().len());
@@ -33,20 +33,12 @@ pub(super) fn hardest_first(problem: &Problem, evaluator: &mut dyn Evaluator) ->
     order
 }
 
-/// Returns candidates spread over the box: the additive recurrence with the roots of `xᵈ⁺¹ = x + 1` for d axes (M. Roberts, 2018).
-fn spread(problem: &Problem) -> Vec<f64> {
+/// Returns candidates spread over the box.
+fn probes(problem: &Problem) -> Vec<f64> {
     let bounds = problem.space().bounds();
-    let dimensions = count(bounds.len());
-    let root = (0..50).fold(2.0_f64, |x, _| (1.0 + x).powf(1.0 / (dimensions + 1.0)));
-    let mut values = Vec::with_capacity(PROBES * bounds.len());
-    for n in 1..=PROBES {
-        let mut step = 1.0;
-        for (min, max) in &bounds {
-            step /= root;
-            values.push(min + (max - min) * (0.5 + step * count(n)).fract());
-        }
-    }
-    values
+    let point =
+        |n| spread(n, bounds.len()).zip(&bounds).map(|(at, (min, max))| min + (max - min) * at).collect::<Vec<_>>();
+    (0..PROBES).flat_map(point).collect()
 }
 
 #[cfg(test)]

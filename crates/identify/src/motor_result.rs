@@ -7,14 +7,15 @@ use super::result::{Identification, SearchOutcome};
 use super::search::SearchResult;
 use super::spec::IdentifySpec;
 use crate::analysis::{self, FittedMotor, Output, Validation, noise_floor};
+use motorfit_core::channels::NAMES;
 use motorfit_core::{Error, Result};
 use motorfit_estimate::{Refined, Uncertainty, fit_problem};
 use motorfit_evaluate::{Problem, Scalar};
 use motorfit_motor::{Axis, Extension, Input, Parameter, Scope};
 use motorfit_record::Record;
 
-/// Outputs of the DC motor: names and units.
-const OUTPUTS: [(&str, &str); 2] = [("current", "A"), ("speed", "rad/s")];
+/// Units of the outputs of the DC motor.
+const UNITS: [&str; 2] = ["A", "rad/s"];
 
 impl Identification<DcMotor> {
     /// Makes the result of a search and of its refinement, if there was one. The problem has the space and the initial states
@@ -41,10 +42,12 @@ impl Identification<DcMotor> {
             regressions: Vec::new(),
             noise_floor: None,
         };
+        let outputs =
+            NAMES.iter().zip(UNITS).map(|(name, unit)| Output { name: (*name).to_owned(), unit: unit.to_owned() });
         let with = problem.space().features().extensions().into_iter().map(|of| of.name().to_owned()).collect();
         Self {
             with,
-            outputs: OUTPUTS.map(|(name, unit)| Output { name: name.to_owned(), unit: unit.to_owned() }).to_vec(),
+            outputs: outputs.collect(),
             cost: Scalar::cost(problem, &values),
             values,
             searched,

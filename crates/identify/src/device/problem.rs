@@ -27,7 +27,7 @@ pub type OnGpu<P> = (Box<dyn Evaluator<P>>, AdapterFacts);
 
 /// Message for a problem that shaders cannot evaluate.
 #[cfg(feature = "gpu")]
-pub const NO_SHADER: &str = "no shader can be made, or checked, for this model and clock (moving averages, delays on an irregular clock, \
+pub const NO_SHADER: &str = "no shader can be made, or checked, for this model and clock (sensors with an average, a filter or a delay, delays on an irregular clock, \
                              candidates that all diverge); the CPU evaluates instead";
 
 /// A problem that devices evaluate.

@@ -2,9 +2,9 @@
 //! fit, because the cost of a model with friction that sticks is not smooth. A term is tested by its parameters with a neutral value,
 //! while the others of it have their usual values.
 
-use super::selection::{extended, near_optimum};
+use super::selection::{extended, near_optimum, with_terms};
 use super::spec::ModelSpec;
-use super::terms::{ModelTerms, generic_terms, with_generic};
+use super::terms::{ModelTerms, generic_terms};
 use crate::bic::effective;
 use motorfit_core::setting::{Text, text};
 use motorfit_core::text::significant;
@@ -13,7 +13,6 @@ use motorfit_estimate::{Refined, Score, scores};
 use motorfit_evaluate::model::{ModelAxis, ModelProblem, ModelSpace};
 use motorfit_model::{GenericTerm, ModelParameter};
 use motorfit_record::warning::Warning;
-use std::borrow::Cow;
 
 /// Threshold of the score statistic: χ² with one degree of freedom exceeds it with a probability of 5e-4.
 const STATISTIC: f64 = 12.0;
@@ -50,9 +49,10 @@ fn shown((problem, spec): (&ModelProblem, &ModelSpec), refined: &Refined, with: 
     let is_tested = |term: &GenericTerm| matches!(term, GenericTerm::Offset | GenericTerm::Load);
     let generic: Vec<GenericTerm> = generic_terms(problem.model()).into_iter().filter(is_tested).collect();
     let model = problem.model().with_generic(&generic).ok()?;
-    let space = ModelSpace { fixed: model.fixed_without(&[]).ok()?, ..problem.space().clone() };
-    let fixed = problem.space().fixed.iter().copied().chain(space.fixed[problem.space().fixed.len()..].iter().copied());
-    let space = ModelSpace { fixed: fixed.collect(), ..space };
+    let mut space = problem.space().clone();
+    // Parameters of generic terms follow those of the model.
+    let further = model.fixed_without(&[]).ok()?;
+    space.fixed.extend(further.into_iter().skip(problem.space().fixed.len()));
     let own = if generic.is_empty() { problem.clone() } else { extended(problem, &model, space).ok()? };
     let mut found: Vec<(f64, String, f64)> = Vec::new();
     for term in model.terms().iter().filter(|term| !with.contains(&term.name)) {
@@ -117,12 +117,7 @@ fn gained(
     (with, term): (&[String], &str),
 ) -> Option<f64> {
     let with: Vec<String> = with.iter().cloned().chain([term.to_owned()]).collect();
-    let model = with_generic(problem.model(), &with).ok()?;
-    let space = spec.space_with(&model, problem.recordings(), &with).ok()?;
-    let larger = match model {
-        Cow::Borrowed(_) => problem.with_space(space).ok()?,
-        Cow::Owned(model) => extended(problem, &model, space).ok()?,
-    };
+    let larger = with_terms((problem.model(), problem), spec, &with).ok()?;
     let names = problem.space().names(problem.model());
     let starts = near_optimum(&larger, (&names, refined)).ok()?;
     let fit = best_model_start(&larger, &starts, &refined.initial, &refined.sigmas).ok()??;

@@ -60,19 +60,16 @@ pub fn identify_model(
     check_repeated(recordings)?;
     let all = ModelTerms::All.taken(model).unwrap_or_default();
     let with = spec.with.taken(model).unwrap_or(all);
-    let own = with_generic(model, &with)?;
-    let space = spec.space_with(&own, recordings.len(), &with)?;
-    let mut problem = Arc::new(ModelProblem::new(&own, space, recordings.to_vec(), spec.settings())?);
+    let mut problem = Arc::new(spec.problem_with(model, recordings.to_vec(), &with)?);
     let mut device = BatchSearchEvaluator::open(spec, vec![problem.clone()])?;
     let mut selected = None;
     if spec.with == ModelTerms::Auto {
         let mut look = |done, of| observe(ModelProgress { done, of });
         let of = select_terms((model, &problem), spec, device.evaluator(), &mut look)?;
-        let own = with_generic(model, &of.with)?;
-        let space = spec.space_with(&own, recordings.len(), &of.with)?;
-        problem = Arc::new(match own {
-            Cow::Borrowed(_) => problem.with_space(space)?,
-            Cow::Owned(own) => ModelProblem::new(&own, space, recordings.to_vec(), spec.settings())?,
+        problem = Arc::new(match with_generic(model, &of.with)? {
+            Cow::Borrowed(own) => problem.with_space(spec.space_with(own, recordings.len(), &of.with)?)?,
+            // With the steps that the generic terms need.
+            Cow::Owned(_) => spec.problem_with(model, recordings.to_vec(), &of.with)?,
         });
         device = BatchSearchEvaluator::open(spec, vec![problem.clone()])?;
         selected = Some(of);

@@ -9,6 +9,7 @@ use super::terms::{generic_terms, with_generic};
 use crate::analysis::FitMetrics;
 use crate::forward_selection::{Alternative, Family, FitOf, Selected, SelectionStep, select_forward};
 use motorfit_core::candidates::Candidates;
+use motorfit_core::numeric::spread;
 use motorfit_core::{Error, Result};
 use motorfit_estimate::Refined;
 use motorfit_estimate::model::{ModelStarts, best_model_start, model_optima, refine_model};
@@ -69,18 +70,6 @@ fn of(with: &[String], problem: &ModelProblem, refined: Refined) -> FitOf<Terms<
     FitOf::<Terms<'_>>::new(with, problem.space().names(problem.model()), problem, refined)
 }
 
-impl Terms<'_> {
-    /// Returns the problem with some terms.
-    fn with(&self, with: &[String]) -> Result<ModelProblem> {
-        let model = with_generic(self.model, with)?;
-        let space = self.spec.space_with(&model, self.problem.recordings(), with)?;
-        match model {
-            Cow::Borrowed(_) => self.problem.with_space(space),
-            Cow::Owned(model) => extended(self.problem, &model, space),
-        }
-    }
-}
-
 impl Family for Terms<'_> {
     type Term = String;
     type Space = Vec<String>;
@@ -119,7 +108,7 @@ impl Family for Terms<'_> {
     }
 
     fn rough(&self, from: &FitOf<Self>, with: &[String]) -> Result<FitOf<Self>> {
-        let problem = self.with(with)?;
+        let problem = with_terms((self.model, self.problem), self.spec, with)?;
         let starts = near_optimum(&problem, (&from.space, &from.refined))?;
         let (initial, sigma) = (&from.refined.initial, &from.refined.weights);
         let refined = best_model_start(&problem, &starts, initial, sigma)?.ok_or_else(diverges)?;
@@ -128,7 +117,7 @@ impl Family for Terms<'_> {
 
     fn finished(&self, rough: FitOf<Self>) -> FitOf<Self> {
         let finished = || {
-            let problem = self.with(&rough.with)?;
+            let problem = with_terms((self.model, self.problem), self.spec, &rough.with)?;
             let refined = refine_model(&problem, &rough.refined.values, &rough.refined.initial, None)?;
             Ok::<_, Error>(of(&rough.with, &problem, refined))
         };
@@ -136,7 +125,7 @@ impl Family for Terms<'_> {
     }
 
     fn reduced(&self, larger: &FitOf<Self>, with: &[String]) -> Result<FitOf<Self>> {
-        let problem = self.with(with)?;
+        let problem = with_terms((self.model, self.problem), self.spec, with)?;
         let start = transferred(&problem, (&larger.space, &larger.refined));
         let refined = refine_model(&problem, &start, &larger.refined.initial, None)?;
         Ok(of(with, &problem, refined))
@@ -182,6 +171,20 @@ fn transferred(problem: &ModelProblem, (names, refined): (&[String], &Refined)) 
     problem.space().free.iter().zip(&own).map(value).collect()
 }
 
+/// Returns the problem of a model with some of its terms and generic ones, with the steps of `problem`, that of the model with all of its own.
+pub(super) fn with_terms(
+    (model, problem): (&Model, &ModelProblem),
+    spec: &ModelSpec,
+    with: &[String],
+) -> Result<ModelProblem> {
+    let model = with_generic(model, with)?;
+    let space = spec.space_with(&model, problem.recordings(), with)?;
+    match model {
+        Cow::Borrowed(_) => problem.with_space(space),
+        Cow::Owned(model) => extended(problem, &model, space),
+    }
+}
+
 /// Returns the problem of a model with generic terms and the steps of that without.
 pub(super) fn extended(problem: &ModelProblem, model: &Model, space: ModelSpace) -> Result<ModelProblem> {
     let recordings = (0..problem.recordings()).map(|n| problem.recording(n).clone()).collect();
@@ -211,9 +214,9 @@ pub(super) fn near_optimum(problem: &ModelProblem, from: (&[String], &Refined)) 
     for n in 0..SPREAD {
         for scale in SCALES {
             let mut values = first.clone();
-            for (place, axis) in new.iter().enumerate() {
+            for (axis, at) in new.iter().zip(spread(n, new.len())) {
                 let range = axes[*axis].range();
-                let at = range.of(axes[*axis].at(spread(n, place, new.len())));
+                let at = range.of(axes[*axis].at(at));
                 // A parameter without a neutral value, such as the speed of an effect, is spread over its bounds.
                 let has_neutral = problem.model().parameters()[axes[*axis].parameter].neutral.is_some();
                 let scale = if has_neutral { scale } else { 1.0 };
@@ -242,13 +245,4 @@ pub(super) fn near_optimum(problem: &ModelProblem, from: (&[String], &Refined)) 
         }
     }
     Ok(starts)
-}
-
-/// Returns a coordinate of the sequence of M. Roberts (2018), which fills the cube evenly: fractions of multiples of the powers of the
-/// generalized golden ratio.
-fn spread(n: usize, place: usize, dimensions: usize) -> f64 {
-    let dimensions = motorfit_core::numeric::count(dimensions);
-    let ratio = (0..30).fold(2.0_f64, |x, _| (1.0 + x).powf(1.0 / (dimensions + 1.0)));
-    let step = ratio.powi(-(i32::try_from(place).unwrap_or(0) + 1));
-    (0.5 + motorfit_core::numeric::count(n + 1) * step).fract()
 }

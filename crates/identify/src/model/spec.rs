@@ -84,9 +84,18 @@ impl ModelSpec {
     /// # Errors
     /// Returns the errors of [`ModelSpec::space`], of which the names of generic terms cause none, and of [`ModelProblem::new`].
     pub fn problem(&self, model: &Model, recordings: Vec<ModelRecording>) -> Result<ModelProblem> {
-        let with = self.taken(model)?;
-        let model = with_generic(model, &with)?;
-        let space = self.space_with(&model, recordings.len(), &with)?;
+        self.problem_with(model, recordings, &self.taken(model)?)
+    }
+
+    /// Returns the problem of a model with some of its terms and generic ones.
+    pub(super) fn problem_with(
+        &self,
+        model: &Model,
+        recordings: Vec<ModelRecording>,
+        with: &[String],
+    ) -> Result<ModelProblem> {
+        let model = with_generic(model, with)?;
+        let space = self.space_with(&model, recordings.len(), with)?;
         ModelProblem::new(&model, space, recordings, self.settings())
     }
 
