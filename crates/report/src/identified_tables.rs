@@ -123,8 +123,7 @@ pub(super) fn transfer_functions(found: &Identification) -> Option<Vec<(String, 
 /// Explanation of a table of a selection.
 const SELECTION_NOTE: &str = "free: number of free parameters. ΔBIC: Bayesian information criterion at the effective sample size of the residuals, \
      less that of the model selected before. A larger model is selected if it lowers the criterion by more than 6, for the \
-     residuals or for their innovations, and the residuals of a channel by more than 1 %. If extensions are \
-     selected, the last rows exchange one of them for a similar one.";
+     residuals or for their innovations, and the residuals of an output by more than 1 %.";
 
 /// Returns the table of the models that the selection fitted, in their order; `None` if the extensions or terms were given.
 #[must_use]
@@ -141,7 +140,8 @@ pub fn selection_table<M: Shown>(found: &Identification<M>) -> Option<Table> {
         let name = if step.with.is_empty() { "none".to_owned() } else { step.with.join(", ") };
         table.row([name, step.free.to_string()].into_iter().chain(fits).chain([gain, taken.to_owned()]));
     }
-    table.note(SELECTION_NOTE);
+    let exchanged = format!("If {}s are selected, the last rows exchange one of them for a similar one.", M::TERM);
+    table.note(format!("{SELECTION_NOTE} {exchanged}"));
     Some(table)
 }
 
