@@ -3,15 +3,18 @@
 //! Does not prove: checks that the built-in motor has alone, which are listed in `ALONE`.
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 
+use motorfit::analysis::record_warnings;
 use motorfit::criterion::Noise;
 use motorfit::evaluate::model::ModelRecording;
+use motorfit::evaluate::{Initial, Model as Simulated};
 use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
 use motorfit::identify::model::{ModelIdentification, ModelSpec, identify_model};
-use motorfit::identify::{Identification, IdentifySpec, TrustReason, identify};
+use motorfit::identify::{Identification, IdentifySpec, TrustLevel, TrustReason, identify};
 use motorfit::model::{BuiltIn, Model};
 use motorfit::motor::{Discretization, Parameters};
 use motorfit::numeric::count;
-use motorfit::record::{Record, Samples};
+use motorfit::record::{FINDINGS, Record, Samples};
+use motorfit::warning::Warning;
 use std::ops::ControlFlow;
 
 /// Reasons of checks that one of the two has alone.
@@ -103,6 +106,77 @@ fn the_motor_as_a_model_is_judged_as_the_motor() {
         assert_eq!(reasons[0], reasons[1], "{name}");
         assert_eq!(own.trust.level, found.trust.level, "{name}: {:?} {:?}", own.trust, found.trust);
     }
+}
+
+#[test]
+fn findings_about_recordings_are_those_of_the_motor() {
+    let one = recorded(&Parameters::M2, (8.0, -4.0), 3);
+    let spikes = |samples: &mut Samples| [200, 411, 702].map(|n| samples.current.as_mut().unwrap()[n] += 40.0);
+    let held = |samples: &mut Samples| {
+        let speed = samples.speed.as_mut().unwrap();
+        (0..speed.len()).for_each(|n| speed[n] = speed[n - n % 5]);
+    };
+    let coarse =
+        |samples: &mut Samples| samples.speed.iter_mut().flatten().for_each(|w| *w = (*w / 10.0).round() * 10.0);
+    let reversed = |samples: &mut Samples| samples.current.iter_mut().flatten().for_each(|i| *i = -*i);
+    let offset = |samples: &mut Samples| samples.current.iter_mut().flatten().for_each(|i| *i += 3.0);
+    let cases = [
+        ("outliers", changed(&one, |samples| _ = spikes(samples))),
+        ("held_samples", changed(&one, held)),
+        ("coarse_quantization", changed(&one, coarse)),
+        ("sign_reversed", changed(&one, reversed)),
+        ("rest_offset", changed(&one, offset)),
+    ];
+    let of_recordings = |warnings: &[Warning]| -> Vec<&'static str> {
+        let own = warnings.iter().filter(|warning| FINDINGS.iter().any(|(code, _)| *code == warning.code));
+        own.map(|warning| warning.code).collect()
+    };
+    for (code, record) in cases {
+        let (_, found) = both(std::slice::from_ref(&record));
+        let found = found.unwrap();
+        let own = of_recordings(&record_warnings(&record));
+        assert!(own.contains(&code), "{code}: {own:?}");
+        assert_eq!(own, of_recordings(&found.warnings), "{code}");
+        assert_ne!(found.trust.level, TrustLevel::Good, "{code}");
+    }
+}
+
+#[test]
+fn initial_states_are_taken_or_estimated_as_those_of_the_motor() {
+    // Begins in motion.
+    let record = recorded(&Parameters::M2, (8.0, -4.0), 3).slice(300..1000).unwrap();
+    let model = BuiltIn::DcMotor.model().unwrap();
+    for (initial, estimates_initial) in [(Initial::Measured, false), (Initial::Free, true)] {
+        let spec = IdentifySpec { model: Simulated { initial, ..Simulated::default() }, ..IdentifySpec::default() };
+        let own = identify(std::slice::from_ref(&record), &spec).unwrap();
+        let spec = ModelSpec { estimates_initial, ..ModelSpec::default() };
+        let found = identify_model(&model, &[of_model(&record)], &spec, &mut |_| ControlFlow::Continue(())).unwrap();
+        let error = |n: usize| own.uncertainty.as_ref().unwrap().std_error[n].unwrap();
+        for (n, (of_model, value)) in found.values.iter().zip(&own.values).enumerate() {
+            // As above: both are the optimum of nearly the same weights.
+            assert!((of_model - value).abs() < 1e-2 * error(n), "{initial:?}: {of_model}, {value} ± {}", error(n));
+        }
+        let first = record.measured().map(|signal| signal.unwrap()[0]);
+        for ((of_model, value), first) in found.fits[0].initial.iter().zip(own.initial[0]).zip(first) {
+            assert!((of_model - value).abs() < 1e-3 * value.abs(), "{initial:?}: {of_model}, {value}");
+            assert_eq!(value.to_bits() == first.to_bits(), !estimates_initial, "{initial:?}: {value}, {first}");
+        }
+    }
+}
+
+#[test]
+fn a_machine_with_a_position_is_not_judged_as_a_motor() {
+    // Its current is reversed, which the rules of the motor would report.
+    let text = BuiltIn::DcMotor
+        .source()
+        .replace("\"measured\"", "0")
+        .replace("[states]", "[states]\nq = { unit = \"rad\", d = \"w\", initial = 0 }");
+    let model = Model::parse(&text).unwrap();
+    let one = recorded(&Parameters::M2, (8.0, -4.0), 3);
+    let reversed = changed(&one, |samples| samples.current.iter_mut().flatten().for_each(|i| *i = -*i));
+    let spec = ModelSpec { is_polished: false, ..ModelSpec::default() };
+    let found = identify_model(&model, &[of_model(&reversed)], &spec, &mut |_| ControlFlow::Continue(())).unwrap();
+    assert!(found.warnings.iter().all(|warning| warning.code != "sign_reversed"), "{:?}", found.warnings);
 }
 
 #[test]

@@ -13,7 +13,7 @@ use super::prepare::Prepared;
 use super::refine::{Fit, Observer, fit};
 use super::result::{Identification, SearchOutcome, left_out};
 use super::spec::IdentifySpec;
-use super::trust::Missed;
+use super::trust::missed;
 use super::trust::motor::{Evidence, trust};
 use super::unidentified::fix_unidentified;
 use super::verify::{settle, verify};
@@ -145,22 +145,8 @@ pub(super) fn conclude(prepared: &Prepared<'_>, fit: &mut Fit, dropped: &Unident
     warnings.extend(late.map(|late| late.warning(&extensions, spec.with == With::Auto)));
     let lacking = if spec.is_polished() { lacking(prepared, fit) } else { Lacking::default() };
     warnings.extend(lacking.warnings(&extensions, spec.with == With::Auto));
-    let evidence = Evidence { missed: missed(fit), lacking: lacking.extension() };
+    let evidence = Evidence { missed: missed(fit.problem.as_ref(), &fit.refined.sigmas), lacking: lacking.extension() };
     Ok(Conclusion { warnings, unidentified, evidence })
-}
-
-/// Returns the channels of recordings whose residuals are far above the noise.
-pub(super) fn missed(fit: &Fit) -> Vec<Missed> {
-    let signals = fit.problem.signals();
-    let of = |recording: usize, channel: usize| {
-        let (of, sigma) = (&signals[recording], fit.refined.sigmas[recording][channel]);
-        of.is_above_noise(channel, sigma).then(|| Missed {
-            recording,
-            output: channel,
-            fit_percent: 100.0 * (1.0 - sigma / of.deviation(channel)),
-        })
-    };
-    (0..signals.len()).flat_map(|recording| [0, 1].map(|channel| of(recording, channel))).flatten().collect()
 }
 
 /// Returns the residual tests of a refined fit, one entry per recording; empty without a refinement.

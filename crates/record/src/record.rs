@@ -69,6 +69,22 @@ impl Record {
         Self::from_file(samples, Source::default(), false)
     }
 
+    /// Creates a recording with ranges of samples that are excluded, of all channels.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Self::new`].
+    #[doc(hidden)]
+    pub fn of_parts(samples: Samples, excluded: impl Iterator<Item = std::ops::Range<usize>>) -> Result<Self> {
+        let record = Self::from_file(samples, Source::default(), true)?;
+        let bound = |range: std::ops::Range<usize>| Excluded {
+            start: range.start.min(record.len()),
+            end: range.end.min(record.len()),
+            channels: [true; 2],
+        };
+        let excluded = excluded.map(bound).filter(|range| range.start < range.end).collect();
+        Ok(Self { excluded, ..record })
+    }
+
     /// Creates a recording with its origin; with `keep_gaps` a gap in time is a long step instead of an error.
     pub(crate) fn from_file(samples: Samples, source: Source, keep_gaps: bool) -> Result<Self> {
         Self::with_gaps(samples, source, &|_, _| keep_gaps)

@@ -10,14 +10,14 @@ use super::friction::{FRICTION, friction_differs};
 use motorfit_core::coordinate::Coordinate;
 use motorfit_core::numeric::chi_square_limit;
 use motorfit_core::text::significant;
-use motorfit_estimate::{Refined, Separate, separate_fits};
+use motorfit_estimate::{Fitted, Refined, Separate, separate_fits};
 use motorfit_evaluate::Problem;
 use motorfit_motor::{Axis, Parameter, Scope};
 use motorfit_record::Record;
 use motorfit_record::warning::{Location, Warning, name_of};
 
 /// Largest number of recordings that are tested.
-pub(crate) const RECORDINGS_MAX: usize = 20;
+const RECORDINGS_MAX: usize = 20;
 /// Smallest relative difference of a parameter that matters in practice.
 const PART_MIN: f64 = 0.05;
 /// Smallest relative decrease of the residual deviation that matters without a significant difference of any parameter.
@@ -34,18 +34,20 @@ pub(crate) struct Compared {
     pub is_compared: bool,
 }
 
-/// A joint fit with the fit of each recording alone.
-pub(crate) struct JointFit<'a> {
-    /// Name of the machine in messages: motor or machine.
-    pub machine: &'a str,
+/// The words for a joint fit in messages.
+pub(crate) struct Words {
+    /// Name of the machine: motor or machine.
+    pub machine: &'static str,
     /// Names of the recordings.
-    pub names: &'a [String],
-    pub axes: &'a [Compared],
-    /// Number of identifiable combinations of the joint fit.
-    pub rank: usize,
-    /// σ of the residuals of each recording and output of the joint fit.
-    pub sigmas: &'a [Vec<f64>],
-    pub own: &'a [Separate],
+    pub names: Vec<String>,
+}
+
+/// A joint fit with the fit of each recording alone.
+struct JointFit<'a> {
+    words: Words,
+    axes: Vec<Compared>,
+    shared: &'a Refined,
+    own: Vec<Separate>,
 }
 
 /// The difference of a parameter between one recording and the others.
@@ -64,25 +66,19 @@ struct Difference {
 /// refinement, and `open` are the parameters that the recordings do not identify.
 pub(crate) fn homogeneity(records: &[Record], plain: &Problem, shared: &Refined, open: &[Parameter]) -> Vec<Warning> {
     let mut warnings = friction_differs(records, plain, shared);
-    if !(2..=RECORDINGS_MAX).contains(&records.len()) {
-        return warnings;
-    }
     let compared = |axis: &Axis| Compared {
         name: axis.parameter.symbol().to_owned(),
         unit: axis.parameter.unit().to_owned(),
         coordinate: axis.range(),
         is_compared: axis.scope == Scope::Shared && !open.contains(&axis.parameter),
     };
-    let axes: Vec<Compared> = plain.space().free().iter().map(compared).collect();
+    let axes = plain.space().free().iter().map(compared).collect();
     let named = |(n, record): (usize, &Record)| match &record.source().path {
         Some(_) => name_of(record),
         None => format!("recording {}", n + 1),
     };
-    let names: Vec<String> = records.iter().enumerate().map(named).collect();
-    let Some(own) = separate_fits(plain, shared) else { return warnings };
-    let rank = shared.uncertainty.rank;
-    let fit = JointFit { machine: "motor", names: &names, axes: &axes, rank, sigmas: &shared.sigmas, own: &own };
-    let Some((warning, differing)) = fit.differing() else { return warnings };
+    let words = Words { machine: "motor", names: records.iter().enumerate().map(named).collect() };
+    let Some((warning, differing)) = differing(plain, shared, axes, words) else { return warnings };
     let is_friction = |n: &usize| FRICTION.contains(&plain.space().free()[*n].parameter);
     if warnings.is_empty() || !differing.iter().all(is_friction) {
         warnings.push(warning);
@@ -90,18 +86,28 @@ pub(crate) fn homogeneity(records: &[Record], plain: &Problem, shared: &Refined,
     warnings
 }
 
-impl JointFit<'_> {
-    /// Returns the warning that the recordings are not of one machine, with the parameters that differ; `None` if they are.
-    pub fn differing(&self) -> Option<(Warning, Vec<usize>)> {
-        let (odd, differences) = self.odd()?;
-        Some((self.warning(odd, &differences), differences.iter().map(|of| of.axis).collect()))
+/// Returns the warning of a joint fit whose recordings are not of one machine, with the parameters that differ; `None` if they are, or if
+/// there is one recording.
+pub(crate) fn differing(
+    problem: &dyn Fitted,
+    shared: &Refined,
+    axes: Vec<Compared>,
+    words: Words,
+) -> Option<(Warning, Vec<usize>)> {
+    if !(2..=RECORDINGS_MAX).contains(&problem.recordings()) {
+        return None;
     }
+    let fit = JointFit { words, axes, shared, own: separate_fits(problem, shared)? };
+    let (odd, differences) = fit.odd()?;
+    Some((fit.warning(odd, &differences), differences.iter().map(|of| of.axis).collect()))
+}
 
+impl JointFit<'_> {
     /// Returns the recording that differs most with the parameters that differ.
     fn odd(&self) -> Option<(usize, Vec<Difference>)> {
-        let own = self.own;
+        let own = &self.own;
         let rank: usize = own.iter().map(|own| own.refined.uncertainty.rank).sum();
-        let freedom = rank.checked_sub(self.rank).filter(|freedom| *freedom > 0)?;
+        let freedom = rank.checked_sub(self.shared.uncertainty.rank).filter(|freedom| *freedom > 0)?;
         let total: f64 = own.iter().map(|own| own.gain).sum();
         if total <= chi_square_limit(freedom) {
             return None;
@@ -117,7 +123,7 @@ impl JointFit<'_> {
         let found = (0..own.len()).map(|n| (n, compared(n))).filter(|(n, _)| own.len() > 2 || *n == largest);
         let found = found.max_by(|(_, a), (_, b)| distance(a).total_cmp(&distance(b)));
         found.filter(|(_, differences)| !differences.is_empty()).or_else(|| {
-            let pairs = own[largest].refined.sigmas[0].iter().zip(&self.sigmas[largest]);
+            let pairs = own[largest].refined.sigmas[0].iter().zip(&self.shared.sigmas[largest]);
             let is_smaller = pairs.into_iter().any(|(alone, joint)| *alone < (1.0 - SMALLER) * joint);
             is_smaller.then(|| (largest, Vec::new()))
         })
@@ -144,7 +150,8 @@ impl JointFit<'_> {
     }
 
     fn warning(&self, odd: usize, differences: &[Difference]) -> Warning {
-        let name = &self.names[odd];
+        let Words { machine, names } = &self.words;
+        let name = &names[odd];
         let one = |Difference { axis, own, others, .. }: &Difference| {
             let Compared { name, unit, .. } = &self.axes[*axis];
             let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
@@ -152,7 +159,6 @@ impl JointFit<'_> {
         };
         let list: Vec<String> = differences.iter().map(one).collect();
         let what = if list.is_empty() { "other parameters fit it better".to_owned() } else { list.join(", ") };
-        let machine = self.machine;
         let message = format!(
             "the recordings are not of one {machine} under one condition: {name} differs most, {what}; the joint fit is a \
              compromise, and its standard errors are too small"

@@ -27,7 +27,7 @@ pub use feedback::{CONTROLLERS, Controller, FeedbackGains, FeedbackWeights, posi
 pub use feedforward::{Regression, regression, regressions};
 pub(crate) use fit_metrics::{FitMetrics, fit_percent, poor_fit};
 pub use fitted::FittedMotor;
-pub(crate) use homogeneity::{Compared, JointFit, RECORDINGS_MAX, homogeneity};
+pub(crate) use homogeneity::{Compared, Words, differing, homogeneity};
 pub(crate) use input_noise::input_noise;
 pub use intersample::{Intersample, detect_intersample, suspicions};
 pub(crate) use intersample::{coarse_rate, intersample_of_current, intersample_of_voltage, is_lively};

@@ -2,7 +2,7 @@
 
 use motorfit_core::setting::{Text, text};
 use motorfit_record::warning::{Location, Warning, name_of};
-use motorfit_record::{Finding, Quantity, Record, Severity, diagnose};
+use motorfit_record::{Quantity, Record, Severity, diagnose};
 
 /// Returns the warnings about recordings, each with the name of its recording.
 #[must_use]
@@ -34,14 +34,8 @@ const PERIOD_DOUBTED_S: f64 = 0.02;
 /// Returns the warnings about one recording, remarks last.
 #[must_use]
 pub fn record_warnings(record: &Record) -> Vec<Warning> {
-    let is_visible = |finding: &Finding| {
-        let masked = |place: &std::ops::Range<usize>| {
-            record.excluded().iter().any(|e| e.start <= place.start && place.end <= e.end)
-        };
-        finding.places.is_empty() || !finding.places.iter().all(masked)
-    };
-    let mut warnings: Vec<Warning> =
-        diagnose(record).into_iter().filter(is_visible).map(|finding| Warning::found(record, finding)).collect();
+    let visible = diagnose(record).into_iter().filter(|finding| finding.is_visible(record));
+    let mut warnings: Vec<Warning> = visible.map(|finding| Warning::found(record, finding)).collect();
     let columns = &record.source().columns;
     let period = record.period_s();
     let unit_open = columns.iter().any(|c| c.quantity == Quantity::Time && !c.unit_named);

@@ -8,6 +8,7 @@ mod homogeneity;
 mod islands;
 mod lacking;
 mod pipeline;
+mod recordings;
 mod result;
 mod sampled_law;
 mod selection;

@@ -7,6 +7,7 @@ use super::given_starts::{GivenStarts, add_responses_at_start, optima_beside, wi
 use super::homogeneity::homogeneity;
 use super::islands::islands;
 use super::lacking::lacking_terms;
+use super::recordings::of_recordings;
 use super::result::{ModelIdentification, OwnModel};
 use super::sampled_law::add_sampled_law;
 use super::selection::{SelectedTerms, select_terms};
@@ -266,7 +267,7 @@ fn result(
     let uncertainty = refined.map(|refined| refined.uncertainty.clone());
     let open = uncertainty.as_ref().map(|uncertainty| Open::new(problem, &values, uncertainty)).unwrap_or_default();
     let combinations = open.sentences();
-    let mut warnings = Vec::new();
+    let mut warnings = of_recordings(problem);
     for text in &combinations {
         warnings.push(Warning::new("not_identifiable", text.clone()));
     }

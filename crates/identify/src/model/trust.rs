@@ -1,16 +1,15 @@
 //! The level of trust in a result with a user's model.
 
 use super::lacking::CODE;
-use super::result::ModelIdentification;
+use super::result::{ModelFit, ModelIdentification};
 use super::step_accuracy::{inaccuracy, shorter_steps};
-use crate::trust::{Facts, Missed, Reason};
+use crate::trust::{Facts, Reason, missed};
 use crate::trust_level::{Trust, TrustLevel, TrustReason};
 use crate::verify::Status;
-use motorfit_core::numeric::{noise_sigma, standard_deviation, upper_median};
+use motorfit_core::numeric::upper_median;
 use motorfit_core::setting::{Text, text};
 use motorfit_core::text::{Shortest, counted, listed, significant};
 use motorfit_evaluate::model::ModelProblem;
-use motorfit_evaluate::noise_share;
 
 use TrustLevel::{Check, Poor};
 
@@ -20,11 +19,13 @@ const SAMPLES_FEW: usize = 40;
 /// Determines the level of trust in a result.
 pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_polished: bool) -> Trust {
     let outlying = outliers(problem, found);
+    let sigma = |fit: &ModelFit| fit.residual_sigma.iter().map(|sigma| sigma.unwrap_or(0.0)).collect();
+    let sigmas: Vec<Vec<f64>> = found.fits.iter().map(sigma).collect();
     let facts = Facts {
         outputs: problem.model().outputs().iter().map(|output| output.name.clone()).collect(),
         recordings: (0..problem.recordings()).map(|n| problem.recording(n).label(n)).collect(),
         fit_percent: &found.fit_percent,
-        missed: &missed(problem, found),
+        missed: &missed(problem, &sigmas),
         tests: &found.residual_tests,
         is_polished,
         search: search(found, is_polished),
@@ -39,20 +40,6 @@ pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_poli
         None => lacking(problem, found, &trust.reasons).unwrap_or_else(|| next(found, reason.code)),
     });
     Trust { next, ..trust }
-}
-
-/// Returns the outputs of recordings whose residuals are far above the noise.
-fn missed(problem: &ModelProblem, found: &ModelIdentification) -> Vec<Missed> {
-    let of = |recording: usize, output: usize| {
-        let signal = problem.recording(recording).counted(output)?;
-        let sigma = found.fits[recording].residual_sigma[output]?;
-        let fit_percent = 100.0 * (1.0 - sigma / standard_deviation(&signal));
-        let is_far = noise_share(noise_sigma(&signal), sigma) < 1.0 && fit_percent.is_finite();
-        is_far.then_some(Missed { recording, output, fit_percent })
-    };
-    let outputs = problem.model().outputs().len();
-    let all = (0..problem.recordings()).flat_map(|recording| (0..outputs).map(move |output| (recording, output)));
-    all.filter_map(|(recording, output)| of(recording, output)).collect()
 }
 
 /// Returns the reason from the search of the bounds. Residuals that are noise do not exclude another optimum that leaves noise too.
@@ -186,7 +173,13 @@ fn next(found: &ModelIdentification, code: &str) -> Text {
             }
             None => text!("Widen the " [Bounds] "."),
         },
+        "sign_reversed" | "units" => "Check units and signs of the signals.".into(),
         "filtered" => text!("Fit the recording without " [Rate] ", " [Decimate] " and " [Filter] "."),
-        _ => "Record longer, or at a higher rate.".into(),
+        "few_samples" => "Record longer, or at a higher rate.".into(),
+        _ => {
+            let warning = found.warnings.iter().find(|warning| warning.code == code);
+            let remedy = warning.and_then(|warning| warning.remedy.clone());
+            remedy.unwrap_or_else(|| "Record longer, or at a higher rate.".into())
+        }
     }
 }

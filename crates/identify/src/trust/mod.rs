@@ -11,6 +11,7 @@ use crate::trust_level::{Trust, TrustLevel, TrustReason};
 use motorfit_core::numeric::chi_square_limit;
 use motorfit_core::setting::{Text, text};
 use motorfit_core::text::listed;
+use motorfit_estimate::Fitted;
 use motorfit_record::Severity;
 use motorfit_record::warning::Warning;
 
@@ -74,6 +75,19 @@ pub(super) struct Missed {
     pub output: usize,
     /// Fit `100 (1 − ‖y − ŷ‖/‖y − mean y‖)` of the output \[%\].
     pub fit_percent: f64,
+}
+
+/// Returns the outputs of recordings whose residuals, of standard deviations `sigmas`, are far above the noise.
+pub(super) fn missed(problem: &dyn Fitted, sigmas: &[Vec<f64>]) -> Vec<Missed> {
+    let of = |recording: usize, output: usize| {
+        let sigma = *sigmas.get(recording)?.get(output)?;
+        let fit_percent = 100.0 * (1.0 - sigma / problem.deviation((recording, output)));
+        let is_far = problem.is_above_noise((recording, output), sigma) && fit_percent.is_finite();
+        is_far.then_some(Missed { recording, output, fit_percent })
+    };
+    let outputs = problem.outputs();
+    let all = (0..problem.recordings()).flat_map(|recording| (0..outputs).map(move |output| (recording, output)));
+    all.filter_map(|(recording, output)| of(recording, output)).collect()
 }
 
 impl Facts<'_> {

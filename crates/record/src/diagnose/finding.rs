@@ -1,6 +1,7 @@
 //! Findings: possible faults of a recording, with their codes.
 
 use crate::heading::Quantity;
+use crate::record::Record;
 use motorfit_core::setting::Text;
 use std::ops::Range;
 
@@ -42,6 +43,14 @@ impl Finding {
         let (message, remedy) = (message.into(), remedy.into());
         let (places, figures) = (Vec::new(), Vec::new());
         Self { code, severity: Severity::Report, quantity, places, message, remedy, figures }
+    }
+
+    /// Returns true if it is about the complete recording, or about samples that are not all excluded.
+    #[doc(hidden)]
+    pub fn is_visible(&self, record: &Record) -> bool {
+        let masked =
+            |place: &Range<usize>| record.excluded().iter().any(|e| e.start <= place.start && place.end <= e.end);
+        self.places.is_empty() || !self.places.iter().all(masked)
     }
 
     pub(super) fn mention_if(mut self, milder: bool) -> Self {
