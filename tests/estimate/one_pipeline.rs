@@ -3,6 +3,7 @@
 //! Does not prove: checks that the built-in motor has alone, which are listed in `ALONE`.
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 
+use crate::support::{changed, of_model};
 use motorfit::analysis::record_warnings;
 use motorfit::criterion::Noise;
 use motorfit::evaluate::model::ModelRecording;
@@ -27,25 +28,6 @@ fn recorded(motor: &Parameters, (high, low): (f64, f64), seed: u64) -> Record {
     let time_s = (0..1000).map(|n| 1e-3 * count(n)).collect();
     let clean = simulated(motor, &Excitation { time_s, voltage, torque: None }, Discretization::Zoh).unwrap();
     with_noise(&clean, noise_of(&clean, Noise::Decibels(40.0)), seed).unwrap()
-}
-
-/// Returns the recording with changed samples.
-fn changed(record: &Record, change: impl Fn(&mut Samples)) -> Record {
-    let mut samples = record.samples().clone();
-    change(&mut samples);
-    Record::new(samples).unwrap()
-}
-
-fn of_model(record: &Record) -> ModelRecording {
-    ModelRecording {
-        time_s: record.samples().time_s.clone(),
-        step_s: vec![record.period_s()],
-        inputs: vec![record.samples().voltage.clone(), vec![0.0; record.len()]],
-        measured: record.measured().map(|signal| signal.map(<[f64]>::to_vec)).to_vec(),
-        counting: Vec::new(),
-        effective_sample_ratio: 1.0,
-        name: None,
-    }
 }
 
 type Both = (motorfit::Result<Identification>, motorfit::Result<ModelIdentification>);

@@ -5,6 +5,7 @@ mod coverage;
 mod diagnose;
 mod limits;
 mod machines;
+mod model_trust;
 mod real;
 mod recovery;
 #[path = "../support/mod.rs"]

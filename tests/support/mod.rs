@@ -17,6 +17,7 @@ pub mod wpilog;
 use motorfit::Result;
 use motorfit::candidates::Candidates;
 use motorfit::criterion::{Criterion, Noise, Norm, Scale};
+use motorfit::evaluate::model::ModelRecording;
 use motorfit::evaluate::{Batch, Evaluator, Group, Model, Problem};
 use motorfit::experiment::{Excitation, simulated};
 use motorfit::motor::{Discretization, Parameters, Space};
@@ -49,6 +50,19 @@ pub fn changed(record: &Record, change: impl FnOnce(&mut Samples)) -> Record {
     let mut samples = record.samples().clone();
     change(&mut samples);
     Record::new(samples).unwrap()
+}
+
+/// Returns a recording of a motor as one of a model with its inputs and outputs.
+pub fn of_model(record: &Record) -> ModelRecording {
+    ModelRecording {
+        time_s: record.samples().time_s.clone(),
+        step_s: vec![record.period_s()],
+        inputs: vec![record.samples().voltage.clone(), vec![0.0; record.len()]],
+        measured: record.measured().map(|signal| signal.map(<[f64]>::to_vec)).to_vec(),
+        counting: Vec::new(),
+        effective_sample_ratio: 1.0,
+        name: None,
+    }
 }
 
 /// Returns a problem with the bounds of Table 2.
