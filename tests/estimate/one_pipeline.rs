@@ -14,7 +14,7 @@ use motorfit::identify::{Identification, IdentifySpec, TrustLevel, TrustReason, 
 use motorfit::model::{BuiltIn, Model};
 use motorfit::motor::{Discretization, Parameters};
 use motorfit::numeric::count;
-use motorfit::record::{FINDINGS, Record, Samples};
+use motorfit::record::{FINDINGS, Mask, Record, Samples, parse_masks};
 use motorfit::warning::Warning;
 use std::ops::ControlFlow;
 
@@ -121,6 +121,29 @@ fn findings_about_recordings_are_those_of_the_motor() {
         assert_eq!(own, of_recordings(&found.warnings), "{code}");
         assert_ne!(found.trust.level, TrustLevel::Good, "{code}");
     }
+}
+
+#[test]
+fn the_next_step_for_a_clipped_current_leads_to_a_good_result() {
+    let model = Model::parse(&BuiltIn::DcMotor.source().replace("\"measured\"", "0")).unwrap();
+    let one = recorded(&Parameters::M2, (8.0, -4.0), 3);
+    let clip = |samples: &mut Samples| samples.current.iter_mut().flatten().for_each(|i| *i = i.min(4.0));
+    let mut recording = of_model(&changed(&one, clip));
+    let found = |recording: &ModelRecording| {
+        let of = std::slice::from_ref(recording);
+        identify_model(&model, of, &ModelSpec::default(), &mut |_| ControlFlow::Continue(())).unwrap()
+    };
+    let next = found(&recording).trust.next.unwrap().to_string();
+    assert!(next.starts_with("Exclude the samples: "), "{next}");
+    let items: Vec<String> =
+        next.trim_end_matches('.').rsplit([' ', '=']).next().unwrap().split(',').map(str::to_owned).collect();
+    let masks = parse_masks(&items).unwrap();
+    let is_masked = |time: &f64| {
+        masks.iter().any(|mask| matches!(mask, Mask::Time { from, to, .. } if (*from..=*to).contains(time)))
+    };
+    let kept: Vec<bool> = recording.time_s.iter().map(|time| !is_masked(time)).collect();
+    recording.counting = vec![kept; 2];
+    assert_eq!(found(&recording).trust.level, TrustLevel::Good, "{next}");
 }
 
 #[test]

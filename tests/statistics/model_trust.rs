@@ -1,13 +1,14 @@
 //! Proves: motors as users' models: of fits with a wrong effect, unit, sign, clock or channel at most 1 % are trusted, and 95 % intervals of
 //! trusted results of right fits cover in 94 to 96 %. The models are the linear motor, one with dry friction, and one with a position,
 //! whose recordings are not examined by the rules of the motor.
-//! Does not prove: machines with other channels than a motor (`machines`).
+//! Does not prove: machines with other channels than a motor, and simulations by other equations than the library's (`machines`); faults
+//! in units within wider bounds than two decades.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(clippy::cast_precision_loss, reason = "small numbers")]
 
 use crate::support::joint::{Truth, motor, numbers, records};
 use crate::support::of_model;
-use crate::support::rates::{cases, covers, is_rare};
+use crate::support::rates::{cases, covers, is_rare, reaches};
 use crate::trust::trusted_wrong_fits;
 use motorfit::evaluate::model::ModelRecording;
 use motorfit::identify::TrustLevel;
@@ -78,8 +79,8 @@ fn intervals_of_trusted_models_cover() {
         let within = own.iter().filter(|inside| **inside).count();
         println!("{name}: good {} of {}, {within} of {} intervals cover", good().count(), all.len(), own.len());
         [inside, intervals] = [inside + within, intervals + own.len()];
-        // 98 % of right fits of the built-in motor are trusted.
-        assert!(10 * good().count() >= 7 * all.len(), "{name}: few right fits are trusted");
+        // As of the built-in motor, of whose right fits 99.5 % are trusted.
+        assert!(reaches(good().count(), all.len(), 0.98), "{name}: few right fits are trusted");
     }
     assert!(covers(inside, intervals, [0.94, 0.96]), "{inside} of {intervals}");
 }

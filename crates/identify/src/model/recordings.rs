@@ -4,11 +4,13 @@
 //! position, a spring or gravity would need a further state. For other models the rules do not hold.
 
 use motorfit_core::setting::{Text, text};
+use motorfit_core::text::{Shortest, significant};
 use motorfit_core::units::{Dimension, Unit, parse_unit};
 use motorfit_evaluate::model::{ModelProblem, ModelRecording};
 use motorfit_model::Model;
 use motorfit_record::warning::{Location, Warning, name_of};
-use motorfit_record::{Quantity, Record, Samples, diagnose};
+use motorfit_record::{Finding, Quantity, Record, Samples, diagnose};
+use std::ops::Range;
 
 /// The signals of a DC motor among those of a model.
 struct Motor<'a> {
@@ -82,15 +84,43 @@ impl<'a> Motor<'a> {
         }
     }
 
-    /// Returns the remedy of a finding that names columns, with the name of the signal in the model.
-    fn remedy(&self, code: &str, quantity: Quantity) -> Option<Text> {
-        let name = self.name(quantity)?;
-        match code {
-            "sign_reversed" => Some(text!("Reverse its sign: " [Columns = "{name}=HEADING*-1"] ".")),
-            "units" => Some(text!("If it is, name the unit: " [Columns = "{name}=HEADING:UNIT"] ".")),
-            _ => None,
-        }
+    /// Returns the remedy of a finding in place of one that names settings of the built-in motor alone; `None` if its own holds.
+    fn remedy(&self, finding: &Finding, recording: &ModelRecording) -> Option<Text> {
+        let name = self.name(finding.quantity)?;
+        // A column may be in another unit than the finding.
+        let less = || text!([Columns = "{name}=HEADING-VALUE"] ".");
+        let is_cut_off = finding.figures.iter().any(|(name, _)| *name == "samples");
+        Some(match finding.code {
+            "sign_reversed" => text!("Reverse its sign: " [Columns = "{name}=HEADING*-1"] "."),
+            "units" => text!("If it is, name the unit: " [Columns = "{name}=HEADING:UNIT"] "."),
+            "rest_offset" => text!("If it is the sensor's offset, subtract it: ").and(less()),
+            "idle_input" => text!("If that is the drive's idle command, subtract it: ").and(less()),
+            // A drive that limits the current has no such figure: there the recorded voltage is not that of the motor.
+            "current_clipped" if is_cut_off => exclude(recording, finding.places.iter().cloned()),
+            "undersampled_input" if !finding.places.is_empty() => exclude(recording, finding.places.iter().cloned()),
+            "voltage_without_current" => {
+                "Leave that part out, or record the voltage at the motor: a disabled drive does not short it.".into()
+            }
+            _ => return None,
+        })
     }
+}
+
+/// Largest number of intervals in a suggested mask.
+const INTERVALS: usize = 10;
+
+/// Returns the remedy that excludes ranges of samples.
+pub(super) fn exclude(recording: &ModelRecording, ranges: impl Iterator<Item = Range<usize>>) -> Text {
+    // Half a step around a range, so that the interval is not empty.
+    let margin = |n: usize| 0.5 * recording.step(n);
+    let bound = |seconds: f64| Shortest(significant(seconds, 9).parse().unwrap_or(seconds)).to_string();
+    let interval = |range: Range<usize>| {
+        let (first, last) = (range.start, range.end - 1);
+        let ends = [recording.time_s[first] - margin(first), recording.time_s[last] + margin(last)];
+        ends.map(bound).join(":")
+    };
+    let intervals: Vec<String> = ranges.take(INTERVALS).map(interval).collect();
+    text!("Exclude the samples: " [Mask = "{}", intervals.join(",")] ".")
 }
 
 /// Returns values in the unit of a quantity.
@@ -107,8 +137,8 @@ pub(super) fn of_recordings(problem: &ModelProblem) -> Vec<Warning> {
         let recording = problem.recording(number);
         let Some(record) = motor.record(recording) else { return Vec::new() };
         let name = recording.name.clone().unwrap_or_else(|| name_of(&record));
-        let warning = |finding: motorfit_record::Finding| {
-            let remedy = motor.remedy(finding.code, finding.quantity);
+        let warning = |finding: Finding| {
+            let remedy = motor.remedy(&finding, recording);
             let own = Warning::found(&record, finding);
             let place = Location { recording: Some(name.clone()), ..own.place.unwrap_or_default() };
             Warning { place: Some(place), remedy: remedy.or(own.remedy), ..own }

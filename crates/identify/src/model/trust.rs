@@ -1,6 +1,7 @@
 //! The level of trust in a result with a user's model.
 
 use super::lacking::CODE;
+use super::recordings::exclude;
 use super::result::{ModelFit, ModelIdentification};
 use super::step_accuracy::{inaccuracy, shorter_steps};
 use crate::trust::{Facts, Reason, missed};
@@ -8,10 +9,14 @@ use crate::trust_level::{Trust, TrustLevel, TrustReason};
 use crate::verify::Status;
 use motorfit_core::numeric::upper_median;
 use motorfit_core::setting::{Text, text};
-use motorfit_core::text::{Shortest, counted, listed, significant};
+use motorfit_core::text::{Shortest, counted, listed};
 use motorfit_evaluate::model::ModelProblem;
+use motorfit_record::Severity;
 
 use TrustLevel::{Check, Poor};
+
+/// Findings about recordings that are mended before anything else, the gravest first.
+const SPOILED: [&str; 4] = ["sign_reversed", "units", "voltage_without_current", "current_clipped"];
 
 /// Number of samples up to which residuals are not tested for whiteness.
 const SAMPLES_FEW: usize = 40;
@@ -33,9 +38,14 @@ pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_poli
         more: more(problem, found, (is_polished, outlying.as_ref().map(|(message, _)| message))),
     };
     let trust = facts.trust();
-    // Wrong samples spoil the fit and the tests of the residuals too.
-    let next = trust.reasons.first().map(|reason| match &outlying {
-        Some((_, intervals)) => text!("Exclude the samples: " [Mask = "{intervals}"] "."),
+    // Wrong signals and samples spoil the fit and the tests of the residuals too.
+    let graver = || found.warnings.iter().filter(|warning| warning.severity == Severity::Report);
+    let spoiled = || {
+        let found = SPOILED.iter().find_map(|code| graver().find(|warning| warning.code == *code));
+        found.and_then(|warning| warning.remedy.clone()).or_else(|| Some(outlying.as_ref()?.1.clone()))
+    };
+    let next = trust.reasons.first().map(|reason| match spoiled() {
+        Some(remedy) => remedy,
         None if reason.code == "not_accurate" => shorter_steps(problem),
         None => lacking(problem, found, &trust.reasons).unwrap_or_else(|| next(found, reason.code)),
     });
@@ -101,12 +111,9 @@ fn more(
 /// Residuals beyond this multiple of their median magnitude are outliers: ten standard deviations of Gaussian noise.
 const OUTLIER: f64 = 15.0;
 
-/// Largest number of intervals in a suggested mask.
-const INTERVALS: usize = 10;
-
-/// Returns a description of the samples of an output that are far from the model, and the mask that excludes them; `None` if there are
+/// Returns a description of the samples of an output that are far from the model, and the remedy that excludes them; `None` if there are
 /// none. A model that lacks an effect has many large residuals, not a few.
-fn outliers(problem: &ModelProblem, found: &ModelIdentification) -> Option<(String, String)> {
+fn outliers(problem: &ModelProblem, found: &ModelIdentification) -> Option<(String, Text)> {
     for (n, fit) in found.fits.iter().enumerate() {
         let recording = problem.recording(n);
         let outputs = problem.model().outputs().iter().enumerate();
@@ -120,20 +127,12 @@ fn outliers(problem: &ModelProblem, found: &ModelIdentification) -> Option<(Stri
                 continue;
             };
             let time = |k: usize| Shortest(recording.time_s[k]);
-            // Half a step around a run of samples, so that the interval is not empty.
-            let margin = |k: usize| 0.5 * recording.step(k);
-            let bound = |seconds: f64| Shortest(significant(seconds, 9).parse().unwrap_or(seconds)).to_string();
             let samples = counted(far.len(), "sample");
             let verb = if far.len() == 1 { "is" } else { "are" };
             let message =
                 format!("{samples} of {} {verb} far from the model, the first at {} s", output.name, time(first));
-            let runs = far.chunk_by(|a, b| a + 1 == *b).take(INTERVALS);
-            let interval = |run: &[usize]| {
-                let (first, last) = (run[0], run[run.len() - 1]);
-                let ends = [recording.time_s[first] - margin(first), recording.time_s[last] + margin(last)];
-                ends.map(bound).join(":")
-            };
-            return Some((message, runs.map(interval).collect::<Vec<_>>().join(",")));
+            let runs = far.chunk_by(|a, b| a + 1 == *b).map(|run| run[0]..run[run.len() - 1] + 1);
+            return Some((message, exclude(recording, runs)));
         }
     }
     None
@@ -173,7 +172,6 @@ fn next(found: &ModelIdentification, code: &str) -> Text {
             }
             None => text!("Widen the " [Bounds] "."),
         },
-        "sign_reversed" | "units" => "Check units and signs of the signals.".into(),
         "filtered" => text!("Fit the recording without " [Rate] ", " [Decimate] " and " [Filter] "."),
         "few_samples" => "Record longer, or at a higher rate.".into(),
         _ => {
