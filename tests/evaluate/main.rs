@@ -12,3 +12,4 @@ mod sampled_laws;
 mod search_problems;
 #[path = "../support/mod.rs"]
 mod support;
+mod two_links;

@@ -585,7 +585,7 @@ fn bad_models_give_the_place_and_a_remedy() {
         ("v - R*i", "v - R*i^0.3*i", 11, "13", "the power 0.3"),
         ("v - R*i", "v - R*i/0", 11, "13", "division by zero"),
         ("v - R*i", "v - R*i + stick(v, v)", 11, "22", "is not a state"),
-        ("v - R*i", "v - R*i - R*stick(i, i)*i/i", 13, "1", "more than a factor of parameters"),
+        ("v - R*i", "v - R*i - R*stick(i, i)*abs(stick(i, i))/i", 13, "1", "by more than a factor"),
         ("v - R*i", "v - R*i + e", 11, "16", "\"e\" depends on itself"),
         ("d = \"e/L\"", "d = \"e\"", 13, "24", "expected A/s"),
         ("d = \"e/L\", ", "", 13, "1", "has no d"),

@@ -7,6 +7,9 @@ use super::definition::{InitialState, Model, ModelState};
 use super::graph::{Id, Leaf, evaluate};
 use motorfit_core::numeric::{count, whole};
 
+/// Sweeps over reactions at most.
+const SWEEPS_MAX: usize = 200;
+
 /// A simulation of a model with values of its parameters and inputs of the shape `[inputs][samples]`, held over each step.
 struct Simulation<'a> {
     model: &'a Model,
@@ -98,21 +101,43 @@ impl Simulation<'_> {
         let k4 = self.of(&right, Point { states: &moved(&k3, h), ..at });
         let mut next: Vec<f64> =
             (0..x.len()).map(|s| x[s] + h / 6.0 * (k1[s] + 2.0 * (k2[s] + k3[s]) + k4[s])).collect();
-        let reactions = &self.model.reactions;
-        let mut order: Vec<usize> = (0..reactions.len()).collect();
-        order.sort_by_key(|r| reactions[*r].state);
-        for r in order {
-            let axis = reactions[r].state;
-            let limit = self.of(&[reactions[r].limit], at)[0];
-            // Reactions act linearly: their gain is the difference that a unit makes.
-            let mut unit = vec![0.0; reactions.len()];
-            unit[r] = 1.0;
-            let (with, without) = (self.of(&right, Point { reactions: &unit, ..at }), self.of(&right, at));
-            let gain: Vec<f64> = with.iter().zip(&without).map(|(a, b)| h * (a - b)).collect();
-            let value = (-next[axis] / gain[axis]).clamp(-limit, limit);
-            next.iter_mut().zip(&gain).for_each(|(x, gain)| *x += gain * value);
-        }
+        self.react(&right, at, h, &mut next);
         next
+    }
+
+    /// Adds the reactions over a substep of `h` seconds to the states at its end. In sweeps each reaction in turn takes the value that brings
+    /// its state to zero with the others as they are, until those that act on each other agree.
+    fn react(&mut self, right: &[Id], at: Point<'_>, h: f64, next: &mut [f64]) {
+        let number = self.model.reactions.len();
+        let limits: Vec<Id> = self.model.reactions.iter().map(|reaction| reaction.limit).collect();
+        let limits = self.of(&limits, at);
+        let without = self.of(right, at);
+        // Reactions act linearly: their gain is the difference that a unit makes.
+        let gain = |r: usize| {
+            let mut unit = vec![0.0; number];
+            unit[r] = 1.0;
+            let with = self.of(right, Point { reactions: &unit, ..at });
+            with.iter().zip(&without).map(|(a, b)| h * (a - b)).collect()
+        };
+        let gains: Vec<Vec<f64>> = (0..number).map(gain).collect();
+        let mut order: Vec<usize> = (0..number).collect();
+        order.sort_by_key(|r| self.model.reactions[*r].state);
+        let mut values = vec![0.0; number];
+        let enough = 1e-14 * limits.iter().copied().fold(0.0, f64::max);
+        for _ in 0..SWEEPS_MAX {
+            let mut change: f64 = 0.0;
+            for r in &order {
+                let own = self.model.reactions[*r].state;
+                let value = (values[*r] - next[own] / gains[*r][own]).clamp(-limits[*r], limits[*r]);
+                let by = value - values[*r];
+                next.iter_mut().zip(&gains[*r]).for_each(|(x, gain)| *x += gain * by);
+                values[*r] = value;
+                change = change.max(by.abs());
+            }
+            if number < 2 || change <= enough {
+                break;
+            }
+        }
     }
 }
 

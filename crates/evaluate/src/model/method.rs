@@ -66,7 +66,7 @@ impl ModelMethod {
         let is_even = recordings.iter().all(|recording| recording.regular_step_s().is_some());
         let mut graph = model.graph.clone();
         let affine = Affine::of(model, &mut graph);
-        let is_affine = affine.nonlinear_rows(&graph).is_empty();
+        let is_affine = affine.is_complete(&graph);
         let step = recordings.iter().map(ModelRecording::longest_step_s).fold(0.0, f64::max);
         let rate = if is_even && is_affine { 0.0 } else { largest_rate(model, space, recordings) };
         let stiffness = Stiffness { rate, per_step: step * rate, is_affine };

@@ -3,6 +3,8 @@
 #[cfg(test)]
 mod affine_tests;
 #[cfg(test)]
+mod coupled_reaction_tests;
+#[cfg(test)]
 mod delay_tests;
 mod evaluator;
 mod method;

@@ -7,10 +7,10 @@ use super::*;
 use motorfit_core::numeric::{count, rms};
 use motorfit_model::{IntegrationMethod, Model, reference};
 
-const METHODS: [IntegrationMethod; 2] = [IntegrationMethod::Exponential, IntegrationMethod::RungeKutta];
+pub(super) const METHODS: [IntegrationMethod; 2] = [IntegrationMethod::Exponential, IntegrationMethod::RungeKutta];
 
 /// Simulates a model whose initial values are given.
-fn simulated(
+pub(super) fn simulated(
     model: &Model,
     values: &[f64],
     (inputs, step_s): (&[Vec<f64>], f64),

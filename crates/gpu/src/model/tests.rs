@@ -207,6 +207,23 @@ fn late_signals_in_outputs_and_sampled_laws_are_those_of_the_interpreter() {
 }
 
 #[test]
+fn friction_of_joints_that_act_on_each_other_is_that_of_the_interpreter() {
+    let model = Model::parse(include_str!("../../../../examples/two-links.toml")).unwrap();
+    // In f32 rounding decides now and then whether a joint rests in a step.
+    for (precision, limit) in [(Precision::F64, 1e-9), (Precision::F32, 1e-2)] {
+        let Some(mut gpu) = open(precision) else { return };
+        for method in IntegrationMethod::ALL {
+            let settings = ModelSettings { method: Some((method, 2)), ..ModelSettings::default() };
+            let problem = problem(&model, vec![recording(&model, 2500, 1e-3)], settings);
+            assert!(gpu.serves_model(&problem).unwrap());
+            let errors = errors(&mut gpu, &problem, 200);
+            let most = order_statistic(&mut errors.clone(), 0.9);
+            assert!(errors.len() > 100 && most < limit, "{method:?} {precision:?}: {} {most:e}", errors.len());
+        }
+    }
+}
+
+#[test]
 fn a_wrong_shader_is_refused() {
     let Some(gpu) = open(Precision::F64) else { return };
     let device = &gpu.device;

@@ -1,10 +1,11 @@
-//! Checks of a complete model: outputs and states exist, reactions act as they can be computed, every parameter has an effect.
+//! Checks of a complete model: outputs and states exist, every parameter has an effect.
 
 use super::document::{Document, Entry};
 use super::model::Model;
 use super::names::{Names, undelayed};
 use super::parts::InitialState;
-use crate::graph::{Direction, Id, Leaf};
+use super::reactions::reactions;
+use crate::graph::{Id, Leaf};
 use motorfit_core::Result;
 use motorfit_core::text::{listed, quoted};
 use std::collections::HashSet;
@@ -40,37 +41,6 @@ pub(super) fn model(document: &Document<'_>, model: &Model) -> Result<()> {
     }
     reactions(document, model)?;
     effects(document, model)
-}
-
-/// Checks that reactions act linearly, with factors of parameters, on their own states, and that limits need no reactions.
-fn reactions(document: &Document<'_>, model: &Model) -> Result<()> {
-    let mut graph = model.graph.clone();
-    let states = document.section("states")?;
-    let at = |state: usize| states.get(state).map_or(0, |entry| entry.at);
-    let is_reaction = |leaf: &Leaf| matches!(leaf, Leaf::Reaction(_));
-    for (number, reaction) in (0_u16..).zip(&model.reactions) {
-        let name = &model.states[reaction.state].name;
-        if model.graph.leaves(&[reaction.limit]).iter().any(is_reaction) {
-            let message = format!("the limit of stick({name}, …) depends on another stick");
-            return Err(document.error(at(reaction.state), message, "Give a limit of inputs, parameters and states."));
-        }
-        let one = graph.constant(1.0);
-        let mut direction = Direction::new(|leaf| (leaf == Leaf::Reaction(number)).then_some(one));
-        for (state, of) in model.states.iter().enumerate() {
-            let factor = direction.derivative(&mut graph, of.derivative);
-            if !graph.is_fixed(factor) {
-                let message = format!("stick({name}, …) acts on {} by more than a factor of parameters", of.name);
-                let hint = "Add or subtract the reaction, multiplied or divided by constants and parameters only.";
-                return Err(document.error(at(state), message, hint));
-            }
-            if state == reaction.state && graph.is_constant(factor, 0.0) {
-                let message = format!("stick({name}, …) does not act on {name}");
-                let hint = format!("Subtract it in the derivative of {name}.");
-                return Err(document.error(at(state), message, hint));
-            }
-        }
-    }
-    Ok(())
 }
 
 /// Checks that every parameter has an effect on an output.

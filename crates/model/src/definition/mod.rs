@@ -9,6 +9,7 @@ mod lower;
 mod model;
 mod names;
 mod parts;
+mod reactions;
 mod read;
 mod sections;
 mod terms;
@@ -21,6 +22,7 @@ pub use parts::{
     Equation, InitialState, ModelConstant, ModelInput, ModelOutput, ModelParameter, ModelState, ModelTerm, NodeId,
     WrittenUnit,
 };
+pub(crate) use reactions::{coupled, factors_of};
 
 use motorfit_core::limit::{Limit, limit_of};
 

@@ -1,7 +1,8 @@
-//! The affine part of the equations: `dx/dt = A x + B u + c + Γ r + rest`, with coefficients of parameters alone.
+//! The affine part of the equations: `dx/dt = A x + B u + c + Γ r + rest`, with coefficients of parameters alone. Γ may depend on
+//! inputs and states.
 
-use crate::definition::Model;
-use crate::graph::{Direction, Graph, Id, Leaf, Node, Substitution};
+use crate::definition::{Model, coupled, factors_of};
+use crate::graph::{Graph, Id, Leaf, Node, Substitution};
 
 /// The equations of a model, separated; matrices row by row.
 #[derive(Debug, Clone)]
@@ -14,6 +15,8 @@ pub struct Affine {
     pub constant: Vec<Id>,
     /// Γ, shape `[reactions, states]`.
     pub reactions: Vec<Vec<Id>>,
+    /// The numbers of the reactions in the order in which they act, those that act on each other together.
+    pub groups: Vec<Vec<usize>>,
     /// The other terms of each state, without reactions.
     pub rest: Vec<Id>,
     /// The right-hand sides without reactions.
@@ -24,14 +27,11 @@ impl Affine {
     /// Separates the equations of a model.
     pub fn of(model: &Model, graph: &mut Graph) -> Self {
         let (states, inputs) = (model.states.len(), model.inputs.len() + model.delayed.len() + model.laws.len());
-        let [zero, one] = [0.0, 1.0].map(|value| graph.constant(value));
+        let zero = graph.constant(0.0);
         let derivatives: Vec<Id> = model.states.iter().map(|state| state.derivative).collect();
-        let reactions = (0..model.reactions.len()).map(|number| {
-            let mut direction =
-                Direction::new(|leaf| matches!(leaf, Leaf::Reaction(n) if usize::from(n) == number).then_some(one));
-            derivatives.iter().map(|derivative| direction.derivative(graph, *derivative)).collect()
-        });
-        let reactions = reactions.collect();
+        let numbers = (0_u16..).take(model.reactions.len());
+        let reactions: Vec<Vec<Id>> = numbers.map(|number| factors_of(graph, model, number)).collect();
+        let groups = coupled(graph, &model.reactions, &reactions);
         let mut without = Substitution::new(|leaf| matches!(leaf, Leaf::Reaction(_)).then_some(zero));
         let right: Vec<Id> = derivatives.iter().map(|derivative| without.apply(graph, *derivative)).collect();
         let right = graph.with_collected_terms(&right);
@@ -40,6 +40,7 @@ impl Affine {
             inputs: vec![vec![zero; inputs]; states],
             constant: vec![zero; states],
             reactions,
+            groups,
             rest: vec![zero; states],
             right,
         };
@@ -66,6 +67,16 @@ impl Affine {
         affine
     }
 
+    /// Returns true if there are no other terms, and reactions act by factors of parameters alone.
+    pub fn is_complete(&self, graph: &Graph) -> bool {
+        self.nonlinear_rows(graph).is_empty() && (0..self.reactions.len()).all(|n| !self.varies(graph, n))
+    }
+
+    /// Returns true for a reaction whose factors depend on inputs or states.
+    pub(super) fn varies(&self, graph: &Graph, reaction: usize) -> bool {
+        self.reactions[reaction].iter().any(|factor| !graph.is_fixed(*factor))
+    }
+
     /// Returns the rows with terms that are not affine.
     pub fn nonlinear_rows(&self, graph: &Graph) -> Vec<usize> {
         (0..self.rest.len()).filter(|row| !graph.is_constant(self.rest[*row], 0.0)).collect()
@@ -77,6 +88,6 @@ impl Model {
     #[must_use]
     pub fn is_affine(&self) -> bool {
         let mut graph = self.graph.clone();
-        Affine::of(self, &mut graph).nonlinear_rows(&graph).is_empty()
+        Affine::of(self, &mut graph).is_complete(&graph)
     }
 }

@@ -1,5 +1,6 @@
 //! A step of affine equations in the layout of a kernel.
 
+use super::affine::Affine;
 use super::extras::{Block, Source};
 use super::map::Step;
 use crate::definition::Model;
@@ -52,12 +53,16 @@ pub struct AffineReaction {
 }
 
 impl Step {
-    /// Returns the layout for a kernel; `None` for a step with nonlinear terms, memories, sampled laws, limits that vary, outputs that are not states,
-    /// or too many states.
+    /// Returns the layout for a kernel; `None` for a step with nonlinear terms, memories, sampled laws, limits that vary, reactions that act on
+    /// each other, outputs that are not states, or too many states.
     pub fn affine_step(&self, model: &Model, substeps: usize) -> Option<AffineStep> {
         let extras = self.extras.as_ref().filter(|extras| extras.is_affine())?;
         let outputs = self.output_states()?;
         let number = model.states.len();
+        let affine = Affine::of(model, &mut self.graph.clone());
+        if affine.groups.iter().any(|group| group.len() > 1) {
+            return None;
+        }
         if !self.memories.is_empty() || !model.laws.is_empty() || number > STATES_MAX {
             return None;
         }

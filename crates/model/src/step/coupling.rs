@@ -2,13 +2,19 @@
 //!
 //! A unit of a reaction that acts with Γ changes the states over a step by `h Γ + h²/2 J Γ`, up to the third order in h, with the Jacobian
 //! J anywhere in the step. The affine part of J is in the gains to higher order; here is that of the other terms, at the start of the
-//! step, with the inputs there: `h²/2 J Γ / (1 + h/2 max(0, −tr J))`. The denominator is of the next order, and exact for a stiff J of rank
+//! step, with the inputs and Γ there: `h²/2 J Γ / (1 + h/2 max(0, −tr J))`. The denominator is of the next order, and exact for a stiff J of rank
 //! one, such as damping in contact (J. Sherman, W. J. Morrison 1950), so that gains keep their sign.
 
 use super::affine::Affine;
-use super::reaction::StepEnd;
-use super::right_hand_sides::right_hand_sides;
+use super::right_hand_sides::{InputsAt, right_hand_sides};
 use crate::graph::{Binary, Direction, Graph, Id, Leaf};
+
+/// States and inputs at one end of a step.
+#[derive(Clone, Copy)]
+pub(super) struct StepEnd<'a> {
+    pub states: &'a [Id],
+    pub inputs: &'a InputsAt,
+}
 
 /// Adds to the gains of reactions, shape `[reactions, states]`, what terms that are not affine add over a step of length `step`. `begin`
 /// are states and inputs at its start.

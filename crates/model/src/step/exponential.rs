@@ -5,11 +5,11 @@
 //! twice, and `h (4φ₃−φ₂)` (S. M. Cox, P. C. Matthews, J. Comput. Phys. 176, 2002, Eqs. 26 to 29).
 
 use super::affine::Affine;
-use super::coupling::add_coupling;
+use super::coupling::StepEnd;
 use super::extras::{Block, Extras, Source};
 use super::map::Step;
 use super::memories::{Substep, parameter};
-use super::reaction::{StepEnd, react};
+use super::reaction::Reactions;
 use super::right_hand_sides::{InputsAt, right_hand_sides};
 use super::sampled;
 use super::sensor::{Begin, track};
@@ -28,15 +28,7 @@ struct Builder<'a> {
 
 impl Builder<'_> {
     fn column(&mut self, block: Block) -> Vec<Id> {
-        let from = self.first + self.extras.place(block);
-        (from..from + self.extras.length(block)).map(|n| parameter(self.graph, n)).collect()
-    }
-
-    /// Returns the change of the states over a step by a unit of each reaction, shape `[reactions, states]`.
-    fn gains(&mut self) -> Vec<Vec<Id>> {
-        let is_reaction = |n: &usize| matches!(self.extras.sources[*n], Source::Reaction(_));
-        let sources: Vec<usize> = (0..self.extras.sources.len()).filter(is_reaction).collect();
-        sources.into_iter().map(|n| self.column(Block::Start(n))).collect()
+        column(self.graph, (self.extras, self.first), block)
     }
 
     /// Adds columns times factors to states.
@@ -86,6 +78,28 @@ impl Builder<'_> {
     }
 }
 
+/// Returns a column of the exponentials, whose parameters begin at `first`.
+fn column(graph: &mut Graph, (extras, first): (&Extras, usize), block: Block) -> Vec<Id> {
+    let from = first + extras.place(block);
+    (from..from + extras.length(block)).map(|n| parameter(graph, n)).collect()
+}
+
+/// Returns the change of the states over a step by a unit of a reaction with factors Γ: `h φ₁ Γ`.
+fn gain(graph: &mut Graph, of: (&Extras, usize), reaction: usize, factors: &[Id]) -> Vec<Id> {
+    let (extras, _) = of;
+    if let Some(source) = extras.sources.iter().position(|source| *source == Source::Reaction(reaction)) {
+        return column(graph, of, Block::Start(source));
+    }
+    let mut gain = vec![graph.constant(0.0); factors.len()];
+    for (place, row) in extras.acted.iter().enumerate() {
+        for (gain, own) in gain.iter_mut().zip(column(graph, of, Block::Acted(place))) {
+            let change = graph.multiply(own, factors[*row]);
+            *gain = graph.add(*gain, change);
+        }
+    }
+    gain
+}
+
 impl Step {
     /// Makes the step with matrix exponentials; `begin` is what is known at its start.
     pub(super) fn exponential(
@@ -128,12 +142,11 @@ impl Step {
             }
             if !model.reactions.is_empty() {
                 milestones.extend(&next);
-                let mut gains = builder.gains();
-                let [first, _, last] = &builder.inputs;
-                let [start, end] = [(&x, first), (&next, last)].map(|(states, inputs)| StepEnd { states, inputs });
-                let h = builder.graph.constant(extras.step_s);
-                add_coupling(builder.graph, affine, start, h, &mut gains);
-                next = react(builder.graph, model, start, end, &gains);
+                let [start, _, last] = &builder.inputs;
+                let [start, end] = [(&x, start), (&next, last)].map(|(states, inputs)| StepEnd { states, inputs });
+                let step = builder.graph.constant(extras.step_s);
+                let gain = |graph: &mut Graph, n: usize, factors: &[Id]| gain(graph, (&extras, first), n, factors);
+                next = Reactions { model, affine, step, gain: &gain }.react(builder.graph, start, end);
             }
             if substep + 1 < substeps || !begin.sensors.is_empty() {
                 milestones.extend(&next);
@@ -160,7 +173,10 @@ fn extras_of(model: &Model, affine: &Affine, graph: &Graph, (step_s, settings): 
         .chain([(Source::Constant, affine.constant.clone())])
         .collect();
     sources.retain(|(_, column)| !is_zero(graph, column));
-    sources.extend(affine.reactions.iter().enumerate().map(|(n, column)| (Source::Reaction(n), column.clone())));
+    let reactions = affine.reactions.iter().enumerate();
+    let (varying, constant): (Vec<_>, Vec<_>) = reactions.partition(|(n, _)| affine.varies(graph, *n));
+    sources.extend(constant.into_iter().map(|(n, column)| (Source::Reaction(n), column.clone())));
+    let is_acted = |row: &usize| varying.iter().any(|(_, column)| !graph.is_constant(column[*row], 0.0));
     Extras {
         roots: affine
             .states
@@ -173,6 +189,7 @@ fn extras_of(model: &Model, affine: &Affine, graph: &Graph, (step_s, settings): 
         sources: sources.into_iter().map(|(source, _)| source).collect(),
         is_first_order_hold: settings.is_first_order_hold,
         rows: affine.nonlinear_rows(graph),
+        acted: (0..model.states.len()).filter(is_acted).collect(),
     }
 }
 

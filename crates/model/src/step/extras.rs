@@ -15,6 +15,8 @@ pub struct Extras {
     pub(super) is_first_order_hold: bool,
     /// Rows with nonlinear terms.
     pub(super) rows: Vec<usize>,
+    /// Rows on which reactions act by factors that depend on inputs or states.
+    pub(super) acted: Vec<usize>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,6 +35,8 @@ pub(super) enum Block {
     Start(usize),
     /// Column of an input for the value at the end of the step.
     End(usize),
+    /// Column of a row on which reactions act by factors that vary.
+    Acted(usize),
     HalfChange,
     HalfStart(usize),
     HalfEnd(usize),
@@ -57,6 +61,7 @@ impl Extras {
         };
         let mut blocks = vec![Block::Change];
         blocks.extend(columns(Block::Start, Block::End, true));
+        blocks.extend((0..self.acted.len()).map(Block::Acted));
         if !self.rows.is_empty() {
             blocks.push(Block::HalfChange);
             blocks.extend(columns(Block::HalfStart, Block::HalfEnd, false));
@@ -73,9 +78,9 @@ impl Extras {
         if is_matrix { self.states * self.states } else { self.states }
     }
 
-    /// Returns true if there are no nonlinear terms.
+    /// Returns true if there are no nonlinear terms, and reactions act by factors of parameters alone.
     pub(super) fn is_affine(&self) -> bool {
-        self.rows.is_empty()
+        self.rows.is_empty() && self.acted.is_empty()
     }
 
     /// Returns the number of parameters.
@@ -109,7 +114,7 @@ impl Extras {
             let h = self.step_s;
             let start = |source: usize| if self.is_held(source) { [1.0, 0.0, 0.0] } else { [1.0, -1.0, 0.0] };
             let unit = |phi: &Matrices<T>, row: usize, weights: [f64; 3], h: f64| {
-                phi.column(weights.map(|weight| h * weight), self.rows[row])
+                phi.column(weights.map(|weight| h * weight), row)
             };
             put(match block {
                 Block::Change => full.change.clone(),
@@ -118,10 +123,11 @@ impl Extras {
                 Block::End(source) => of_source(&full, source, [0.0, 1.0, 0.0], h),
                 Block::HalfStart(source) => of_source(half(), source, start(source), 0.5 * h),
                 Block::HalfEnd(source) => of_source(half(), source, [0.0, 1.0, 0.0], 0.5 * h),
-                Block::HalfStage(row) => unit(half(), row, [1.0, 0.0, 0.0], 0.5 * h),
-                Block::Weight(row, 0) => unit(&full, row, [1.0, -3.0, 4.0], h),
-                Block::Weight(row, 1) => unit(&full, row, [0.0, 2.0, -4.0], h),
-                Block::Weight(row, _) => unit(&full, row, [0.0, -1.0, 4.0], h),
+                Block::Acted(place) => unit(&full, self.acted[place], [1.0, 0.0, 0.0], h),
+                Block::HalfStage(row) => unit(half(), self.rows[row], [1.0, 0.0, 0.0], 0.5 * h),
+                Block::Weight(row, 0) => unit(&full, self.rows[row], [1.0, -3.0, 4.0], h),
+                Block::Weight(row, 1) => unit(&full, self.rows[row], [0.0, 2.0, -4.0], h),
+                Block::Weight(row, _) => unit(&full, self.rows[row], [0.0, -1.0, 4.0], h),
             });
         }
     }

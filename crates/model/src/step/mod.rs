@@ -6,9 +6,12 @@
 
 mod affine;
 mod affine_step;
+mod clip;
+mod complementarity;
 mod coupling;
 mod exponential;
 mod extras;
+mod group;
 mod map;
 mod memories;
 mod phi;

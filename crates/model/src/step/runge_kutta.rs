@@ -1,10 +1,10 @@
 //! The classical Runge–Kutta method of order 4.
 
 use super::affine::Affine;
-use super::coupling::add_coupling;
+use super::coupling::StepEnd;
 use super::map::Step;
 use super::memories::Substep;
-use super::reaction::{StepEnd, react};
+use super::reaction::Reactions;
 use super::right_hand_sides::{InputsAt, right_hand_sides};
 use super::sampled;
 use super::sensor::{Begin, track};
@@ -100,10 +100,9 @@ impl Step {
             milestones.extend(second.into_iter().chain(third_state).chain(fourth));
             if !model.reactions.is_empty() {
                 milestones.extend(&x);
-                let mut gains = series_gains(graph, affine, step);
+                let gain = |graph: &mut Graph, _: usize, factors: &[Id]| series_gain(graph, affine, step, factors);
                 let [begin, end] = [(&before, &first), (&x, &last)].map(|(states, inputs)| StepEnd { states, inputs });
-                add_coupling(graph, affine, begin, step, &mut gains);
-                x = react(graph, model, begin, end, &gains);
+                x = Reactions { model, affine, step, gain: &gain }.react(graph, begin, end);
             }
             if substep + 1 < substeps || !start.sensors.is_empty() {
                 milestones.extend(&x);
@@ -118,26 +117,22 @@ impl Step {
     }
 }
 
-/// Returns the change of the states over a step by a unit of each reaction, shape `[reactions, states]`: the terms of the Runge–Kutta
-/// method, `h Σ (hA)ⁿ/(n+1)! Γ` with n < 4.
-fn series_gains(graph: &mut Graph, affine: &Affine, step: Id) -> Vec<Vec<Id>> {
-    let mut gains = Vec::new();
-    for reaction in &affine.reactions {
-        let mut term: Vec<Id> = reaction.iter().map(|own| graph.multiply(step, *own)).collect();
-        let mut gain = term.clone();
-        for divisor in [2.0, 3.0, 4.0] {
-            let share = graph.constant(1.0 / divisor);
-            let share = graph.multiply(share, step);
-            let zero = graph.constant(0.0);
-            let row = |row: &Vec<Id>| {
-                let products: Vec<Id> = row.iter().zip(&term).map(|(a, t)| graph.multiply(*a, *t)).collect();
-                let sum = products.into_iter().fold(zero, |sum, product| graph.add(sum, product));
-                graph.multiply(share, sum)
-            };
-            term = affine.states.iter().map(row).collect();
-            gain = gain.iter().zip(&term).map(|(sum, more)| graph.add(*sum, *more)).collect();
-        }
-        gains.push(gain);
+/// Returns the change of the states over a step by a unit of a reaction with factors Γ: the terms of the Runge–Kutta method,
+/// `h Σ (hA)ⁿ/(n+1)! Γ` with n < 4.
+fn series_gain(graph: &mut Graph, affine: &Affine, step: Id, factors: &[Id]) -> Vec<Id> {
+    let mut term: Vec<Id> = factors.iter().map(|own| graph.multiply(step, *own)).collect();
+    let mut gain = term.clone();
+    for divisor in [2.0, 3.0, 4.0] {
+        let share = graph.constant(1.0 / divisor);
+        let share = graph.multiply(share, step);
+        let zero = graph.constant(0.0);
+        let row = |row: &Vec<Id>| {
+            let products: Vec<Id> = row.iter().zip(&term).map(|(a, t)| graph.multiply(*a, *t)).collect();
+            let sum = products.into_iter().fold(zero, |sum, product| graph.add(sum, product));
+            graph.multiply(share, sum)
+        };
+        term = affine.states.iter().map(row).collect();
+        gain = gain.iter().zip(&term).map(|(sum, more)| graph.add(*sum, *more)).collect();
     }
-    gains
+    gain
 }

@@ -1,8 +1,8 @@
 //! Outputs that a sensor shows with a filter and a delay: the past of the signal is kept substep by substep.
 
 use super::affine::Affine;
+use super::coupling::StepEnd;
 use super::memories::{Memory, MemoryKind, Substep, memory};
-use super::reaction::StepEnd;
 use super::right_hand_sides::right_hand_sides;
 use super::settings::StepSettings;
 use crate::definition::Model;
