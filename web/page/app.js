@@ -2,6 +2,7 @@
 import * as columns from "./columns.js";
 import { bytes, find, make, seconds } from "./dom.js";
 import { Library } from "./library.js";
+import * as machine from "./machine.js";
 import * as results from "./results.js";
 import * as search from "./search.js";
 import * as settings from "./settings.js";
@@ -19,19 +20,24 @@ function begin(about) {
     find("version").textContent = about.motorfit;
     columns.begin(about, look);
     settings.begin(about, (isOfReading) => isOfReading && look());
+    machine.begin(about, () => look());
     search.begin(about, { library, given, fail, used });
     document.body.dataset.ready = about.motorfit;
 }
 
 const used = () => recordings.filter(({ isUsed }) => isUsed);
 const given = () => (columns.text() ? { ...settings.given(), columns: columns.text() } : settings.given());
-const asked = () => ({ keys: used().map(({ key }) => key), settings: JSON.stringify(given()) });
+const asked = () => ({ keys: used().map(({ key }) => key), machine: machine.given(), settings: JSON.stringify(given()) });
 
-// Adds files; one that the browser cannot read, such as a folder, is named and left out.
+// Adds files; one that the browser cannot read, such as a folder, is named and left out. A model takes the place of the machine.
 async function add(files) {
     let unreadable = null;
     for (const file of files) {
         try {
+            if (/\.toml$/i.test(file.name)) {
+                await machine.read(file);
+                continue;
+            }
             recordings.push({ name: file.name, size: file.size, key: await library.add(file), isUsed: true });
         } catch (error) {
             unreadable = { path: file.name, message: `cannot be read: ${error.message}`, hint: "Choose a file, not a folder, and choose it again if it has changed." };
@@ -57,15 +63,22 @@ function list() {
             list();
             look();
         } }))));
-    ["model", "search"].forEach((id) => { find(id).hidden = recordings.length === 0; });
+    sections();
+}
+
+function sections() {
+    find("model").hidden = recordings.length === 0 && !machine.isModel();
+    find("search").hidden = recordings.length === 0 || machine.isModel();
     find("columns").hidden = recordings.length === 0;
 }
 
-// Shows the columns, and then the recordings as they are read, unless something else was asked for meanwhile.
-async function look(then = "inspect") {
+// Shows the columns, and then the recordings as they are read, or what was understood of a model, unless something else was asked for
+// meanwhile.
+async function look(then = machine.isModel() ? "check" : "inspect") {
     latest += 1;
+    sections();
     const [number, names] = [latest, used().map(({ name }) => name)];
-    if (names.length === 0) {
+    if (names.length === 0 && !machine.isModel()) {
         columns.show([], []);
         find("error").hidden = true;
         return;
@@ -75,19 +88,21 @@ async function look(then = "inspect") {
         return;
     }
     if (!preview.error) {
-        columns.show(preview.files, names);
+        columns.show(preview.files, names, machine.isModel());
+        machine.understood(preview.machine);
     }
     await run(then);
 }
 
 async function run(command) {
     latest += 1;
-    const [number, label] = [latest, [used().map(({ name }) => name).join(" and "), settings.shown(given())]];
-    if (used().length === 0) {
+    const label = [used().map(({ name }) => name).join(" and "), machine.shown(), settings.shown(given(), machine.isModel() ? "" : "linear motor")].filter(Boolean);
+    const number = latest;
+    if (used().length === 0 && command !== "check") {
         fail({ message: "there is no recording", hint: "Choose a file, or try the example." });
         return;
     }
-    busy(command === "identify" ? "Identifying …" : "Reading …");
+    busy({ identify: "Identifying …", inspect: machine.isModel() ? "Identifying each recording …" : "Reading …" }[command] ?? "Reading …");
     const answer = await library.ask(command, asked());
     if (number !== latest) {
         return;
@@ -96,14 +111,14 @@ async function run(command) {
     find("error").hidden = true;
     if (answer.error) {
         fail(answer.error);
-        find("columns").open ||= answer.error.kind === "data";
+        find("columns").open ||= answer.error.kind === "data" && answer.error.path !== machine.given().name;
         return;
     }
     find("status").textContent = `${command === "identify" ? "Identified" : "Read"} in ${seconds(answer.milliseconds)}.`;
     results.show(answer, { command, apply: (setting, value) => apply({ setting, value }, "identify") });
     if (command === "identify") {
         results.compare(answer.document, label);
-        search.follow(answer.document);
+        search.follow(answer.document.with);
     }
     document.body.dataset.done = command;
 }
@@ -144,7 +159,7 @@ find("form").onsubmit = (event) => {
     event.preventDefault();
     run("identify");
 };
-find("inspect").onclick = () => look();
+find("inspect").onclick = () => look("inspect");
 find("stop").onclick = () => library.stop();
 // The example is read as it is: own recordings are kept and not used, and how they are read is forgotten.
 find("example").onclick = async () => {

@@ -1,13 +1,15 @@
 // Menus for the columns of the first recording. They write the setting "columns", with columns by their numbers and with their units.
 import { find, make, option } from "./dom.js";
 
-let columns = [], expressions = [], quantities = [], shown = "", inMenus = "", onChange = () => {};
+let columns = [], expressions = [], quantities = [], shown = "", inMenus = "", hasMenus = true, onChange = () => {};
 
 export function begin(about, changed) {
     quantities = about.quantities;
     onChange = changed;
     find("columns-text").onchange = () => onChange();
 }
+
+const NOTE = "Each column has its first values and what is understood of it. The menus hold for all recordings.";
 
 export const text = () => find("columns-text").value.trim();
 
@@ -40,8 +42,12 @@ export function propose(value) {
     onChange();
 }
 
-// Shows the tables of a preview; those of one form have the same menus.
-export function show(files, names) {
+// Shows the tables of a preview; those of one form have the same menus. The signals of a model have no menus.
+export function show(files, names, isOfModel = false) {
+    if (hasMenus === isOfModel) {
+        [hasMenus, shown] = [!isOfModel, ""];
+        find("columns-note").textContent = isOfModel ? "The columns with their first values." : NOTE;
+    }
     const tables = files.flatMap((tables, n) => tables.map((table) => ({ ...table, file: names[n] })));
     find("columns").hidden = tables.length === 0;
     // Menus in use stay as they are, with a scaling that is being typed.
@@ -58,11 +64,12 @@ export function show(files, names) {
     expressions = tables[0].expressions;
     columns = tables[0].columns.map(begun);
     inMenus = written(columns);
-    const heads = ["Heading", "First values", "Quantity", "Unit", "Scaling"].map((head) => make("th", { scope: "col", textContent: head }));
+    const menus = hasMenus ? ["Quantity", "Unit", "Scaling"] : [];
+    const heads = ["Heading", "First values", ...menus].map((head) => make("th", { scope: "col", textContent: head }));
     const rows = columns.map((column, n) => make("tr", {},
         make("th", { scope: "row", textContent: column.heading || `column ${n + 1}` }),
         make("td", { className: "cells", textContent: column.cells.slice(0, 4).map(shortened).join("   ") }),
-        make("td", {}, column.quantityMenu), make("td", {}, column.unitMenu), make("td", {}, column.scaling)));
+        ...hasMenus ? [column.quantityMenu, column.unitMenu, column.scaling].map((menu) => make("td", {}, menu)) : []));
     const name = [tables[0].file, tables[0].part].filter(Boolean).join(", ");
     const caption = others.length === 0 ? name : `${name}; ${others.map(({ file }) => file).join(", ")} has other columns`;
     find("tables").replaceChildren(make("div", { className: "table" }, make("table", {},

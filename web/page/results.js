@@ -11,7 +11,7 @@ export function show(answer, { command, apply }) {
     save("save-json", `${JSON.stringify(answer.document, null, 2)}\n`, "application/json");
     save("save-report", answer.report, "text/html");
     save("save-curves", answer.curves, "text/csv");
-    find("result-title").textContent = command === "identify" ? "Result" : "The recordings as they were read";
+    find("result-title").textContent = { identify: "Result", check: "The model as it was understood" }[command] ?? "The recordings as they were read";
     next(answer.next, apply);
     find("report").srcdoc = answer.report;
     find("result").hidden = false;
@@ -27,12 +27,14 @@ function save(id, text, type) {
 
 // Offers the next step that the library recommends.
 function next(step, apply) {
-    const { setting, value, command } = step ? JSON.parse(step) : {};
+    const { setting, value, command, words } = step ? JSON.parse(step) : {};
     find("next").hidden = !step;
     if (setting) {
         find("next").replaceChildren("Recommended next: ", make("button", { type: "button", textContent: `${setting} ${value ?? "on"}`, onclick: () => apply(setting, value ?? "true") }));
     } else if (command) {
         find("next").replaceChildren(`Recommended next: ${command} the recordings.`);
+    } else if (words) {
+        find("next").replaceChildren(`Recommended next: ${words}`);
     }
 }
 
@@ -61,7 +63,8 @@ function table() {
     const row = (name, cells) => make("tr", {}, make("th", { scope: "row", textContent: name }), ...cells);
     const trust = results.map(({ document: { trust } }) => make("td", { className: trust.level, textContent: trust.level }));
     const fit = (of) => results.map(({ document }) => make("td", { textContent: document.fit_percent?.[of] == null ? "–" : `${digits(document.fit_percent[of], 4)} %` }));
-    const body = [row("trust", trust), row("fit of the current", fit("current")), row("fit of the speed", fit("speed")),
+    const outputs = [...new Set(results.flatMap(({ document }) => Object.keys(document.fit_percent ?? {})))];
+    const body = [row("trust", trust), ...outputs.map((name) => row(`fit of the ${name}`, fit(name))),
         ...names.map((name) => row(unit(name), results.map(({ document }, n) => value(document.parameters[name], n > 0 ? results[0].document.parameters[name] : null))))];
     find("comparison-table").replaceChildren(make("table", {}, make("thead", {}, make("tr", {}, make("td"), ...heads)), make("tbody", {}, ...body)));
 }

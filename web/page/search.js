@@ -25,8 +25,8 @@ export function begin(about, page) {
 }
 
 // Takes the extensions of the latest result, which "auto" stands for in a search.
-export function follow(document) {
-    selected = document.with;
+export function follow(names) {
+    selected = names;
 }
 
 function asked() {

@@ -4,7 +4,7 @@ import { find, make, option } from "./dom.js";
 // Settings that have their own place in the page.
 const APART = ["columns", "with"];
 const fields = new Map();
-let kinds = new Map(), reading = [];
+let kinds = new Map(), reading = [], extensions = [], listed = "";
 
 export function begin(about, changed) {
     kinds = new Map(about.settings.map(({ name, kind }) => [name, kind]));
@@ -16,8 +16,8 @@ export function begin(about, changed) {
     find("fields").replaceChildren(...[...topics].flatMap(([topic, settings]) => [
         make("h3", { textContent: topic }), make("div", { className: "group" }, ...settings.map(field)),
     ]));
-    find("extension-list").replaceChildren(...about.extensions.map(({ name, text }) => make("label", { title: text },
-        make("input", { type: "checkbox", name: "extension", value: name }), ` ${name}: ${text.split(";")[0]}`)));
+    extensions = about.extensions;
+    terms(null);
     restore();
     lock();
     find("form").oninput = () => {
@@ -40,6 +40,16 @@ function field({ name, kind, choices, default: usual, example, text }) {
         : make("input", { placeholder: usual ? `${usual} (usual)` : `such as ${example}`, autocomplete: "off", spellcheck: false, ...described });
     fields.set(name, input);
     return make("label", { className: "field" }, name, input, note);
+}
+
+// Lists the terms of a model by their names; without names, the extensions of the DC motor.
+export function terms(names) {
+    const list = names?.map((name) => ({ name, text: "" })) ?? extensions;
+    if (listed !== JSON.stringify(list)) {
+        listed = JSON.stringify(list);
+        find("extension-list").replaceChildren(...list.map(({ name, text }) => make("label", { title: text },
+            make("input", { type: "checkbox", name: "extension", value: name }), text ? ` ${name}: ${text.split(";")[0]}` : ` ${name}`)));
+    }
 }
 
 const chosen = () => [...document.querySelectorAll('[name="extension"]:checked')].map(({ value }) => value);
@@ -76,7 +86,8 @@ function converted(name, value) {
 export function set(name, value) {
     if (name === "with") {
         const names = value.split(",");
-        find("form").elements.extensions.value = value === "auto" || value === "" ? value : "these";
+        const mode = value === "auto" || value === "" ? value : "these";
+        document.querySelectorAll('[name="extensions"]').forEach((radio) => { radio.checked = radio.value === mode; });
         document.querySelectorAll('[name="extension"]').forEach((box) => { box.checked = names.includes(box.value); });
     } else if (fields.get(name)?.type === "checkbox") {
         fields.get(name).checked = value === "true";
@@ -92,6 +103,12 @@ export function clearReading() {
     reading.filter((name) => fields.has(name)).forEach((name) => set(name, ""));
 }
 
+// Forgets all settings but how recordings are to be read: those of one machine mean nothing for another.
+export function clear() {
+    [...fields.keys()].filter((name) => !reading.includes(name)).forEach((name) => set(name, ""));
+    set("with", "");
+}
+
 // Writes the settings to the address. Columns are left out: headings belong to a recording.
 function save() {
     const text = new URLSearchParams(Object.entries(given()).map(([name, value]) => [name, String(value)])).toString();
@@ -105,7 +122,7 @@ function restore() {
 }
 
 // Returns the settings in a few words.
-export function shown(settings) {
+export function shown(settings, usual) {
     const rest = Object.entries(settings).filter(([name]) => name !== "columns");
-    return rest.length === 0 ? "linear motor" : rest.map(([name, value]) => value === true ? name : `${name} ${value}`).join("; ");
+    return rest.length === 0 ? usual : rest.map(([name, value]) => value === true ? name : `${name} ${value}`).join("; ");
 }

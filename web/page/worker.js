@@ -3,19 +3,23 @@ import init, { Rates, Search, Workbench, about } from "./motorfit_web.js";
 import { Gpu } from "./gpu.js";
 
 const files = new Map();
-let bench = null, chosen = "", gpu = null, isStopped = false;
+let bench = null, chosen = "", understood = {}, gpu = null, isStopped = false;
 const ready = init().then(() => postMessage({ about: JSON.parse(about()) }));
 ready.catch((error) => postMessage({ failure: String(error?.message ?? error) }));
 const pause = (milliseconds = 0) => new Promise((resolve) => setTimeout(resolve, milliseconds));
 
-// Returns the workbench with the files of the keys given.
-function opened(keys) {
+// Returns the workbench with the files of the keys given and a machine; throws the error of its text.
+function opened({ keys, machine = { name: "", text: "" } }) {
     if (!bench || chosen !== keys.join()) {
         const [before, made] = [bench, new Workbench()];
         bench = null;
         before?.free();
         keys.forEach((key) => made.add(files.get(key).name, files.get(key).bytes));
         [bench, chosen] = [made, keys.join()];
+    }
+    understood = JSON.parse(bench.machine(machine.name, machine.text));
+    if (understood.error) {
+        throw JSON.stringify(understood);
     }
     return bench;
 }
@@ -49,9 +53,9 @@ function release(object) {
 const FRAME = 1000 / 60;
 
 // Passes generations to the page with their candidates, at most one a frame. A paced search waits for the frame.
-async function search({ keys, settings, onGpu, isPaced }, tell) {
+async function search({ settings, onGpu, isPaced, ...of }, tell) {
     const gpu = onGpu ? await device() : null;
-    const run = new Search(opened(keys), settings, onGpu);
+    const run = new Search(opened(of), settings, onGpu);
     isStopped = false;
     try {
         const facts = JSON.parse(run.facts());
@@ -84,9 +88,9 @@ async function search({ keys, settings, onGpu, isPaced }, tell) {
 const PART_CPU = 4096, PART_GPU = 65536;
 
 // Measures the rates of CPU and device on one sample of candidates, and how far their costs differ.
-async function measure({ keys, settings, count, onGpu }, tell) {
+async function measure({ settings, count, onGpu, ...of }, tell) {
     const gpu = onGpu ? await device() : null;
-    const run = new Rates(opened(keys), settings, count);
+    const run = new Rates(opened(of), settings, count);
     isStopped = false;
     try {
         const found = { count, steps: run.steps(), cpu: null, gpu: null, difference: null };
@@ -125,9 +129,10 @@ async function measure({ keys, settings, count, onGpu }, tell) {
 const commands = {
     add: ({ key, name, bytes }) => files.set(key, { name, bytes }) && {},
     remove: ({ key }) => files.delete(key) && {},
-    preview: ({ keys, settings }) => JSON.parse(opened(keys).preview(settings)),
-    inspect: ({ keys, settings }) => JSON.parse(opened(keys).inspect(settings)),
-    identify: ({ keys, settings }) => JSON.parse(opened(keys).identify(settings)),
+    preview: ({ settings, ...of }) => ({ ...JSON.parse(opened(of).preview(settings)), machine: understood }),
+    check: ({ settings, ...of }) => JSON.parse(opened(of).check(settings)),
+    inspect: ({ settings, ...of }) => JSON.parse(opened(of).inspect(settings)),
+    identify: ({ settings, ...of }) => JSON.parse(opened(of).identify(settings)),
     adapter: async () => ({ adapter: (await device()).name }),
     search,
     measure,

@@ -1,7 +1,8 @@
-//! Tables of the library for the page: settings, quantities with their units, searches, extensions.
+//! Tables of the library for the page: settings, quantities with their units, searches, extensions, models.
 
 use crate::given::rows;
 use crate::spelling::in_page;
+use motorfit::model::BuiltIn;
 use motorfit::motor::Extension;
 use motorfit::named::Named;
 use motorfit::optimize::SEARCHES;
@@ -16,11 +17,16 @@ use wasm_bindgen::prelude::wasm_bindgen;
 pub fn about() -> String {
     let quantity = |of: Quantity| json!({ "name": of.key(), "units": of.units().collect::<Vec<_>>() });
     let extension = |of: Extension| json!({ "name": of.name(), "text": of.text() });
+    let model = |of: &BuiltIn| {
+        let title = of.text().split('.').next().unwrap_or_default().to_owned();
+        json!({ "name": of.name(), "title": title, "text": of.source() })
+    };
     let document = json!({
         "motorfit": env!("CARGO_PKG_VERSION"),
         "settings": rows().iter().map(setting).collect::<Vec<_>>(),
         "quantities": Quantity::COLUMNS.map(quantity),
         "extensions": Extension::ALL.map(extension),
+        "models": BuiltIn::ALL.iter().map(model).collect::<Vec<_>>(),
         "searches": SEARCHES.map(|search| json!({ "name": search.name, "text": search.text })),
     });
     document.to_string()

@@ -383,7 +383,7 @@ def test_sizes():
     """What a visitor loads, compressed."""
     wasm = next(PAGE.glob("*/*.wasm.gz")).stat().st_size
     scripts = sum(len(gzip.compress(path.read_bytes(), 9)) for path in PAGE.glob("**/*.js"))
-    assert wasm <= 1_500_000, f"{wasm} bytes of WebAssembly"
+    assert wasm <= 2_000_000, f"{wasm} bytes of WebAssembly"
     assert scripts <= 60_000, f"{scripts} bytes of scripts"
 
 
@@ -397,3 +397,83 @@ def test_names_of_files_follow_their_content():
     assert {path for path in kept if path != "./"} == {f"{folder.name}/{path.name}" for path in folder.iterdir() if path.suffix != ".gz"}
     assert "default-src 'none'" in index
     assert not re.search(r"https?://", index), "no other origin"
+
+
+def test_a_built_in_model_gives_the_values_of_the_motor(opened):
+    page = opened()
+    page.click("#example")
+    wait(page, "identify")
+    page.select_option("#machine", "dc-motor")
+    wait(page, "check")
+    assert page.inner_text("#result-title") == "The model as it was understood"
+    assert "Equations" in page.frame_locator("#report").locator("main").inner_text()
+    assert "3001 samples" in page.frame_locator("#report").locator("main").inner_text()
+    assert page.locator("#search").is_hidden()
+    page.click("#columns summary")
+    assert page.locator("#tables select").count() == 0
+    assert "v [V]" in page.inner_text("#signals")
+    identify(page)
+    found = document(page)
+    assert found["parameters"]["R"]["value"] == pytest.approx(0.921083, abs=1e-5)
+    assert "motorfit identify m2-step.csv --model dc-motor" in page.evaluate("document.getElementById('report').srcdoc")
+    heads = page.locator("#comparison-table thead th")
+    assert "linear motor" in heads.nth(0).inner_text()
+    assert "dc-motor" in heads.nth(1).inner_text()
+    # Inspect identifies each recording by itself.
+    page.evaluate("delete document.body.dataset.done")
+    page.click("#inspect")
+    wait(page, "inspect")
+    # Back to the motor: menus and the search are there again.
+    page.evaluate("delete document.body.dataset.done")
+    page.select_option("#machine", "")
+    wait(page, "inspect")
+    assert page.locator("#search").is_visible()
+    assert page.locator("#tables select").count() > 0
+
+
+FAN = """format = 1
+name = "Motor with a fan"
+[inputs]
+v = { unit = "V", column = "voltage" }
+[parameters]
+a = { unit = "1/s", min = 0.1, max = 1000, log = true }
+b = { unit = "rad/s^2/V", min = 0.1, max = 10000, log = true }
+c = { unit = "1/rad", min = 0, max = 1, neutral = 0, term = "fan" }
+[states]
+w = { unit = "rad/s", d = "b*v - a*w - c*w*abs(w)", initial = "measured" }
+[outputs]
+w = { value = "w", unit = "rad/s", column = "speed" }
+"""
+
+
+def test_a_model_is_dropped_mended_and_identified_with_its_terms(opened):
+    page = opened()
+    drop(page, "fan.toml", FAN.replace("a*w -", "q*w -"))
+    page.wait_for_selector("#error:not([hidden])")
+    assert "fan.toml, line 10, column" in page.inner_text("#error .place")
+    assert '"q" is not known' in page.inner_text("#error")
+    # Without a recording the text is read already.
+    page.fill("#text", FAN)
+    page.click("#apply")
+    wait(page, "check")
+    assert "Motor with a fan" in page.frame_locator("#report").locator("main").inner_text()
+    with page.expect_download() as download:
+        page.click("#save-text")
+    assert download.value.suggested_filename == "fan.toml"
+    choose(page, EXAMPLE, done="check")
+    page.check("input[name=extensions][value=these]")
+    names = page.locator("#extension-list label").all_inner_texts()
+    assert [name.strip() for name in names][:2] == ["fan", "dead-time"]
+    page.check("#extension-list input[value=fan]")
+    identify(page)
+    found = document(page)
+    assert found["with"] == ["fan"]
+    assert set(found["parameters"]) == {"a", "b", "c"}
+    assert "--model fan.toml" in page.evaluate("document.getElementById('report').srcdoc")
+    assert "--with fan" in page.evaluate("document.getElementById('report').srcdoc")
+    # The choice of a machine forgets settings that mean nothing for it.
+    page.evaluate("delete document.body.dataset.done")
+    page.select_option("#machine", "")
+    wait(page, "inspect")
+    assert page.is_checked("input[name=extensions][value='']")
+    assert any("coulomb" in name for name in page.locator("#extension-list label").all_inner_texts())

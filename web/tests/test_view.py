@@ -9,7 +9,7 @@ import time
 import urllib.parse
 
 import pytest
-from conftest import EXAMPLE, document, identify, missing, wait
+from conftest import EXAMPLE, ROOT, document, identify, missing, wait
 
 REFUSED = [
     ("GET", "/", {}, 404),
@@ -27,21 +27,34 @@ REFUSED = [
 
 
 @pytest.fixture
-def view():
-    program = os.environ.get("MOTORFIT_PROGRAM")
-    if not program:
-        missing("MOTORFIT_PROGRAM names no program")
-    # A program in the background ignores Ctrl-C of its terminal unless it asks for it.
-    started = subprocess.Popen([program, "view", EXAMPLE, "--no-open"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    address = started.stdout.readline().strip()
-    if not address:
-        text = started.stderr.read()
-        if "without the page" in text:
-            missing("the program was built without the page")
-        pytest.fail(text)
-    yield started, address
-    started.kill()
-    started.wait()
+def start():
+    """A function that starts the program with files, and returns it with its address."""
+    programs = []
+
+    def start(*files):
+        program = os.environ.get("MOTORFIT_PROGRAM")
+        if not program:
+            missing("MOTORFIT_PROGRAM names no program")
+        # A program in the background ignores Ctrl-C of its terminal unless it asks for it.
+        started = subprocess.Popen([program, "view", *files, "--no-open"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        programs.append(started)
+        address = started.stdout.readline().strip()
+        if not address:
+            text = started.stderr.read()
+            if "without the page" in text:
+                missing("the program was built without the page")
+            pytest.fail(text)
+        return started, address
+
+    yield start
+    for program in programs:
+        program.kill()
+        program.wait()
+
+
+@pytest.fixture
+def view(start):
+    return start(EXAMPLE)
 
 
 def test_the_page_opens_the_recordings_that_were_named(view, opened):
@@ -51,6 +64,16 @@ def test_the_page_opens_the_recordings_that_were_named(view, opened):
     assert "m2-step.csv" in page.inner_text("#list")
     identify(page)
     assert document(page)["parameters"]["R"]["value"] == pytest.approx(0.921083, abs=1e-6)
+
+
+def test_a_model_among_the_files_is_the_machine(start, opened):
+    _, address = start(EXAMPLE, ROOT / "crates/model/src/library/dc-motor.toml")
+    page = opened(at=address)
+    wait(page, "check")
+    assert page.locator("#list li").count() == 1
+    assert page.input_value("#machine") == "machine.toml"
+    identify(page)
+    assert document(page)["parameters"]["R"]["value"] == pytest.approx(0.921083, abs=1e-5)
 
 
 def test_nothing_else_is_handed_out(view):
