@@ -1,30 +1,16 @@
-//! Residual tests of each recording: whiteness, and independence of the input (the voltage, or the current if that is the
-//! input).
+//! Residual tests of each recording of the DC motor, whose input is the voltage, or the current if that is the input; their document.
 
 use super::fitted::FittedMotor;
+use super::output_residuals::{OutputResiduals, ResidualInputs, ResidualTest, ResidualTests, part};
 use super::outputs::{Output, by_output};
-use super::residual_input_test::{Regressors, ResidualInputTest, Residuals, residual_input_test};
 use motorfit_core::text::significant;
-use motorfit_estimate::{EFFECTIVE_RATIO_MIN, Uncertainty, Whiteness};
+use motorfit_estimate::{EFFECTIVE_RATIO_MIN, Uncertainty};
 use motorfit_evaluate::Problem;
-use motorfit_motor::{Axis, Scope};
+use motorfit_motor::{Axis, Discretization, Scope};
 use motorfit_record::warning::{Warning, name_of};
 use motorfit_record::{Quantity, Record, driver};
 use nalgebra::DMatrix;
 use serde_json::Value;
-
-/// The tests of the residuals of one channel of a recording.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-pub struct ResidualTest {
-    /// Autocorrelation test.
-    #[serde(flatten)]
-    pub whiteness: Whiteness,
-    /// Cross-correlation test with the input; `None` if the test is not possible or inconclusive.
-    pub voltage: Option<ResidualInputTest>,
-}
-
-/// The residual tests of each output of one recording.
-pub type ResidualTests = Vec<Option<ResidualTest>>;
 
 /// Tests the residuals of each recording of a problem. For recordings that were not fitted, `moved` are candidates that differ
 /// from `values` by one independent error of the parameters each, as from [`moved`].
@@ -39,45 +25,29 @@ pub(crate) fn residual_tests(
         let simulated = |values: &[f64]| problem.simulate(values, recording, signals.initial);
         let model = simulated(values);
         let moved: Vec<[Vec<f64>; 2]> = moved.iter().map(|values| simulated(values)).collect();
-        let mut regressors = None;
-        [0, 1]
-            .map(|channel| {
-                // Residuals of low-pass filtered signals are correlated even if the model is complete.
-                let measured =
-                    record.measured()[channel].filter(|_| signals.effective_sample_ratio >= EFFECTIVE_RATIO_MIN)?;
-                let own = record.own_samples([Quantity::Current, Quantity::Speed][channel]);
-                let at_own = |values: Vec<f64>| match &own {
-                    None => values,
-                    Some(own) => own.iter().map(|n| values[*n]).collect(),
-                };
-                let less = |from: &[f64]| at_own(from.iter().zip(&model[channel]).map(|(a, b)| a - b).collect());
-                let counting: Vec<bool> = match record.excluded().is_empty() {
-                    true => Vec::new(),
-                    false => {
-                        let counts = |n: usize| signals.counts(channel, n);
-                        own.as_ref().map_or_else(
-                            || (0..record.len()).map(counts).collect(),
-                            |own| own.iter().map(|n| counts(*n)).collect(),
-                        )
-                    }
-                };
-                let values = less(measured);
-                // If there are too few samples for the whiteness test, the input test is not possible either.
-                let whiteness = Whiteness::of(&kept(&values, &counting), signals.rms(channel))?;
-                let of_own = own.as_ref().map(|_| Regressors::new(&at_own(record.input().to_vec())));
-                let regressors = match &of_own {
-                    Some(of_own) => of_own,
-                    None => regressors.get_or_insert_with(|| Regressors::new(record.input())),
-                };
-                let residuals = Residuals {
-                    values: &values,
-                    regressors,
-                    counting: &counting,
-                    sensitivities: &moved.iter().map(|signals| less(&signals[channel])).collect::<Vec<_>>(),
-                };
-                Some(ResidualTest { whiteness, voltage: residual_input_test(&residuals) })
-            })
-            .to_vec()
+        let input = record.input();
+        let inputs = ResidualInputs::new(vec![input]);
+        let is_held = problem.model().discretization != Discretization::Foh;
+        let test = |channel: usize| {
+            // Residuals of low-pass filtered signals are correlated even if the model is complete.
+            let measured =
+                record.measured()[channel].filter(|_| signals.effective_sample_ratio >= EFFECTIVE_RATIO_MIN)?;
+            let less = |from: &[f64]| from.iter().zip(&model[channel]).map(|(a, b)| a - b).collect::<Vec<f64>>();
+            let counts = |n: usize| signals.counts(channel, n);
+            let residuals = OutputResiduals {
+                values: &less(measured),
+                counting: &if record.excluded().is_empty() {
+                    Vec::new()
+                } else {
+                    (0..record.len()).map(counts).collect()
+                },
+                own: record.own_samples([Quantity::Current, Quantity::Speed][channel]),
+                sensitivities: moved.iter().map(|signals| less(&signals[channel])).collect(),
+                rms: signals.rms(channel),
+            };
+            inputs.test(&residuals, |_| is_held)
+        };
+        [0, 1].map(test).to_vec()
     };
     records.iter().enumerate().map(of).collect()
 }
@@ -85,7 +55,6 @@ pub(crate) fn residual_tests(
 /// Returns the key `residuals` of a result: for each channel the whiteness of the fit and the input test with the largest ratio
 /// of statistic to threshold, then the tests of each recording.
 pub(crate) fn document(outputs: &[Output], tests: &[ResidualTests], uncertainty: &Uncertainty) -> Value {
-    let part = |test: &ResidualInputTest| test.statistic / test.threshold;
     let worst = |channel: usize| {
         let all = tests.iter().filter_map(|tests| (*tests.get(channel)?)?.voltage);
         let voltage = all.max_by(|a, b| part(a).total_cmp(&part(b)));
@@ -95,12 +64,6 @@ pub(crate) fn document(outputs: &[Output], tests: &[ResidualTests], uncertainty:
     let mut document = by_output(outputs, &(0..outputs.len()).map(worst).collect::<Vec<_>>());
     document["records"] = tests.iter().map(|tests| by_output(outputs, tests)).collect();
     document
-}
-
-/// Returns the values of the samples that are not excluded.
-fn kept(values: &[f64], counting: &[bool]) -> Vec<f64> {
-    let counts = |n: usize| counting.get(n).copied().unwrap_or(true);
-    values.iter().enumerate().filter(|(n, _)| counts(*n)).map(|(_, value)| *value).collect()
 }
 
 /// Returns candidates (values of the shared parameters) that differ from the fitted ones by one independent error each.

@@ -2,7 +2,8 @@
 
 use super::fit_metrics::FitMetrics;
 use super::fitted::FittedMotor;
-use super::residuals::{ResidualTests, moved, residual_tests};
+use super::output_residuals::ResidualTests;
+use super::residuals::{moved, residual_tests};
 use motorfit_core::channels;
 use motorfit_core::setting::text;
 use motorfit_core::{Error, Result};
