@@ -10,10 +10,6 @@ use motorfit::optimize::Sampling;
 pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     let model = args.model.model.as_deref();
     if args.profile {
-        if model.is_some() {
-            let hint = "Leave --profile out, or identify the model: its result has the standard errors.";
-            return Err(Error::usage("--profile serves the DC motor only, not a model", hint));
-        }
         return super::profile::run(args, style);
     }
     if let Some(slice) = &args.slice {

@@ -1,16 +1,35 @@
-//! The command `evaluate --profile`: profile likelihoods of the free parameters.
+//! The command `evaluate --profile`: profile likelihoods of the free parameters of any machine.
 
 use super::args::EvaluateArgs;
+use super::model::inputs::ModelInputs;
 use super::output::WITHOUT_REASONS;
 use super::prelude::*;
 use super::{next, output};
-use motorfit::identify::{LikelihoodProfile, likelihood_profiles};
-use motorfit::report::{likelihood_chart, likelihood_document};
+use motorfit::identify::model::model_likelihood_profiles;
+use motorfit::identify::{Identification, LikelihoodProfile, likelihood_profiles};
+use motorfit::record::Record;
+use motorfit::report::{Shown, likelihood_chart, likelihood_document};
 
 pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
+    if let Some(path) = args.model.model.as_deref() {
+        let ModelInputs { model, spec, records, recordings, threads } = ModelInputs::new(args, path)?;
+        let mut look = |_| signals::interrupted();
+        let of = with_threads(threads, || model_likelihood_profiles(&model, &recordings, &spec, &mut look))?;
+        return shown(args, &records, of, style);
+    }
     let spec = inputs::spec(&args.problem, &args.device, style)?;
     let records = inputs::records(&args.recordings.records, &args.recordings.reading.0.and(&args.problem.0))?;
-    let (found, profiles) = with_threads(spec.threads, || likelihood_profiles(&records, &spec))?;
+    let of = with_threads(spec.threads, || likelihood_profiles(&records, &spec))?;
+    shown(args, &records, of, style)
+}
+
+/// Prints profiles, and writes their figure.
+fn shown<M: Shown>(
+    args: &EvaluateArgs,
+    records: &[Record],
+    (found, profiles): (Identification<M>, Vec<LikelihoodProfile>),
+    style: &Style,
+) -> Result<Outcome> {
     style.warnings(&found.warnings);
     if let Some(path) = &args.svg {
         out::write_file(path, &likelihood_chart(&profiles).figure().file("", false))?;
@@ -21,7 +40,7 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     }
     let next = found.trust.next.as_ref().map(|step| next::command(step, &args.recordings.records));
     if args.json {
-        let mut document = likelihood_document(&records, &found, &profiles);
+        let mut document = likelihood_document(records, &found, &profiles);
         document["trust"]["next"] = next.into();
         data(&json(&document))?;
     } else {
@@ -30,14 +49,19 @@ pub(super) fn run(args: &EvaluateArgs, style: &Style) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
+/// Longest description that is shown \[characters\].
+const DESCRIPTION_MAX: usize = 20;
+
 fn table(profiles: &[LikelihoodProfile]) -> String {
     let mut text = format!(
         "  {DIM}{:<24}{:>12} {:<12} {:<25} 95 % by likelihood{DIM:#}\n",
         "", "estimate", "", "95 % by standard error"
     );
-    let width = profiles.iter().map(|of| of.name().len()).max().unwrap_or(0);
+    let longest = |of: &dyn Fn(&LikelihoodProfile) -> &str| profiles.iter().map(|one| of(one).chars().count()).max();
+    let width = longest(&|of| &of.name).unwrap_or(0);
+    // Long descriptions would push the values out of sight.
+    let is_described = longest(&|of| &of.description).unwrap_or(0) <= DESCRIPTION_MAX;
     for of in profiles {
-        let parameter = of.axis.parameter;
         let digits = of.ci95.map_or(6, |[low, high]| digits(of.value, high - low));
         let number = |value: f64| significant(value, digits);
         let normal =
@@ -45,10 +69,10 @@ fn table(profiles: &[LikelihoodProfile]) -> String {
         let _ = writeln!(
             text,
             "  {STRONG}{:<width$}{STRONG:#}  {:<pad$}{:>12} {:<12} {normal:<25} {}",
-            of.name(),
-            parameter.name(),
+            of.name,
+            if is_described { &of.description } else { "" },
             number(of.value),
-            parameter.unit(),
+            if of.unit == "1" { "" } else { &of.unit },
             range(of.likelihood95, number),
             pad = 22_usize.saturating_sub(width),
         );

@@ -1,15 +1,19 @@
 //! Proves: the profile likelihood of a parameter is the minimum of the weighted sum of squares over the others, against a search by
 //! sections on the scalar simulation; its 95 % intervals cover the true parameters over seeds, also where the likelihood is far from a
-//! parabola.
+//! parabola. Profiles of models are those of the motor that they describe.
 //! Does not prove: coverage for models that do not describe the recording.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(clippy::cast_precision_loss, reason = "small numbers")]
 
-use motorfit::experiment::{Excitation, simulated, with_noise};
+use motorfit::evaluate::model::ModelRecording;
+use motorfit::experiment::{Excitation, simulated, white_noise, with_noise};
+use motorfit::identify::model::{ModelSpec, model_likelihood_profiles};
 use motorfit::identify::{IdentifySpec, LikelihoodProfile, Polish, likelihood_profiles};
+use motorfit::model::{BuiltIn, Model};
 use motorfit::motor::{Discretization, Parameter, Parameters, SimulationInput, Space, simulate};
 use motorfit::record::Record;
 use rayon::prelude::*;
+use std::ops::ControlFlow;
 
 const SIGMA: [f64; 2] = [0.3, 8.0];
 const STEP_S: f64 = 2e-3;
@@ -54,7 +58,7 @@ fn least(range: [f64; 2], f: impl Fn(f64) -> f64) -> f64 {
 }
 
 fn of(profiles: &[LikelihoodProfile], parameter: Parameter) -> &LikelihoodProfile {
-    profiles.iter().find(|of| of.axis.parameter == parameter).unwrap()
+    profiles.iter().find(|of| of.name == parameter.symbol()).unwrap()
 }
 
 #[test]
@@ -105,6 +109,83 @@ fn intervals_by_the_likelihood_cover_the_truth() {
     let [counts, _] = counts;
     // The standard deviation of a count is 6.9; the limits are four of them from 950.
     assert!(counts.iter().all(|count| (922..=978).contains(count)), "{counts:?}");
+}
+
+/// Returns a recording of the motor as that of a model.
+fn as_model(record: &Record) -> ModelRecording {
+    let samples = record.samples();
+    ModelRecording {
+        time_s: samples.time_s.clone(),
+        step_s: vec![STEP_S],
+        inputs: vec![samples.voltage.clone(), vec![0.0; samples.time_s.len()]],
+        measured: record.measured().map(|signal| signal.map(<[f64]>::to_vec)).to_vec(),
+        counting: Vec::new(),
+        effective_sample_ratio: 1.0,
+        name: None,
+    }
+}
+
+#[test]
+fn profiles_of_the_motor_as_a_model_are_its_own() {
+    // From rest, as the built-in motor; wide bounds, as its automatic ones.
+    let text = BuiltIn::DcMotor.source().replace("\"measured\"", "0");
+    let text = text.replace("min = 0.1, max = 1.0", "min = 0.001, max = 100").replace("min = 1e-5", "min = 1e-7");
+    let model = Model::parse(&text).unwrap();
+    let record = noisy(0.3, 3);
+    let (_, own) = likelihood_profiles(std::slice::from_ref(&record), &IdentifySpec::default()).unwrap();
+    let recordings = [as_model(&record)];
+    let mut go_on = |_| ControlFlow::Continue(());
+    let (found, profiles) = model_likelihood_profiles(&model, &recordings, &ModelSpec::default(), &mut go_on).unwrap();
+    assert_eq!(profiles.len(), 5);
+    for (found, own) in profiles.iter().zip(&own) {
+        assert_eq!((&found.name, &found.unit), (&own.name, &own.unit));
+        let error = own.std_error.unwrap();
+        for (found, own) in found.likelihood95.iter().zip(&own.likelihood95) {
+            // Ends are interpolated between points that both place by the standard error.
+            assert!((found.unwrap() - own.unwrap()).abs() < 0.02 * error, "{found:?} {own:?} {error}");
+        }
+    }
+    assert!(found.warnings.iter().all(|warning| !warning.code.starts_with("profile")));
+}
+
+#[test]
+fn a_parameter_of_each_recording_has_its_profile() {
+    // Linear in its parameters: the likelihood is a parabola, and both intervals are the same.
+    let text = r#"
+format = 1
+name = "Line"
+[inputs]
+u = { unit = "V" }
+[parameters]
+gain = { unit = "A/V", min = -100, max = 100 }
+offset = { unit = "A", min = -100, max = 100, per_recording = true }
+T = { unit = "s", min = 0.1, max = 10, value = 1 }
+[states]
+x = { unit = "V", d = "(u - x)/T", initial = 0 }
+[outputs]
+y = { value = "gain*x + offset", unit = "A" }
+"#;
+    let model = Model::parse(text).unwrap();
+    let recording = |seed: u64, offset: f64| {
+        let time_s: Vec<f64> = (0..200).map(|n| 0.05 * f64::from(n)).collect();
+        let exact = time_s.iter().map(|t| 2.0 * (1.0 - (-t).exp()) + offset);
+        let noise = white_noise(200, 0.1, seed, 0);
+        let measured = vec![Some(exact.zip(noise).map(|(a, b)| a + b).collect())];
+        ModelRecording { measured, ..ModelRecording::to_simulate(&model, time_s, vec![vec![1.0; 200]]).unwrap() }
+    };
+    let recordings = [recording(1, 0.5), recording(2, -0.3)];
+    let spec = ModelSpec { fixed: vec![("T".to_owned(), 1.0)], ..ModelSpec::default() };
+    let mut go_on = |_| ControlFlow::Continue(());
+    let (_, profiles) = model_likelihood_profiles(&model, &recordings, &spec, &mut go_on).unwrap();
+    let names: Vec<&str> = profiles.iter().map(|of| of.name.as_str()).collect();
+    assert_eq!(names, ["gain", "offset[0]", "offset[1]"]);
+    for of in &profiles {
+        let (normal, error) = (of.ci95.unwrap(), of.std_error.unwrap());
+        for (end, normal) in of.likelihood95.iter().zip(normal) {
+            // √3.84 is 1.96; the noise of all recordings is estimated with the parameters.
+            assert!((end.unwrap() - normal).abs() < 0.02 * error, "{of:?}");
+        }
+    }
 }
 
 #[test]

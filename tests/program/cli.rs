@@ -334,7 +334,6 @@ fn evaluate_gives_costs_of_any_candidates() {
         (&["--slice", "R,L", "--sample", "lhs:9"], 2, "grid:N"),
         (&["--profile", "--sample", "lhs:9"], 2, "cannot be used with"),
         (&["--profile", "--polish", "none"], 2, "unexpected argument"),
-        (&["--profile", "--model", "pmsm"], 2, "serves the DC motor only"),
         (&["--sample", "lhs:9", "--svg", "x.svg"], 2, "required"),
         (&["--sample", "lhs:9", "--evaluator", "tables", "--device", "gpu"], 2, "--evaluator applies to the CPU"),
         (&["--sample", "lhs:9", "--evaluator", "table"], 2, "auto, kernel, tables"),
@@ -399,6 +398,9 @@ fn profiles_have_intervals_beside_those_of_the_standard_errors() {
         assert!((0..2).all(|n| (normal[n] - own[n]).abs() < 0.01 * width), "{of}");
         assert!(of["points"].as_array().unwrap().len() > 10);
     }
+    let of_model = json(&[&args[..], &["--model", "dc-motor", "--json"]].concat());
+    assert_eq!(of_model["model"]["name"], "DC motor");
+    assert_eq!(of_model["profiles"].as_array().unwrap().len(), 5);
     let plot = std::fs::read_to_string(&svg).unwrap();
     assert!(plot.starts_with("<svg") && plot.contains("likelihood ratio over inertia"));
     let drawn = ok(&[&args[..], &["--fix", "L=0.0078,B=0.00068", "--svg", "-"]].concat());

@@ -5,17 +5,11 @@
 //! of the variances of the estimate for correlated and for white residuals (L. Pace, A. Salvan, N. Sartori, Statistica Sinica 21, 2011),
 //! so that its curvature at the optimum is that of the standard error.
 
-use super::automatic::without_undersampled;
-use super::pipeline::identify;
-use super::profile::{LIMIT, wider};
+use super::profile::LIMIT;
 use super::result::Identification;
-use super::spec::IdentifySpec;
-use motorfit_core::setting::text;
+use motorfit_core::setting::{Text, text};
 use motorfit_core::{Error, Result};
-use motorfit_estimate::{Refined, fit_problem, refine_on};
-use motorfit_evaluate::Problem;
-use motorfit_motor::{Axis, Space};
-use motorfit_record::Record;
+use motorfit_estimate::Refined;
 use motorfit_record::warning::Warning;
 use rayon::prelude::*;
 
@@ -42,8 +36,12 @@ pub struct LikelihoodPoint {
 /// Profile likelihood of a parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LikelihoodProfile {
-    /// Axis of the parameter.
-    pub axis: Axis,
+    /// Symbol of the parameter, with the index of the recording if it belongs to one.
+    pub name: String,
+    /// Description, as `resistance`; empty if a model has none.
+    pub description: String,
+    /// Unit.
+    pub unit: String,
     /// Estimate, in the unit of the parameter.
     pub value: f64,
     /// Standard error; `None` if it is not known.
@@ -57,82 +55,69 @@ pub struct LikelihoodProfile {
     pub points: Vec<LikelihoodPoint>,
 }
 
+/// A fitted problem of any machine, whose parameters are profiled.
+pub(super) trait Profiled: Sync {
+    /// Returns name, description and unit of a free parameter.
+    fn named(&self, place: usize) -> [String; 3];
+    /// Returns the bounds up to which a parameter is followed.
+    fn bounds(&self, place: usize) -> [f64; 2];
+    /// Returns the start of the others, given the values of all.
+    fn rest(&self, place: usize, values: &[f64]) -> Vec<f64>;
+    /// Returns how to search for a lower optimum.
+    fn search() -> Text;
+    /// Refines the others from `rest` with one fixed at a value and given weights; the values of the result are the next `rest`.
+    fn fixed(&self, place: usize, value: f64, rest: &[f64], sigma: &[Vec<f64>]) -> Result<Refined>;
+}
+
 /// The optimum of an identification and what all profiles share.
-struct Optimum<'a> {
-    spec: &'a IdentifySpec,
-    problem: &'a Problem,
+struct Optimum<'a, P> {
+    problem: &'a P,
     refined: &'a Refined,
     lowest: f64,
 }
 
-/// Identifies the motor and computes the profile likelihood of each free parameter. Warnings of the result say where a profile found a
-/// lower sum of squares than that of the optimum, and that parameters are not identifiable.
-///
-/// # Errors
-/// Propagates the errors of [`identify`], and returns `Usage` without a polish, which has no likelihood.
-pub fn likelihood_profiles(
-    records: &[Record],
-    spec: &IdentifySpec,
-) -> Result<(Identification, Vec<LikelihoodProfile>)> {
-    if !spec.is_polished() {
-        let remedy = text!("Give " [Polish = "lm"] ".");
-        return Err(Error::usage("profiles of the likelihood need the refinement", remedy));
-    }
-    let mut found = identify(records, spec)?;
-    let masked = without_undersampled(records, spec).filter(|_| !found.left_out.is_empty());
-    let problem = fit_problem(masked.as_deref().unwrap_or(records), &found.space, found.model)?;
-    let refined = refine_on(&problem, &found.values, None)?;
-    let lowest = refined.weighted(&refined.sigmas);
-    let optimum = Optimum { spec, problem: &problem, refined: &refined, lowest };
-    let profile = |place| optimum.profile(place, &found);
+/// Checks that there is a refinement, without which there is no likelihood.
+pub(super) fn check_polished(is_polished: bool) -> Result<()> {
+    let remedy = text!("Give " [Polish = "lm"] ".");
+    let none = || Error::usage("profiles of the likelihood need the refinement", remedy);
+    is_polished.then_some(()).ok_or_else(none)
+}
+
+/// Computes the profile likelihood of each free parameter. Warnings of the result say where a profile found a lower sum of squares than
+/// that of the optimum, beside `doubt`, which leaves no interval either.
+pub(super) fn profiles<P: Profiled, M: Sync>(
+    problem: &P,
+    refined: &Refined,
+    found: &mut Identification<M>,
+    doubt: Option<Warning>,
+) -> Vec<LikelihoodProfile> {
+    let optimum = Optimum { problem, refined, lowest: refined.weighted(&refined.sigmas) };
+    let profile = |place| optimum.profile(place, found);
     let mut profiles: Vec<LikelihoodProfile> = (0..refined.values.len()).into_par_iter().map(profile).collect();
-    let doubts: Vec<Warning> = [conditional(&found), below_optimum(&profiles)].into_iter().flatten().collect();
+    let doubts: Vec<Warning> = [doubt, below_optimum(&profiles, P::search())].into_iter().flatten().collect();
     if !doubts.is_empty() {
         profiles.iter_mut().for_each(|of| of.likelihood95 = [None; 2]);
     }
     found.warnings.extend(doubts);
-    Ok((found, profiles))
-}
-
-/// Returns the warning that parameters are not identifiable: the other values that they may have would widen the profiles.
-fn conditional(found: &Identification) -> Option<Warning> {
-    let names: Vec<String> = found.unidentified.iter().map(|(parameter, scope)| scope.name(*parameter)).collect();
-    let first = names.first()?;
-    let message = text!(
-        (
-            "the recordings do not identify {} each by itself; the profiles keep some of them fixed and therefore have no \
-             intervals. Fix what is known, as ",
-            names.join(", ")
-        )[Fix = "{first}=…"]
-    );
-    Some(Warning::new("profile_conditional", message))
+    profiles
 }
 
 /// Returns the warning that a point is lower than the optimum, to which all likelihood ratios refer.
-fn below_optimum(profiles: &[LikelihoodProfile]) -> Option<Warning> {
+fn below_optimum(profiles: &[LikelihoodProfile], remedy: Text) -> Option<Warning> {
     let is_better = |of: &&LikelihoodProfile| of.points.iter().any(|point| point.ratio < -BETTER);
-    let better: Vec<String> = profiles.iter().filter(is_better).map(LikelihoodProfile::name).collect();
-    let message = text!(
-        (
-            "the profile of {} reaches a lower sum of squares than the optimum, which is therefore not the lowest; the profiles \
-          have no intervals. Search for it with ",
-            better.join(", ")
-        )[Method = "multistart"]
-    );
-    (!better.is_empty()).then(|| Warning::new("profile_below_optimum", message))
+    let better: Vec<String> = profiles.iter().filter(is_better).map(|of| of.name.clone()).collect();
+    let message = text!((
+        "the profile of {} reaches a lower sum of squares than the optimum, which is therefore not the lowest; the profiles \
+          have no intervals",
+        better.join(", ")
+    ));
+    let warning = || Warning { remedy: Some(remedy), ..Warning::new("profile_below_optimum", message) };
+    (!better.is_empty()).then(warning)
 }
 
-impl LikelihoodProfile {
-    /// Returns the symbol of the parameter, with the index of the recording if it belongs to one.
-    #[must_use]
-    pub fn name(&self) -> String {
-        self.axis.scope.name(self.axis.parameter)
-    }
-}
-
-impl Optimum<'_> {
-    fn profile(&self, place: usize, found: &Identification) -> LikelihoodProfile {
-        let (axis, value) = (self.problem.space().free()[place], self.refined.values[place]);
+impl<P: Profiled> Optimum<'_, P> {
+    fn profile<M>(&self, place: usize, found: &Identification<M>) -> LikelihoodProfile {
+        let (value, [name, description, unit]) = (self.refined.values[place], self.problem.named(place));
         let robust = found.uncertainty.as_ref().and_then(|u| *u.std_error.get(place)?);
         let white = self.refined.uncertainty.std_error[place];
         // At a bound, where there is no standard error, the largest variance ratio stands in.
@@ -143,7 +128,9 @@ impl Optimum<'_> {
             rayon::join(|| self.side(place, -step, scale), || self.side(place, step, scale));
         let optimum = LikelihoodPoint { value, ratio: 0.0 };
         LikelihoodProfile {
-            axis,
+            name,
+            description,
+            unit,
             value,
             std_error: robust,
             ci95: found.uncertainty.as_ref().and_then(|u| *u.ci95.get(place)?),
@@ -154,12 +141,11 @@ impl Optimum<'_> {
 
     /// Returns the points to a side of the optimum and the value at which the likelihood ratio passes its limit.
     fn side(&self, place: usize, step: f64, scale: f64) -> (Vec<LikelihoodPoint>, Option<f64>) {
-        let (axis, value) = (self.problem.space().free()[place], self.refined.values[place]);
-        let bounds = wider(self.spec, &axis);
+        let (value, [min, max]) = (self.refined.values[place], self.problem.bounds(place));
         let mut points: Vec<LikelihoodPoint> = Vec::new();
-        let (mut rest, mut distance, mut end) = (self.rest(place), 0.0, None);
+        let (mut rest, mut distance, mut end) = (self.problem.rest(place, &self.refined.values), 0.0, None);
         let at = |value: f64, rest: &mut Vec<f64>| {
-            let refined = self.fixed(place, value, rest).ok()?;
+            let refined = self.problem.fixed(place, value, rest, &self.refined.sigmas).ok()?;
             rest.clone_from(&refined.values);
             let ratio = scale * (refined.weighted(&self.refined.sigmas) - self.lowest);
             ratio.is_finite().then_some(LikelihoodPoint { value, ratio })
@@ -167,7 +153,7 @@ impl Optimum<'_> {
         for n in 0..POINTS[1] {
             distance +=
                 step * if n < POINTS[0] { 1.0 } else { 2f64.powi(i32::try_from(n - POINTS[0]).unwrap_or(0) + 1) };
-            let next = (value + distance).clamp(bounds.min, bounds.max);
+            let next = (value + distance).clamp(min, max);
             let before = points.last().copied().unwrap_or(LikelihoodPoint { value, ratio: 0.0 });
             if next.total_cmp(&before.value).is_eq() {
                 break;
@@ -186,24 +172,6 @@ impl Optimum<'_> {
             }
         }
         (points, end)
-    }
-
-    /// Returns the values of the optimum without one.
-    fn rest(&self, place: usize) -> Vec<f64> {
-        let mut rest = self.refined.values.clone();
-        rest.remove(place);
-        rest
-    }
-
-    /// Refines the other parameters with one fixed at a value.
-    fn fixed(&self, place: usize, value: f64, rest: &[f64]) -> Result<Refined> {
-        let space = self.problem.space();
-        let mut free: Vec<Axis> = space.free().iter().map(|axis| wider(self.spec, axis)).collect();
-        let axis = free.remove(place);
-        let mut fixed = space.fixed().to_vec();
-        fixed.push((axis.parameter, axis.scope, value));
-        let problem = self.problem.with_space(Space::new(free, fixed)?);
-        refine_on(&problem, rest, Some(&self.refined.sigmas))
     }
 }
 

@@ -39,7 +39,6 @@ fn curve(of: &LikelihoodProfile) -> Vec<(f64, f64)> {
 }
 
 fn panel(of: &LikelihoodProfile) -> Panel {
-    let parameter = of.axis.parameter;
     let parabola = of.std_error.map_or_else(Vec::new, |error| {
         let reach = DRAWN.sqrt();
         let point = |n: usize| {
@@ -50,10 +49,10 @@ fn panel(of: &LikelihoodProfile) -> Panel {
     });
     let ends = of.likelihood95.iter().flatten().copied().collect();
     Panel {
-        axis: Some(format!("{} [{}]", of.name(), parameter.unit().replace('*', " "))),
+        axis: Some(format!("{} [{}]", of.name, of.unit.replace('*', " "))),
         limits: [ends, vec![LIMIT]],
         ..Panel::new(
-            &format!("likelihood ratio over {}", parameter.name()),
+            &format!("likelihood ratio over {}", if of.description.is_empty() { &of.name } else { &of.description }),
             vec![
                 Series::new("standard error", 0, Form::Line, parabola),
                 Series::new("profile likelihood", 1, Form::Line, curve(of)),

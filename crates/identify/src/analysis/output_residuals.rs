@@ -33,7 +33,7 @@ pub(crate) struct OutputResiduals<'a> {
 
 /// The inputs of a recording, and the regressors made from them.
 pub(crate) struct ResidualInputs<'a> {
-    /// Those that vary, with their numbers.
+    /// Inputs that vary, with their numbers.
     signals: Vec<(usize, &'a [f64])>,
     /// For each of them the regressors from its own sample on, and from the sample before on.
     known: Vec<[OnceCell<Regressors>; 2]>,

@@ -7,6 +7,7 @@ mod given_starts;
 mod homogeneity;
 mod islands;
 mod lacking;
+mod likelihood;
 mod pipeline;
 mod recordings;
 mod result;
@@ -19,6 +20,7 @@ mod terms;
 mod tests_of_residuals;
 mod trust;
 
+pub use likelihood::model_likelihood_profiles;
 pub use pipeline::{ModelProgress, hold_out_model, identify_model};
 pub use result::{ModelFit, ModelIdentification, OwnModel};
 pub use serialize::integration;

@@ -8,9 +8,9 @@ use motorfit::estimate::fit_problem;
 use motorfit::evaluate::{Model, Problem, SearchProblem};
 use motorfit::experiment::with_noise;
 use motorfit::identify::{
-    BatchCosts, Identifiability, Identification, IdentifySpec, Inspection, LikelihoodProfile, Machine, Method,
-    ParameterEstimate, Polish, PreparedSearch, SearchRun, Status, TrustLevel, fit_on, has_all_channels, hold_out,
-    identify, identify_with, likelihood_profiles, needs_voltage, search_problem, validate, verify_at, with_cost_on,
+    BatchCosts, Identifiability, Identification, IdentifySpec, Inspection, Machine, Method, ParameterEstimate, Polish,
+    PreparedSearch, SearchRun, Status, TrustLevel, fit_on, has_all_channels, hold_out, identify, identify_with,
+    likelihood_profiles, needs_voltage, search_problem, validate, verify_at, with_cost_on,
 };
 use motorfit::motor::{Axis, Parameter, Parameters, Scope, Space, With};
 use motorfit::named::Named;
@@ -262,7 +262,6 @@ fn one(calls: &mut Calls, records: &[Record], spec: &IdentifySpec) {
         calls.ask("identify::likelihood_profiles", &with, || likelihood_profiles(records, spec))
     {
         drive!(calls, with;
-            "identify::LikelihoodProfile::name" => profiles.iter().map(LikelihoodProfile::name).count(),
             "report::likelihood_document" => likelihood_document(records, &found, &profiles),
             "report::likelihood_document" => likelihood_document(&[], &found, &[]),
             "report::likelihood_chart" => likelihood_chart(&profiles).figure(),

@@ -12,7 +12,7 @@ use motorfit::evaluate::model::{ModelAxis, ModelProblem, ModelRecording, ModelSe
 use motorfit::evaluate::{Evaluator, Simd};
 use motorfit::experiment::white_noise;
 use motorfit::identify::model::{
-    ModelIdentification, ModelSpec, ModelTerms, hold_out_model, identify_model, integration,
+    ModelIdentification, ModelSpec, ModelTerms, hold_out_model, identify_model, integration, model_likelihood_profiles,
 };
 use motorfit::identify::{BatchCosts, IdentifySpec, identify};
 use motorfit::model::{BuiltIn, Function, GenericTerm, IntegrationMethod, Model, Role, ShaderPrecision};
@@ -23,8 +23,8 @@ use motorfit::record::{
 };
 use motorfit::report::{
     EvaluateDocument, ExportFormat, ModelInspection, ModelSignalFacts, Recorded, Reproduced, SignalStatistics,
-    exported_model, exported_motor, identify_document, identify_page, model_check_document, model_check_page,
-    model_inspect_document, model_inspect_page, selection_table, signals_csv, verdict,
+    exported_model, exported_motor, identify_document, identify_page, likelihood_document, model_check_document,
+    model_check_page, model_inspect_document, model_inspect_page, selection_table, signals_csv, verdict,
 };
 use motorfit::setting::Setting;
 use motorfit::settings::{Given, Value, model_reading, model_spec};
@@ -513,6 +513,13 @@ pub fn identifications(calls: &mut Calls) {
                 identify_model(&model, &all, &spec, &mut |_| ControlFlow::Continue(()))
             });
             let Some(mut found) = found else { continue };
+            let profiled = calls.ask("identify::model::model_likelihood_profiles", &recording, || {
+                model_likelihood_profiles(&model, &all, &spec, &mut |_| ControlFlow::Continue(()))
+            });
+            if let Some((found, profiles)) = profiled {
+                drive!(calls, recording;
+                    "report::likelihood_document" => likelihood_document(&[], &found, &profiles));
+            }
             ask!(calls, recording;
                 "identify::model::hold_out_model" => hold_out_model(&mut found, &all, &all, &spec),
                 "identify::model::hold_out_model" => hold_out_model(&mut found, &all, &[], &spec),
