@@ -4,7 +4,7 @@ use super::method::Method;
 use super::missing_channel::missing_channel;
 use super::repeated::check_repeated;
 use super::spec::IdentifySpec;
-use crate::analysis::poor_fit;
+use crate::analysis::is_poor;
 use motorfit_core::setting::text;
 use motorfit_core::text::engineering;
 use motorfit_core::{Error, Result};
@@ -133,7 +133,7 @@ pub(super) fn fit(records: &[Record], spec: &IdentifySpec, fit_percent: &[Option
     if !spec.is_polished() {
         return Ok(());
     }
-    if poor_fit(fit_percent).is_some() {
+    if is_poor(fit_percent) {
         reversed_sign(records)?;
     }
     if fit_percent.iter().flatten().all(|percent| *percent <= 0.0) {

@@ -47,6 +47,7 @@ mod profile;
 mod refine;
 mod repeated;
 mod result;
+mod result_warnings;
 mod search;
 mod serialize;
 mod shared_reference;

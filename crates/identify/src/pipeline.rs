@@ -12,6 +12,7 @@ use super::open_groups::Unidentified;
 use super::prepare::Prepared;
 use super::refine::{Fit, Observer, fit};
 use super::result::{Identification, SearchOutcome, left_out};
+use super::result_warnings::residuals_follow_input;
 use super::spec::IdentifySpec;
 use super::trust::missed;
 use super::trust::motor::{Evidence, trust};
@@ -20,7 +21,7 @@ use super::verify::{settle, verify};
 use super::warnings;
 use crate::analysis::{
     Characteristics, FitMetrics, ResidualTests, coarse_rate, homogeneity, input_noise, intersample_of_current,
-    intersample_of_voltage, noise_floor, regressions, residual_tests, residuals_follow_input,
+    intersample_of_voltage, noise_floor, regressions, residual_tests,
 };
 use crate::device::with_threads;
 use motorfit_core::clock::Instant;
@@ -29,8 +30,8 @@ use motorfit_estimate::robust_uncertainty;
 use motorfit_evaluate::Scalar;
 use motorfit_motor::{Input, Parameter, Scope, Space, With};
 use motorfit_optimize::Progress;
-use motorfit_record::warning::Warning;
-use motorfit_record::{Record, check_of_motor};
+use motorfit_record::warning::{Warning, name_of};
+use motorfit_record::{Record, check_of_motor, driver};
 use std::ops::ControlFlow;
 
 /// Identifies one motor from one or more recordings (several: one joint fit).
@@ -183,6 +184,7 @@ fn analyse(prepared: &Prepared<'_>, result: &mut Identification) -> Result<()> {
 pub(super) fn findings(prepared: &Prepared<'_>, result: &Identification) -> Vec<Warning> {
     let (records, spec) = (prepared.records, prepared.spec.as_ref());
     let motor = result.into();
+    let names: Vec<String> = records.iter().map(name_of).collect();
     let intersample = match (prepared.is_linear(), result.input) {
         (true, Input::Voltage) => intersample_of_voltage(records, spec.model, &motor),
         (false, Input::Current) => intersample_of_current(records, spec.model, &motor),
@@ -191,7 +193,7 @@ pub(super) fn findings(prepared: &Prepared<'_>, result: &Identification) -> Vec<
     let found = [
         intersample,
         input_noise(records, &motor),
-        residuals_follow_input(records, &result.residual_tests),
+        residuals_follow_input(result, &names, &driver(records).to_string()),
         coarse_rate(records, &motor),
         warnings::long_dead_time(result),
     ];

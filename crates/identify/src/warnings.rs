@@ -1,17 +1,17 @@
-//! Warnings about the recordings and the spec, and about the result of a fit.
+//! Warnings about recordings of the DC motor and the spec, and about the result of a fit.
 
 use super::estimates::ParameterEstimate;
 use super::missing_channel::missing_channel;
 use super::normalized::NormalizedModel;
 use super::result::Identification;
+use super::result_warnings::{at_bound, of_fit};
 use super::spec::IdentifySpec;
-use super::verify::Status;
-use crate::analysis::{Characteristics, poor_fit, warnings_of_records};
+use crate::analysis::{Characteristics, warnings_of_records};
 use motorfit_core::numeric::peak;
 use motorfit_core::setting::{Text, text};
 use motorfit_core::text::{engineering, significant};
 use motorfit_core::{Error, ErrorKind};
-use motorfit_estimate::{SmFailure, Whiteness};
+use motorfit_estimate::SmFailure;
 use motorfit_evaluate::Initial;
 use motorfit_motor::{Input, Parameter};
 use motorfit_record::Record;
@@ -77,10 +77,7 @@ pub(super) fn with_findings(error: Error, of_recordings: &[Warning]) -> Error {
     error.with_hint_prefix(&first.and("Otherwise:"))
 }
 
-/// Smallest factor of the standard errors for correlated residuals that is named: 1.1 after rounding.
-const WIDENED_MIN: f64 = 1.05;
-
-/// Returns the warnings about a result.
+/// Returns the warnings about a result of the DC motor.
 pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if found.searched.is_fallback && found.input == Input::Voltage {
@@ -90,74 +87,11 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
     }
     for parameter in Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS) {
         let Some(side) = found.at_bound(parameter) else { continue };
-        let (symbol, name) = (parameter.symbol(), parameter.name());
-        warnings.push(if is_idle(found, parameter, side) {
-            let message = format!("the recordings show no {name}: {symbol} ended at a value without effect");
-            Warning::new("extension_idle", message)
-        } else {
-            let rest = "; otherwise the other estimates are valid only if it is right";
-            Warning::new("at_bound", text!("{symbol} ended at its {side} bound; widen it with " [Bounds] {rest}))
-        });
+        let [symbol, name] = [parameter.symbol(), parameter.name()];
+        warnings.push(at_bound([symbol, name], side, is_idle(found, parameter, side)));
     }
-    warnings.extend(not_separated(found));
-    warnings.extend(poor_fit(&found.fit_percent));
-    if !found.converged {
-        let message = "the refinement has not converged: the result may only be near the optimum";
-        warnings.push(Warning::new("not_converged", message));
-    }
-    let white = |channel: usize| found.uncertainty.as_ref().and_then(|uncertainty| uncertainty.whiteness[channel]);
-    let colored = |(name, white): (&str, Option<Whiteness>)| {
-        white.filter(|w| !w.is_white).map(|w| format!("{name} ({:.2} at lag 1)", w.lag1))
-    };
-    let list: Vec<String> = [("current", white(0)), ("speed", white(1))].into_iter().filter_map(colored).collect();
-    if !list.is_empty() {
-        let list = list.join(", ");
-        let widened_by = found.uncertainty.as_ref().map_or(1.0, |uncertainty| uncertainty.widened_by);
-        let errors = match widened_by >= WIDENED_MIN {
-            true => {
-                format!("allow for that and are up to {} times those of white residuals", significant(widened_by, 2))
-            }
-            false => "need no widening for it".to_owned(),
-        };
-        let message = format!(
-            "the residuals are correlated, {list}: the model lacks an effect, or the sensors filter; the standard \
-             errors {errors}"
-        );
-        warnings.push(Warning::new("residuals_not_white", message));
-    }
-    if found.verification.status == Status::SearchStuck {
-        let times = significant(1.0 + found.verification.cost_gap.unwrap_or(f64::NAN), 3);
-        let rescued = found.uncertainty.is_some() && found.verification.refined_agrees;
-        let what = if rescued { "the refinement reached that optimum" } else { "the global search found that optimum" };
-        let message = text!(
-            "the search ended where the weighted sum of squares is {times} times that of the best optimum; {what}; use "
-            [Method = "auto"] ", more " [Generations] " or another " [Seed]
-        );
-        warnings.push(Warning::new("search_stuck", message));
-    }
+    warnings.extend(of_fit(found));
     warnings
-}
-
-/// Returns the warning about alternative models that fit as well as the selected one; `None` without alternatives.
-pub(super) fn not_separated<M>(found: &Identification<M>) -> Option<Warning> {
-    let fits = |fit: &[Option<f64>]| {
-        let list = found.outputs.iter().zip(fit);
-        list.filter_map(|(output, fit)| Some(format!("{} {:.2} %", output.name, (*fit)?)))
-            .collect::<Vec<_>>()
-            .join(", ")
-    };
-    let others = found.alternatives.iter().map(|of| format!("{} ({})", of.with.join(", "), fits(&of.fit_percent)));
-    let others: Vec<String> = others.collect();
-    (!others.is_empty()).then(|| {
-        let taken = found.with.join(", ");
-        let message = format!(
-            "the recordings do not distinguish the model {taken} ({}) from {}; its parameters are valid only if it is \
-             the right one",
-            fits(&found.fit_percent),
-            others.join(" or ")
-        );
-        Warning::new("not_separated", message)
-    })
 }
 
 /// Returns true if a parameter of an extension ended at the bound at which it has no effect.

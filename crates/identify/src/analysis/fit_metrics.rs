@@ -1,6 +1,6 @@
 //! Measures of fit of a simulation: fit in percent and standard deviation of the residuals, for each output.
 
-use motorfit_core::channels::NAMES;
+use super::outputs::Output;
 use motorfit_core::numeric::{count, mean, squares_about};
 use motorfit_core::setting::text;
 use motorfit_core::text::significant;
@@ -133,12 +133,17 @@ pub(crate) fn fit_percent(records: &[Record], refined: &Refined) -> [Option<f64>
 /// Smallest fit of a channel without a warning \[%\].
 const POOR_FIT_PERCENT: f64 = 50.0;
 
+/// Returns true if a fit is too poor for the parameters to be of use.
+pub(crate) fn is_poor(fit_percent: &[Option<f64>]) -> bool {
+    fit_percent.iter().flatten().any(|fit| *fit < POOR_FIT_PERCENT)
+}
+
 /// Returns the warning about a model that does not fit.
-pub(crate) fn poor_fit(fit_percent: &[Option<f64>]) -> Option<Warning> {
-    let poor = |(name, fit): (&str, &Option<f64>)| {
-        fit.filter(|fit| *fit < POOR_FIT_PERCENT).map(|fit| format!("{name} {} %", significant(fit, 3)))
+pub(crate) fn poor_fit(outputs: &[Output], fit_percent: &[Option<f64>]) -> Option<Warning> {
+    let poor = |(output, fit): (&Output, &Option<f64>)| {
+        fit.filter(|fit| *fit < POOR_FIT_PERCENT).map(|fit| format!("{} {} %", output.name, significant(fit, 3)))
     };
-    let list: Vec<String> = NAMES.into_iter().zip(fit_percent).filter_map(poor).collect();
+    let list: Vec<String> = outputs.iter().zip(fit_percent).filter_map(poor).collect();
     (!list.is_empty()).then(|| {
         let message = text!(
             ("the model does not fit ({}): do not use these parameters; check columns, ", list.join(", "))

@@ -4,6 +4,9 @@ use super::residual_input_test::{Regressors, ResidualInputTest, Residuals, resid
 use motorfit_estimate::Whiteness;
 use std::cell::OnceCell;
 
+/// Smallest percentage of the variance of residuals explained by the input that matters \[%\].
+pub(crate) const EXPLAINED_MIN: f64 = 1.0;
+
 /// The tests of the residuals of one channel of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct ResidualTest {

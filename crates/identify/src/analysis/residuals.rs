@@ -3,12 +3,10 @@
 use super::fitted::FittedMotor;
 use super::output_residuals::{OutputResiduals, ResidualInputs, ResidualTest, ResidualTests, part};
 use super::outputs::{Output, by_output};
-use motorfit_core::text::significant;
 use motorfit_estimate::{EFFECTIVE_RATIO_MIN, Uncertainty};
 use motorfit_evaluate::Problem;
 use motorfit_motor::{Axis, Discretization, Scope};
-use motorfit_record::warning::{Warning, name_of};
-use motorfit_record::{Quantity, Record, driver};
+use motorfit_record::{Quantity, Record};
 use nalgebra::DMatrix;
 use serde_json::Value;
 
@@ -98,29 +96,4 @@ pub(super) fn moved(found: &FittedMotor<'_>) -> Vec<Vec<f64>> {
         shared.iter().map(|n| values[*n]).collect()
     };
     (0..known.len()).map(one).collect()
-}
-
-/// Smallest percentage of the variance of residuals explained by the input that matters \[%\].
-pub(crate) const EXPLAINED_MIN: f64 = 1.0;
-
-/// Returns the warning about residuals that depend on the input.
-pub(crate) fn residuals_follow_input(records: &[Record], tests: &[ResidualTests]) -> Option<Warning> {
-    let follows = |test: &ResidualTest| test.voltage.filter(|v| !v.is_independent).map(|v| v.explained_percent);
-    let mut list: Vec<String> = Vec::new();
-    for (channel, name) in ["current", "speed"].into_iter().enumerate() {
-        let each = tests.iter().zip(records);
-        let each = each.filter_map(|(tests, record)| Some((follows(tests[channel].as_ref()?)?, record)));
-        let Some((explained, record)) = each.max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
-        if explained >= EXPLAINED_MIN {
-            let place = if records.len() > 1 { format!(" in {}", name_of(record)) } else { String::new() };
-            list.push(format!("{} % of the residuals of the {name}{place}", significant(explained, 2)));
-        }
-    }
-    let input = driver(records);
-    let message = format!(
-        "the model lacks an effect of the {input}: the {input} explains {}; the parameters may be biased by more than \
-         their standard errors",
-        list.join(" and ")
-    );
-    (!list.is_empty()).then(|| Warning::new("residuals_follow_voltage", message))
 }

@@ -18,6 +18,8 @@ const PART: f64 = 0.02;
 const SIMPLE: f64 = 1e-3;
 /// Ratio of components from which they are equal but for rounding.
 const EQUAL: f64 = 0.999;
+/// Width of the 95 % interval of the logarithm of a product of powers above which it is not known: a decade.
+const KNOWN: f64 = std::f64::consts::LN_10;
 /// Smallest component from which an elimination goes on.
 const PIVOT: f64 = 1e-6;
 
@@ -190,6 +192,9 @@ impl Open {
         let value = parts.iter().map(|(of, exponent)| of.value.powf(*exponent)).product::<f64>();
         let slopes: Vec<(&Member, f64)> = parts.iter().map(|(of, exponent)| (*of, exponent * of.rate)).collect();
         let relative = self.error(&slopes);
+        if 2.0 * self.quantile * relative > KNOWN * factor {
+            return None;
+        }
         let ends = [-1.0, 1.0].map(|sign| value * (sign * self.quantile * relative).exp());
         let ci95 = if value > 0.0 { ends } else { [ends[1], ends[0]] };
         let named =
@@ -206,6 +211,9 @@ impl Open {
         pairs.map(|(a, b, product)| product * self.covariance[a][b]).sum::<f64>().max(0.0).sqrt()
     }
 }
+
+#[cfg(test)]
+mod tests;
 
 /// Brings rows to reduced echelon form; returns the columns of its pivots, those with the largest weighted component.
 fn eliminated(rows: &mut Vec<Vec<f64>>, weights: &[f64]) -> Vec<usize> {

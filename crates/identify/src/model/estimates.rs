@@ -3,6 +3,15 @@
 use crate::estimates::ParameterEstimate;
 use motorfit_estimate::Refined;
 use motorfit_evaluate::model::ModelProblem;
+use motorfit_model::Model;
+
+/// Returns true if a parameter ended at a bound at which it has no effect.
+pub(super) fn is_idle(model: &Model, of: &ParameterEstimate) -> bool {
+    let Some((side, [min, max])) = of.at_bound.zip(of.bounds) else { return false };
+    let bound = if side == "min" { min } else { max };
+    let neutral = model.parameters().iter().find(|parameter| parameter.name == of.name).and_then(|of| of.neutral);
+    neutral.is_some_and(|neutral| (neutral - bound).abs() <= 1e-9 * (max - min))
+}
 
 /// Returns the estimates in the order of the model.
 pub(super) fn estimates(problem: &ModelProblem, values: &[f64], refined: Option<&Refined>) -> Vec<ParameterEstimate> {

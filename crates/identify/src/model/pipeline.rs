@@ -1,7 +1,7 @@
 //! The stages of an identification with a user's model: problem, search, refinement, tests, trust.
 
 use super::combinations::Open;
-use super::estimates::estimates;
+use super::estimates::{estimates, is_idle};
 use super::fine_steps::with_fine_steps;
 use super::given_starts::{GivenStarts, add_responses_at_start, optima_beside, with_given_starts};
 use super::homogeneity::homogeneity;
@@ -17,11 +17,12 @@ use super::tests_of_residuals::fitted;
 use super::trust::trust;
 use crate::analysis::{FitMetrics, Output};
 use crate::device::BatchSearchEvaluator;
+use crate::estimates::ParameterEstimate;
 use crate::method::Method;
 use crate::repeated::{check_repeated, validation_repeats};
 use crate::result::{Identification, SearchOutcome};
+use crate::result_warnings::{at_bound, of_fit, residuals_follow_input};
 use crate::verify::{Status, Verification};
-use crate::warnings::not_separated;
 use motorfit_core::candidates::Candidates;
 use motorfit_core::clock::Instant;
 use motorfit_core::{Error, Result};
@@ -313,9 +314,25 @@ fn result(
             held_out_percent: Vec::new(),
         })
     };
-    result.warnings.extend(not_separated(&result));
+    result.warnings.extend(of_fit(&result));
+    result.warnings.extend(of_bounds(model, &result));
+    let labels: Vec<String> = (0..problem.recordings()).map(|n| problem.recording(n).label(n)).collect();
+    let input = match model.inputs() {
+        [only] => &only.name,
+        _ => "input",
+    };
+    result.warnings.extend(residuals_follow_input(&result, &labels, input));
     result.trust = trust(problem, &result, spec.is_polished);
     result
+}
+
+/// Returns the warnings about parameters that ended at a bound.
+fn of_bounds(model: &Model, found: &ModelIdentification) -> Vec<Warning> {
+    let one = |e: &ParameterEstimate| {
+        let name = if e.description.is_empty() { &e.name } else { &e.description };
+        Some(at_bound([&e.label(), name], e.at_bound?, is_idle(model, e)))
+    };
+    found.estimates.iter().filter_map(one).collect()
 }
 
 /// Simulates held-out recordings with the result of `recordings`; initial values that are measured or free are estimated from each.

@@ -1,9 +1,11 @@
 //! The level of trust in a result with a user's model.
 
+use super::estimates::is_idle;
 use super::lacking::CODE;
 use super::recordings::exclude;
 use super::result::{ModelFit, ModelIdentification};
 use super::step_accuracy::{inaccuracy, shorter_steps};
+use crate::estimates::ParameterEstimate;
 use crate::trust::{Facts, Reason, missed};
 use crate::trust_level::{Trust, TrustLevel, TrustReason};
 use crate::verify::Status;
@@ -93,8 +95,8 @@ fn more(
     if let Some(first) = found.combinations.first() {
         add(Check, "not_identifiable", first.clone().into());
     }
-    let bound: Vec<&str> =
-        found.estimates.iter().filter(|e| e.at_bound.is_some()).map(|estimate| estimate.name.as_str()).collect();
+    let is_bound = |e: &&ParameterEstimate| e.at_bound.is_some() && !is_idle(&found.model, e);
+    let bound: Vec<&str> = found.estimates.iter().filter(is_bound).map(|estimate| estimate.name.as_str()).collect();
     if !bound.is_empty() {
         let verb = if bound.len() == 1 { "ended at a bound" } else { "ended at bounds" };
         add(Check, "at_bound", format!("{} {verb}", listed(&bound, "and")).into());
