@@ -35,8 +35,10 @@ def start():
         program = os.environ.get("MOTORFIT_PROGRAM")
         if not program:
             missing("MOTORFIT_PROGRAM names no program")
-        # A program in the background ignores Ctrl-C of its terminal unless it asks for it.
-        started = subprocess.Popen([program, "view", *files, "--no-open"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        # A shell starts programs in the background with Ctrl-C ignored, and the tests may run there.
+        heard = lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)
+        command = [program, "view", *files, "--no-open"]
+        started = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=heard)
         programs.append(started)
         address = started.stdout.readline().strip()
         if not address:
