@@ -214,16 +214,16 @@ pub mod report {
 
     #[cfg(feature = "report")]
     pub use motorfit_report::{
-        AxisScale, Band, Card, Chart, Figure, Form, Item, Map, Mark, ModelInspection, Page, Panel, Part, Reproduced,
-        ResidualRow, Section, Series, Table, Trust, compare, compare_page, compare_parts, figures, folded, heat_map,
-        html_fragment, identify_page, identify_parts, inspect_page, likelihood_chart, mechanism_page, model_check_page,
+        AxisScale, Band, Card, Chart, Figure, Form, Item, Map, Mark, Page, Panel, Part, Reproduced, ResidualRow,
+        Section, Series, Table, Trust, compare, compare_page, compare_parts, figures, folded, heat_map, html_fragment,
+        identify_page, identify_parts, inspect_page, likelihood_chart, mechanism_page, model_check_page,
         model_inspect_page, plain_text, record_figure, residual_panels, selection_table, selection_text, suite, sweep,
     };
     pub use motorfit_report::{
-        EvaluateDocument, ExportFormat, Exported, ExportedParameter, FeedbackDesign, MechanismLine, ModelSignalFacts,
-        Recorded, RecordedInput, RecordedOutput, Requested, Shown, SignalFacts, SignalStatistics, bench_document,
-        characteristics_lines, columns_csv, command_line, curves_csv, devices_document, error_document, exported_model,
-        exported_motor, identify_document, inspect_document, json, likelihood_document, mechanism_code,
+        EvaluateDocument, ExportFormat, Exported, ExportedParameter, FeedbackDesign, MechanismLine, ModelInspection,
+        ModelSignalFacts, Recorded, RecordedInput, RecordedOutput, Requested, Shown, SignalFacts, SignalStatistics,
+        bench_document, characteristics_lines, columns_csv, command_line, curves_csv, devices_document, error_document,
+        exported_model, exported_motor, identify_document, inspect_document, json, likelihood_document, mechanism_code,
         mechanism_document, mechanism_lines, mechanism_selection, model_check_document, model_inspect_document,
         noise_floor_text, signals_csv, verdict, verdicts,
     };

@@ -7,6 +7,7 @@ use super::prelude::*;
 use super::{next, output};
 use motorfit::identify::model::model_likelihood_profiles;
 use motorfit::identify::{Identification, LikelihoodProfile, likelihood_profiles};
+use motorfit::optimize::Stop;
 use motorfit::record::Record;
 use motorfit::report::{Shown, likelihood_chart, likelihood_document};
 
@@ -31,6 +32,10 @@ fn shown<M: Shown>(
     style: &Style,
 ) -> Result<Outcome> {
     style.warnings(&found.warnings);
+    if found.stop == Stop::Interrupted {
+        style.note("interrupted before the profiles");
+        return Ok(Outcome::Interrupted);
+    }
     if let Some(path) = &args.svg {
         out::write_file(path, &likelihood_chart(&profiles).figure().file("", false))?;
         if stdio::is_stdio(path) {

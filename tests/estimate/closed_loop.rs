@@ -56,8 +56,22 @@ enum Missing {
     LateVoltage,
 }
 
+/// Returns the states after a period, by twenty steps of the classical Runge–Kutta method.
+fn after(mut x: [f64; 2], step_s: f64, right: impl Fn([f64; 2]) -> [f64; 2]) -> [f64; 2] {
+    let h = step_s / 20.0;
+    for _ in 0..20 {
+        let moved = |by: [f64; 2], f: f64| [x[0] + f * by[0], x[1] + f * by[1]];
+        let k1 = right(x);
+        let k2 = right(moved(k1, 0.5 * h));
+        let k3 = right(moved(k2, 0.5 * h));
+        let k4 = right(moved(k3, h));
+        x = std::array::from_fn(|s| x[s] + h / 6.0 * (k1[s] + 2.0 * (k2[s] + k3[s]) + k4[s]));
+    }
+    x
+}
+
 /// Simulates the pendulum under a law that computes the voltage from the sample and the measured angle and speed there, and holds it
-/// over the period. Steps of a twentieth of the period by the classical Runge–Kutta method.
+/// over the period.
 fn simulated(seed: u64, missing: Missing, law: impl Fn(usize, [f64; 2]) -> f64) -> ModelRecording {
     let [angle, speed] = SIGMA;
     let noise = white_noise(SAMPLES, angle, seed, 0).into_iter().zip(white_noise(SAMPLES, speed, seed, 1));
@@ -72,15 +86,7 @@ fn simulated(seed: u64, missing: Missing, law: impl Fn(usize, [f64; 2]) -> f64) 
         inputs.push(if missing == Missing::LateVoltage { before } else { v });
         let acting = if missing == Missing::Delay { before } else { v };
         let right = |x: [f64; 2]| [x[1], k * acting - g * x[0].sin() - b * x[1] - quadratic * x[1] * x[1].abs()];
-        let h = STEP_S / 20.0;
-        for _ in 0..20 {
-            let moved = |by: [f64; 2], f: f64| [x[0] + f * by[0], x[1] + f * by[1]];
-            let k1 = right(x);
-            let k2 = right(moved(k1, 0.5 * h));
-            let k3 = right(moved(k2, 0.5 * h));
-            let k4 = right(moved(k3, h));
-            x = std::array::from_fn(|s| x[s] + h / 6.0 * (k1[s] + 2.0 * (k2[s] + k3[s]) + k4[s]));
-        }
+        x = after(x, STEP_S, right);
         before = v;
     }
     ModelRecording {
@@ -136,8 +142,7 @@ fn missing_effects_in_a_closed_loop_are_found() {
     }
 }
 
-/// Simulates the motor M2 under a law that computes the voltage from the measured speed; the voltage acts some periods later. Steps of a
-/// twentieth of the period by the classical Runge–Kutta method.
+/// Simulates the motor M2 under a law that computes the voltage from the measured speed; the voltage acts some periods later.
 fn controlled_motor(seed: u64, periods: usize) -> Record {
     const STEP_S: f64 = 1e-3;
     let [r, l, k, b, j] = Parameters::M2.to_array();
@@ -153,15 +158,7 @@ fn controlled_motor(seed: u64, periods: usize) -> Record {
         let _ = writeln!(text, "{},{v:e},{:e},{:e}", count(n) * STEP_S, seen[0], seen[1]);
         let acting = voltages[n.saturating_sub(periods)];
         let right = |[i, w]: [f64; 2]| [(acting - r * i - k * w) / l, (k * i - b * w) / j];
-        let h = STEP_S / 20.0;
-        for _ in 0..20 {
-            let moved = |by: [f64; 2], f: f64| [x[0] + f * by[0], x[1] + f * by[1]];
-            let k1 = right(x);
-            let k2 = right(moved(k1, 0.5 * h));
-            let k3 = right(moved(k2, 0.5 * h));
-            let k4 = right(moved(k3, h));
-            x = std::array::from_fn(|s| x[s] + h / 6.0 * (k1[s] + 2.0 * (k2[s] + k3[s]) + k4[s]));
-        }
+        x = after(x, STEP_S, right);
     }
     read_bytes(text.as_bytes(), None, &ReadOptions::default()).unwrap().remove(0)
 }

@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 #![allow(clippy::cast_precision_loss, reason = "small numbers")]
 
+use crate::support::of_model;
 use motorfit::evaluate::model::ModelRecording;
 use motorfit::experiment::{Excitation, simulated, white_noise, with_noise};
 use motorfit::identify::model::{ModelSpec, model_likelihood_profiles};
@@ -111,20 +112,6 @@ fn intervals_by_the_likelihood_cover_the_truth() {
     assert!(counts.iter().all(|count| (922..=978).contains(count)), "{counts:?}");
 }
 
-/// Returns a recording of the motor as that of a model.
-fn as_model(record: &Record) -> ModelRecording {
-    let samples = record.samples();
-    ModelRecording {
-        time_s: samples.time_s.clone(),
-        step_s: vec![STEP_S],
-        inputs: vec![samples.voltage.clone(), vec![0.0; samples.time_s.len()]],
-        measured: record.measured().map(|signal| signal.map(<[f64]>::to_vec)).to_vec(),
-        counting: Vec::new(),
-        effective_sample_ratio: 1.0,
-        name: None,
-    }
-}
-
 #[test]
 fn profiles_of_the_motor_as_a_model_are_its_own() {
     // From rest, as the built-in motor; wide bounds, as its automatic ones.
@@ -133,7 +120,7 @@ fn profiles_of_the_motor_as_a_model_are_its_own() {
     let model = Model::parse(&text).unwrap();
     let record = noisy(0.3, 3);
     let (_, own) = likelihood_profiles(std::slice::from_ref(&record), &IdentifySpec::default()).unwrap();
-    let recordings = [as_model(&record)];
+    let recordings = [of_model(&record)];
     let mut go_on = |_| ControlFlow::Continue(());
     let (found, profiles) = model_likelihood_profiles(&model, &recordings, &ModelSpec::default(), &mut go_on).unwrap();
     assert_eq!(profiles.len(), 5);

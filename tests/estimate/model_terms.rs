@@ -1,5 +1,5 @@
 //! Proves: the selection among the optional terms of a model finds those of the simulated machine; the score test names a term that is
-//! left out, and seldom one where the model is complete; named and generic terms, and errors of names; the program with them, and the
+//! left out, and seldom one where the model is complete; one that the machine does not have is no reason against a result; named and generic terms, and errors of names; the program with them, and the
 //! mask `auto` of wrong samples.
 //! Does not prove: that the selection finds terms whose effect is near the noise.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test may stop and print")]
@@ -96,6 +96,24 @@ fn the_selection_finds_the_terms_of_the_machine() {
     eprintln!("wrong selections of 40: {wrong:?}");
     // Odds of 20 to 1 are required for each of at most three terms.
     assert!(wrong.len() <= 2, "{wrong:?}");
+}
+
+#[test]
+fn a_term_that_the_machine_does_not_have_ends_where_it_has_no_effect() {
+    let (mut idle, mut known) = (0, 0);
+    for seed in 0..10 {
+        let found = identified(&recorded(0, seed), ModelTerms::These(vec!["drag".to_owned()]));
+        let has = |code: &str| found.warnings.iter().any(|warning| warning.code == code);
+        let drag = found.estimates.iter().find(|e| e.name == "D").unwrap();
+        // As of the motor: no reason against the result.
+        let is_blamed = found.trust.reasons.iter().any(|reason| reason.code == "at_bound");
+        assert_eq!((has("at_bound"), is_blamed), (false, false), "{:?}", found.trust);
+        assert_eq!(has("extension_idle"), drag.at_bound.is_some());
+        idle += u32::from(drag.at_bound.is_some());
+        known += u32::from(drag.std_error.is_some());
+    }
+    // The estimate of a drag of zero is at its bound for half of the seeds; ten have 5 ± 1.6.
+    assert!((2..=8).contains(&idle) && idle + known == 10, "{idle} idle, {known} with errors");
 }
 
 #[test]

@@ -12,7 +12,7 @@ use motorfit::experiment::{Excitation, noise_of, simulated, with_noise};
 use motorfit::identify::model::{ModelIdentification, ModelSpec, identify_model};
 use motorfit::identify::{Identification, IdentifySpec, TrustLevel, TrustReason, identify};
 use motorfit::model::{BuiltIn, Model};
-use motorfit::motor::{Discretization, Parameters};
+use motorfit::motor::{Axis, Discretization, Parameter, Parameters, Scope, Space};
 use motorfit::numeric::count;
 use motorfit::record::{FINDINGS, Mask, Record, Samples, parse_masks};
 use motorfit::warning::Warning;
@@ -45,6 +45,54 @@ fn codes(reasons: &[TrustReason]) -> Vec<&'static str> {
     let mut codes: Vec<&str> = reasons.iter().map(|reason| reason.code).filter(|code| !ALONE.contains(code)).collect();
     codes.sort_unstable();
     codes
+}
+
+#[test]
+fn warnings_about_results_are_those_of_the_motor() {
+    let wave = |samples: &mut Samples| {
+        let of = |(n, value): (usize, &mut f64)| *value += 2.0 * (0.02 * count(n)).sin();
+        samples.speed.iter_mut().flatten().enumerate().for_each(of);
+    };
+    let record = recorded(&Parameters::M2, (8.0, -4.0), 3);
+    let (one, late) = (changed(&record, wave), changed(&record, |samples| samples.voltage.rotate_right(4)));
+    // The inductance ends at a bound that it does not fit.
+    let axis = |parameter: Parameter| if parameter == Parameter::L { [0.02, 0.1] } else { [1e-6, 1e3] };
+    let free = Parameter::ALL.map(|parameter| {
+        let [min, max] = axis(parameter);
+        Axis { parameter, scope: Scope::Shared, min, max }
+    });
+    let bounded = IdentifySpec {
+        space: Space::new(free.to_vec(), Vec::new()).unwrap(),
+        auto_bounds: Vec::new(),
+        ..IdentifySpec::default()
+    };
+    let own_bounds = Parameter::ALL.map(|p| (p.symbol().to_owned(), axis(p))).to_vec();
+    let model_bounded = ModelSpec { bounds: own_bounds, ..ModelSpec::default() };
+    let model = Model::parse(&BuiltIn::DcMotor.source().replace("\"measured\"", "0")).unwrap();
+    let known = ["at_bound", "poor_fit", "residuals_not_white", "residuals_follow_voltage", "not_converged"];
+    for (name, record, spec, model_spec, expected) in [
+        ("right", &record, IdentifySpec::default(), ModelSpec::default(), vec![]),
+        ("wave", &one, IdentifySpec::default(), ModelSpec::default(), vec!["residuals_not_white"]),
+        (
+            "late",
+            &late,
+            IdentifySpec::default(),
+            ModelSpec::default(),
+            vec!["residuals_follow_voltage", "residuals_not_white"],
+        ),
+        ("bound", &record, bounded, model_bounded, vec!["at_bound", "residuals_follow_voltage", "residuals_not_white"]),
+    ] {
+        let own = identify(std::slice::from_ref(record), &spec).unwrap();
+        let recordings = [of_model(record)];
+        let found = identify_model(&model, &recordings, &model_spec, &mut |_| ControlFlow::Continue(())).unwrap();
+        let codes = |warnings: &[Warning]| {
+            let mut codes: Vec<&str> = warnings.iter().map(|w| w.code).filter(|code| known.contains(code)).collect();
+            codes.sort_unstable();
+            codes
+        };
+        assert_eq!(codes(&own.warnings), expected, "{name}");
+        assert_eq!(codes(&found.warnings), expected, "{name}: {:?}", found.warnings);
+    }
 }
 
 #[test]

@@ -1,5 +1,5 @@
 //! Proves: inertias, gravity, viscous and dry friction of an arm with two links, whose joints rest and move each other, are found with errors
-//! that the standard errors describe, as distribution over seeds.
+//! that the standard errors describe, as distribution over seeds; friction that cannot be solved together is refused.
 //! Does not prove: the simulation, which is compared with another one in the crate of the evaluators; real arms.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test may stop and print")]
 
@@ -54,4 +54,41 @@ fn an_arm_with_dry_friction_in_both_joints_is_found_within_its_errors() {
     eprintln!("{covered} of {all} intervals cover the truth; {good} fits good");
     assert!(covered >= fewest(all, 0.95), "{covered} of {all}");
     assert!(good >= cases(5, 34), "{good} good");
+}
+
+/// Returns a chain of masses whose dry friction acts on the neighbours too.
+fn chain(masses: usize) -> String {
+    let all = |of: &dyn Fn(usize) -> String| (0..masses).map(of).collect::<Vec<_>>().join("\n");
+    let states = all(&|n| {
+        let next = (n + 1) % masses;
+        format!("x{n} = {{ unit = \"m/s\", d = \"u - a*stick(x{n}, F) - 0.1*a*stick(x{next}, F)\", initial = 0 }}")
+    });
+    let outputs = all(&|n| format!("x{n} = {{ value = \"x{n}\", unit = \"m/s\" }}"));
+    format!(
+        r#"
+format = 1
+name = "Chain"
+[inputs]
+u = {{ unit = "m/s^2" }}
+[parameters]
+a = {{ unit = "1/kg", min = 0.1, max = 10 }}
+F = {{ unit = "N", min = 0, max = 10 }}
+[states]
+{states}
+[outputs]
+{outputs}
+"#
+    )
+}
+
+#[test]
+fn friction_that_cannot_be_solved_together_is_refused() {
+    assert!(Model::parse(&chain(6)).is_ok());
+    let error = Model::parse(&chain(7)).unwrap_err();
+    assert!(error.to_string().contains("more than 6 stick functions act on each other"), "{error}");
+    assert_eq!((error.line().is_some(), error.hint().is_empty()), (true, false));
+    let twice = chain(2).replace("a*stick(x0, F)", "a*stick(x0, F) - a*stick(x0, 2*F)");
+    let error = Model::parse(&twice).unwrap_err();
+    assert!(error.to_string().contains("two stick functions of x0"), "{error}");
+    assert_eq!((error.line().is_some(), error.hint().is_empty()), (true, false));
 }

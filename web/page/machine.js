@@ -68,6 +68,6 @@ export function understood(document) {
     }
     const signals = [...document.inputs, ...document.outputs].filter((of, n, all) => all.findIndex(({ name }) => name === of.name) === n);
     const one = (of) => `${of.name}${of.unit === "1" ? "" : ` [${printed(of.unit)}]`}`;
-    find("signals").textContent = `The model has the signals ${signals.map(one).join(", ")}. A column serves a signal if its heading is that name or the name of the quantity.`;
+    find("signals").textContent = `The model has the signals ${signals.map(one).join(", ")}. Columns are found by their headings: these names, or those that the text gives as “column”.`;
     find("columns-text").placeholder = signals.slice(0, 2).map((of) => `${of.name}=HEADING:${of.unit}`).join(",");
 }

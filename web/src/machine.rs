@@ -4,13 +4,13 @@ use crate::given::Settings;
 use crate::spelling::{as_json, in_page};
 use motorfit::evaluate::model::ModelRecording;
 use motorfit::identify::Identification;
-use motorfit::identify::model::{ModelSpec, identify_model};
-use motorfit::model::{BuiltIn, GenericTerm, Model};
+use motorfit::identify::model::identify_model;
+use motorfit::model::{BuiltIn, Model};
 use motorfit::named::Named as _;
 use motorfit::record::{Reading, Record};
 use motorfit::report::{
-    ModelInspection, ModelSignalFacts, Page, Recorded, Reproduced, Shown, identify_document, identify_page,
-    model_check_document, model_check_page, model_inspect_document, model_inspect_page, signals_csv,
+    ModelInspection, Page, Recorded, Reproduced, Shown, identify_document, identify_page, model_check_document,
+    model_check_page, model_inspect_document, model_inspect_page, signals_csv,
 };
 use motorfit::setting::Text;
 use motorfit::settings::{self, Given};
@@ -68,16 +68,9 @@ impl Machine {
     /// Returns what was understood of it.
     pub fn document(&self) -> Value {
         let Some(model) = &self.model else { return json!({}) };
-        let own = model.terms().iter().map(|term| term.name.clone());
-        let generic = GenericTerm::ALL.iter().filter(|term| term.applies(model)).map(|term| term.name().to_owned());
-        let mut names: Vec<String> = own.collect();
-        generic.for_each(|name| {
-            if !names.contains(&name) {
-                names.push(name)
-            }
-        });
+        let generic = model.generic_terms().into_iter().map(|term| term.name().to_owned());
         let mut document = model_check_document(model);
-        document["all_terms"] = json!(names);
+        document["all_terms"] = model.terms().iter().map(|term| term.name.clone()).chain(generic).collect();
         document
     }
 
@@ -129,15 +122,8 @@ pub fn identified(model: &Model, records: &[Record], settings: &Settings, how: &
 
 /// Inspects recordings of a model.
 pub fn inspected(model: &Model, records: &[Record], how: &Reproduced) -> Result<Value> {
-    let one = |record| {
-        let recording = ModelRecording::new(model, record)?;
-        let facts = ModelSignalFacts::of(model, &recording);
-        let (spec, list) = (ModelSpec::default(), std::slice::from_ref(&recording));
-        let found = identify_model(model, list, &spec, &mut |_| ControlFlow::Continue(()));
-        Ok(ModelInspection { record, recording, facts, found })
-    };
+    let one = |record| ModelInspection::of(model, record, &mut |_| ControlFlow::Continue(()));
     let inspections = records.iter().map(one).collect::<Result<Vec<_>>>()?;
-    let documents = inspections.iter().map(|of| model_inspect_document(of.record, &of.facts, &of.found));
-    let document = json!({ "records": documents.collect::<Vec<Value>>() });
-    Ok(json!({ "document": document, "report": model_inspect_page(model, &inspections, how).html(true) }))
+    let report = model_inspect_page(model, &inspections, how).html(true);
+    Ok(json!({ "document": model_inspect_document(model, &inspections), "report": report }))
 }

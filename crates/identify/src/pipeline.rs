@@ -15,7 +15,7 @@ use super::result::{Identification, SearchOutcome, left_out};
 use super::result_warnings::residuals_follow_input;
 use super::spec::IdentifySpec;
 use super::trust::missed;
-use super::trust::motor::{Evidence, trust};
+use super::trust::motor::{Evidence, OUTPUTS, trust};
 use super::unidentified::fix_unidentified;
 use super::verify::{settle, verify};
 use super::warnings;
@@ -193,7 +193,7 @@ pub(super) fn findings(prepared: &Prepared<'_>, result: &Identification) -> Vec<
     let found = [
         intersample,
         input_noise(records, &motor),
-        residuals_follow_input(result, &names, &driver(records).to_string()),
+        residuals_follow_input(result, &names, &OUTPUTS.map(str::to_owned), &format!("the {}", driver(records))),
         coarse_rate(records, &motor),
         warnings::long_dead_time(result),
     ];

@@ -32,14 +32,15 @@ pub(super) fn of_fit<M>(found: &Identification<M>) -> Vec<Warning> {
     warnings
 }
 
-/// Returns the warning about a parameter, symbol and name, that ended at a bound; `is_idle` if it has no effect there.
-pub(super) fn at_bound([symbol, name]: [&str; 2], side: &str, is_idle: bool) -> Warning {
+/// Returns the warning about a parameter that ended at a bound; `is_idle` if it has no effect there.
+pub(super) fn at_bound(name: &str, side: &str, is_idle: bool) -> Warning {
     if is_idle {
-        let message = format!("the recordings show no {name}: {symbol} ended at a value without effect");
+        let message =
+            format!("{name} ended at its {side} bound, where it has no effect: the recordings do not show it");
         return Warning::new("extension_idle", message);
     }
     let rest = "; otherwise the other estimates are valid only if it is right";
-    Warning::new("at_bound", text!("{symbol} ended at its {side} bound; widen it with " [Bounds] {rest}))
+    Warning::new("at_bound", text!("{name} ended at its {side} bound; widen it with " [Bounds] {rest}))
 }
 
 /// Returns the warning about correlated residuals.
@@ -85,26 +86,26 @@ fn not_separated<M>(found: &Identification<M>) -> Option<Warning> {
     })
 }
 
-/// Returns the warning about residuals that depend on an input; `input` is its name in a sentence, as `voltage`.
+/// Returns the warning about residuals that depend on an input. `outputs` and `input` are their names in a sentence, as `the current`.
 pub(super) fn residuals_follow_input<M>(
     found: &Identification<M>,
     recordings: &[String],
+    outputs: &[String],
     input: &str,
 ) -> Option<Warning> {
     let follows = |test: &ResidualTest| test.voltage.filter(|v| !v.is_independent).map(|v| v.explained_percent);
     let mut list: Vec<String> = Vec::new();
-    for (number, output) in found.outputs.iter().enumerate() {
+    for (number, output) in outputs.iter().enumerate() {
         let each = found.residual_tests.iter().zip(recordings);
         let each = each.filter_map(|(tests, name)| Some((follows(tests.get(number)?.as_ref()?)?, name)));
         let Some((explained, recording)) = each.max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
         if explained >= EXPLAINED_MIN {
             let place = if recordings.len() > 1 { format!(" in {recording}") } else { String::new() };
-            list.push(format!("{} % of the residuals of the {}{place}", significant(explained, 2), output.name));
+            list.push(format!("{} % of the residuals of {output}{place}", significant(explained, 2)));
         }
     }
     let message = format!(
-        "the model lacks an effect of the {input}: the {input} explains {}; the parameters may be biased by more than \
-         their standard errors",
+        "the model lacks an effect of {input}, on which {} depend; the parameters may be biased by more than their standard errors",
         list.join(" and ")
     );
     (!list.is_empty()).then(|| Warning::new("residuals_follow_voltage", message))

@@ -87,8 +87,7 @@ pub(super) fn of_result(found: &Identification, failure: Option<SmFailure>) -> V
     }
     for parameter in Parameter::ALL.into_iter().chain(Parameter::EXTENSIONS) {
         let Some(side) = found.at_bound(parameter) else { continue };
-        let [symbol, name] = [parameter.symbol(), parameter.name()];
-        warnings.push(at_bound([symbol, name], side, is_idle(found, parameter, side)));
+        warnings.push(at_bound(parameter.symbol(), side, is_idle(found, parameter, side)));
     }
     warnings.extend(of_fit(found));
     warnings

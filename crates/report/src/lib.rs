@@ -77,9 +77,9 @@ pub use mechanism::{
 };
 #[cfg(feature = "pages")]
 pub use mechanism_page::mechanism_page;
+pub use model::{ModelInspection, ModelSignalFacts, model_check_document, model_inspect_document};
 #[cfg(feature = "pages")]
-pub use model::{ModelInspection, model_check_page, model_inspect_page};
-pub use model::{ModelSignalFacts, model_check_document, model_inspect_document};
+pub use model::{model_check_page, model_inspect_page};
 #[cfg(feature = "pages")]
 pub use notebook::{html_fragment, plain_text};
 #[cfg(feature = "pages")]

@@ -3,8 +3,7 @@
 use crate::cli::args::InspectArgs;
 use crate::cli::prelude::*;
 use crate::cli::signal_table::signal_table;
-use motorfit::evaluate::model::ModelRecording;
-use motorfit::identify::model::{ModelIdentification, ModelSpec, identify_model};
+use motorfit::identify::model::ModelIdentification;
 use motorfit::model::Model;
 use motorfit::record::Record;
 use motorfit::report::{ModelInspection, ModelSignalFacts, command_line, model_inspect_document, model_inspect_page};
@@ -14,15 +13,9 @@ pub(in crate::cli) fn run(args: &InspectArgs, path: &Path, style: &Style) -> Res
     let reading = settings::model_reading(&args.recordings.reading.0, &model)?;
     let records = inputs::records_with(&args.recordings.records, &reading)?;
     let out = args.out.as_deref().map(Out::take).transpose()?;
-    let inspected = |record| {
-        let recording = ModelRecording::new(&model, record)?;
-        let facts = ModelSignalFacts::of(&model, &recording);
-        let spec = ModelSpec::default();
-        let found = identify_model(&model, std::slice::from_ref(&recording), &spec, &mut |_| signals::interrupted());
-        Ok(ModelInspection { record, recording, facts, found })
-    };
+    let inspected = |record| ModelInspection::of(&model, record, &mut |_| signals::interrupted());
     let inspections = records.iter().map(inspected).collect::<Result<Vec<_>>>()?;
-    let document = document(&model, &inspections);
+    let document = json(&model_inspect_document(&model, &inspections));
     if args.json {
         data(&document)?;
     }
@@ -35,14 +28,6 @@ pub(in crate::cli) fn run(args: &InspectArgs, path: &Path, style: &Style) -> Res
         out.write(&[("report.html".to_owned(), page), ("result.json".to_owned(), document)], style)?;
     }
     Ok(if signals::is_interrupted() { Outcome::Interrupted } else { Outcome::Done })
-}
-
-fn document(model: &Model, inspections: &[ModelInspection<'_>]) -> String {
-    let one = |of: &ModelInspection<'_>| model_inspect_document(of.record, &of.facts, &of.found);
-    let records: Vec<_> = inspections.iter().map(one).collect();
-    let model = serde_json::json!({"name": model.name(), "sha256": model.digest()});
-    let version = env!("CARGO_PKG_VERSION");
-    json(&serde_json::json!({"motorfit": version, "model": model, "records": records}))
 }
 
 fn text(record: &Record, facts: &[ModelSignalFacts], found: &Result<ModelIdentification>) -> String {

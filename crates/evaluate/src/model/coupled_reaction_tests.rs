@@ -3,8 +3,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 
+use super::differences::{Derivative, derivatives};
 use super::reaction_tests::{METHODS, simulated};
-use super::{ModelProblem, ModelRecording, ModelSettings, ModelSpace, Unknown};
+use super::{ModelProblem, ModelRecording, ModelSettings, ModelSpace};
 use motorfit_core::numeric::{count, rms};
 use motorfit_model::{Model, reference};
 
@@ -83,31 +84,14 @@ fn derivatives_of_coupled_friction_are_those_of_differences() {
     let inputs = torques().to_vec();
     let time_s: Vec<f64> = (0..SAMPLES).map(|n| count(n) * STEP_S).collect();
     let recording = ModelRecording::to_simulate(&model, time_s, inputs).unwrap();
-    let unknowns: Vec<Unknown> = VALUES.iter().enumerate().map(|(n, value)| Unknown::Parameter(n, *value)).collect();
     for method in METHODS {
         let settings = ModelSettings { method: Some((method, 2)), ..ModelSettings::default() };
         let problem = ModelProblem::new(&model, ModelSpace::new(&model, 1), vec![recording.clone()], settings).unwrap();
-        let found = problem.trajectory(&VALUES, 0, &[], &unknowns);
-        for n in 0..VALUES.len() {
-            let moved = |step: f64| {
-                let mut values = VALUES;
-                values[n] *= 1.0 + step;
-                problem.simulate(&values, 0, &[]).outputs
-            };
-            let (after, before) = (moved(1e-6), moved(-1e-6));
-            for output in 0..2 {
-                let own: Vec<f64> = found.sensitivities[output].iter().skip(n).step_by(VALUES.len()).copied().collect();
-                let of = |(a, b): (&f64, &f64)| (a - b) / 2e-6;
-                let difference: Vec<f64> = after[output].iter().zip(&before[output]).map(of).collect();
-                let error: Vec<f64> = own.iter().zip(&difference).map(|(a, b)| a - b).collect();
-                // Rounding over the step of the difference; the moments at which a joint comes to rest are differentiated too.
-                assert!(
-                    rms(&error) < 1e-5 * rms(&difference),
-                    "{method:?} {n} {output}: {} {}",
-                    rms(&error),
-                    rms(&difference)
-                );
-            }
+        for Derivative { parameter, output, own, difference } in derivatives(&problem, &VALUES) {
+            let error: Vec<f64> = own.iter().zip(&difference).map(|(a, b)| a - b).collect();
+            let part = rms(&error) / rms(&difference);
+            // Rounding over the step of the difference; the moments at which a joint comes to rest are differentiated too.
+            assert!(part < 1e-5, "{method:?} {parameter} {output}: {part:e}");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 
-use super::trajectory::Unknown;
+use super::differences::{Derivative, derivatives};
 use super::*;
 use motorfit_core::numeric::{count, rms};
 use motorfit_model::{IntegrationMethod, Model, reference};
@@ -139,22 +139,10 @@ fn derivatives_of_delayed_signals_are_those_of_differences() {
     for (is_even, is_first_order_hold) in [(true, false), (true, true), (false, true)] {
         let problem = problem(&clock(is_even), is_first_order_hold, (IntegrationMethod::Exponential, 2));
         let values = [2.0, 1.2371e-3, 1.313e-3, 0.02];
-        let unknowns: Vec<Unknown> = (0..4).map(|n| Unknown::Parameter(n, values[n])).collect();
-        let found = problem.trajectory(&values, 0, &[], &unknowns);
-        for n in 0..4 {
-            let moved = |step: f64| {
-                let mut values = values;
-                values[n] *= 1.0 + step;
-                problem.simulate(&values, 0, &[]).outputs
-            };
-            let (after, before) = (moved(1e-6), moved(-1e-6));
-            for output in 0..2 {
-                let own = found.sensitivities[output].iter().skip(n).step_by(4);
-                let difference = after[output].iter().zip(&before[output]).map(|(a, b)| (a - b) / 2e-6);
-                for (sample, (own, difference)) in own.zip(difference).enumerate() {
-                    // Rounding over the step of the difference.
-                    assert!((own - difference).abs() < 1e-6, "{n} {output} sample {sample}: {own} {difference}");
-                }
+        for Derivative { parameter, output, own, difference } in derivatives(&problem, &values) {
+            for (sample, (own, difference)) in own.iter().zip(&difference).enumerate() {
+                // Rounding over the step of the difference.
+                assert!((own - difference).abs() < 1e-6, "{parameter} {output} sample {sample}: {own} {difference}");
             }
         }
     }

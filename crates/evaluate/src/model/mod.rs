@@ -6,6 +6,8 @@ mod affine_tests;
 mod coupled_reaction_tests;
 #[cfg(test)]
 mod delay_tests;
+#[cfg(test)]
+mod differences;
 mod evaluator;
 mod method;
 mod normal;

@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may stop")]
 
-use super::trajectory::Unknown;
+use super::differences::{Derivative, derivatives};
 use super::*;
 use motorfit_core::candidates::Candidates;
 use motorfit_core::numeric::{count, rms};
@@ -178,22 +178,9 @@ fn derivatives_and_costs_of_sampled_laws_agree_in_every_back_end() {
         for method in METHODS {
             let problem = problem(&model, &time_s, Some((method, 2)));
             let name = format!("{is_even} {period_ms} {is_late} {method:?}");
-            let unknowns: Vec<Unknown> = (0..7).map(|n| Unknown::Parameter(n, VALUES[n])).collect();
-            let found = problem.trajectory(&VALUES, 0, &[], &unknowns);
-            for n in 0..7 {
-                let moved = |step: f64| {
-                    let mut values = VALUES;
-                    values[n] *= 1.0 + step;
-                    problem.simulate(&values, 0, &[]).outputs
-                };
-                let (after, before) = (moved(1e-6), moved(-1e-6));
-                for output in 0..2 {
-                    let own: Vec<f64> = found.sensitivities[output].iter().skip(n).step_by(7).copied().collect();
-                    let difference: Vec<f64> =
-                        after[output].iter().zip(&before[output]).map(|(a, b)| (a - b) / 2e-6).collect();
-                    // Rounding over the step of the difference.
-                    assert!(error(&own, &difference) < 1e-5, "{name} parameter {n} output {output}");
-                }
+            for Derivative { parameter, output, own, difference } in derivatives(&problem, &VALUES) {
+                // Rounding over the step of the difference.
+                assert!(error(&own, &difference) < 1e-5, "{name} parameter {parameter} output {output}");
             }
             let mut cost = [0.0];
             problem.costs(Candidates::new(&VALUES, 7), &mut cost).unwrap();

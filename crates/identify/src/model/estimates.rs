@@ -1,6 +1,7 @@
 //! Estimates of the parameters of a model.
 
 use crate::estimates::ParameterEstimate;
+use motorfit_core::coordinate::Coordinate;
 use motorfit_estimate::Refined;
 use motorfit_evaluate::model::ModelProblem;
 use motorfit_model::Model;
@@ -8,9 +9,10 @@ use motorfit_model::Model;
 /// Returns true if a parameter ended at a bound at which it has no effect.
 pub(super) fn is_idle(model: &Model, of: &ParameterEstimate) -> bool {
     let Some((side, [min, max])) = of.at_bound.zip(of.bounds) else { return false };
-    let bound = if side == "min" { min } else { max };
-    let neutral = model.parameters().iter().find(|parameter| parameter.name == of.name).and_then(|of| of.neutral);
-    neutral.is_some_and(|neutral| (neutral - bound).abs() <= 1e-9 * (max - min))
+    let parameter = model.parameters().iter().find(|parameter| parameter.name == of.name);
+    let neutral = parameter.and_then(|parameter| parameter.neutral);
+    let range = Coordinate { min, max, is_logarithmic: false, lowest: f64::NEG_INFINITY, neutral };
+    range.is_idle(if side == "min" { min } else { max })
 }
 
 /// Returns the estimates in the order of the model.

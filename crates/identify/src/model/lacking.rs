@@ -4,7 +4,7 @@
 
 use super::selection::{extended, near_optimum, with_terms};
 use super::spec::ModelSpec;
-use super::terms::{ModelTerms, generic_terms};
+use super::terms::ModelTerms;
 use crate::bic::effective;
 use motorfit_core::setting::{Text, text};
 use motorfit_core::text::significant;
@@ -47,7 +47,7 @@ fn shown((problem, spec): (&ModelProblem, &ModelSpec), refined: &Refined, with: 
     let (effective_ratio, _) = effective(problem, refined);
     // Other residual tests detect delays and the lags of sensors; the derivatives of an average are not defined at one sample.
     let is_tested = |term: &GenericTerm| matches!(term, GenericTerm::Offset | GenericTerm::Load);
-    let generic: Vec<GenericTerm> = generic_terms(problem.model()).into_iter().filter(is_tested).collect();
+    let generic: Vec<GenericTerm> = problem.model().generic_terms().into_iter().filter(is_tested).collect();
     let model = problem.model().with_generic(&generic).ok()?;
     let mut space = problem.space().clone();
     // Parameters of generic terms follow those of the model.

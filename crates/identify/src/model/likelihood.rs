@@ -10,6 +10,7 @@ use motorfit_estimate::Refined;
 use motorfit_estimate::model::refine_model;
 use motorfit_evaluate::model::{ModelAxis, ModelProblem, ModelRecording, ModelSettings};
 use motorfit_model::Model;
+use motorfit_optimize::Stop;
 use std::ops::ControlFlow;
 
 /// The problem of a fit with the initial states at the optimum.
@@ -63,7 +64,7 @@ impl Profiled for Own<'_> {
 }
 
 /// Identifies the parameters of a model and computes the profile likelihood of each free one. A warning of the result says where a profile
-/// found a lower sum of squares than that of the optimum.
+/// found a lower sum of squares than that of the optimum. Where `observe` ends the search there are no profiles.
 ///
 /// # Errors
 /// Propagates the errors of [`identify_model`], and returns `Usage` without a refinement, which has no likelihood.
@@ -75,6 +76,9 @@ pub fn model_likelihood_profiles(
 ) -> Result<(ModelIdentification, Vec<LikelihoodProfile>)> {
     check_polished(spec.is_polished)?;
     let mut found = identify_model(model, recordings, spec, observe)?;
+    if found.stop == Stop::Interrupted {
+        return Ok((found, Vec::new()));
+    }
     let method = Some((found.method.method, found.method.substeps));
     let settings = ModelSettings { method, ..spec.settings() };
     let problem = ModelProblem::new(&found.machine.model, found.space.clone(), recordings.to_vec(), settings)?;

@@ -314,25 +314,25 @@ fn result(
             held_out_percent: Vec::new(),
         })
     };
-    result.warnings.extend(of_fit(&result));
-    result.warnings.extend(of_bounds(model, &result));
-    let labels: Vec<String> = (0..problem.recordings()).map(|n| problem.recording(n).label(n)).collect();
-    let input = match model.inputs() {
-        [only] => &only.name,
-        _ => "input",
-    };
-    result.warnings.extend(residuals_follow_input(&result, &labels, input));
+    result.warnings.extend(of_result(problem, &result));
     result.trust = trust(problem, &result, spec.is_polished);
     result
 }
 
-/// Returns the warnings about parameters that ended at a bound.
-fn of_bounds(model: &Model, found: &ModelIdentification) -> Vec<Warning> {
-    let one = |e: &ParameterEstimate| {
-        let name = if e.description.is_empty() { &e.name } else { &e.description };
-        Some(at_bound([&e.label(), name], e.at_bound?, is_idle(model, e)))
+/// Returns the warnings about a result.
+fn of_result(problem: &ModelProblem, found: &ModelIdentification) -> Vec<Warning> {
+    let model = problem.model();
+    let one = |e: &ParameterEstimate| Some(at_bound(&e.label(), e.at_bound?, is_idle(model, e)));
+    let mut warnings: Vec<Warning> = found.estimates.iter().filter_map(one).collect();
+    warnings.extend(of_fit(found));
+    let recordings: Vec<String> = (0..problem.recordings()).map(|n| problem.recording(n).label(n)).collect();
+    let outputs: Vec<String> = found.outputs.iter().map(|of| of.name.clone()).collect();
+    let input = match model.inputs() {
+        [only] => &only.name,
+        _ => "the inputs",
     };
-    found.estimates.iter().filter_map(one).collect()
+    warnings.extend(residuals_follow_input(found, &recordings, &outputs, input));
+    warnings
 }
 
 /// Simulates held-out recordings with the result of `recordings`; initial values that are measured or free are estimated from each.

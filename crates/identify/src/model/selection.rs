@@ -5,7 +5,7 @@
 
 use super::islands::islands;
 use super::spec::ModelSpec;
-use super::terms::{generic_terms, with_generic};
+use super::terms::with_generic;
 use crate::analysis::FitMetrics;
 use crate::forward_selection::{Alternative, Family, FitOf, Selected, SelectionStep, select_forward};
 use motorfit_core::candidates::Candidates;
@@ -59,7 +59,7 @@ pub(super) fn select_terms(
     let optima = model_optima(&own, evaluator, spec.seed, starts, observe)?;
     let refined = refine_model(&own, &optima.values, &optima.initial, None)?;
     let smallest = of(&[], &own, refined);
-    let generic = generic_terms(model).into_iter().map(|term| term.name().to_owned()).collect();
+    let generic = model.generic_terms().into_iter().map(|term| term.name().to_owned()).collect();
     let family = Terms { model, spec, problem, generic, smallest };
     let Selected { best, steps, alternatives } = select_forward(&family)?;
     Ok(SelectedTerms { with: best.with, steps, alternatives, values: best.refined.values })

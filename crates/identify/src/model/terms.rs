@@ -56,12 +56,6 @@ impl ModelTerms {
     }
 }
 
-/// Returns the generic terms that apply to a model; one whose name is that of a term of its own does not.
-pub(super) fn generic_terms(model: &Model) -> Vec<GenericTerm> {
-    let is_own = |term: &GenericTerm| model.terms().iter().any(|own| own.name == term.name());
-    GenericTerm::ALL.into_iter().filter(|term| !is_own(term) && term.applies(model)).collect()
-}
-
 /// Returns a model with the generic terms among some names; the others are terms of its own.
 ///
 /// # Errors
@@ -71,7 +65,7 @@ pub(super) fn with_generic<'m>(model: &'m Model, names: &[String]) -> Result<Cow
     if names.iter().all(|name| is_own(name)) {
         return Ok(Cow::Borrowed(model));
     }
-    let generic = generic_terms(model);
+    let generic = model.generic_terms();
     for name in names.iter().filter(|name| !is_own(name)) {
         if generic.iter().any(|term| term.name() == name) {
             continue;

@@ -78,9 +78,6 @@ fn more(
 ) -> Vec<Reason> {
     let mut all: Vec<Reason> = Vec::new();
     let mut add = |level, code, message: Text| all.push((level, code, message));
-    if !found.converged {
-        add(Poor, "not_converged", "the refinement has not converged".into());
-    }
     if (0..problem.recordings()).any(|n| problem.recording(n).effective_sample_ratio < 1.0) {
         let message = "the signals were filtered or resampled, which biases the estimates of nonlinear equations";
         add(Check, "filtered", message.into());

@@ -13,11 +13,14 @@ use motorfit_record::warning::{Warning, name_of};
 
 use TrustLevel::{Check, Poor};
 
+/// Names of the outputs in sentences.
+pub(crate) const OUTPUTS: [&str; 2] = ["the current", "the speed"];
+
 /// Determines the level of trust in a result from its fit, verification, residual tests and warnings, and from `evidence`.
 pub(crate) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identification, evidence: &Evidence) -> Trust {
     let is_noise = is_noise(&found.residual_tests, &evidence.missed);
     let facts = Facts {
-        outputs: ["the current", "the speed"].map(str::to_owned).to_vec(),
+        outputs: OUTPUTS.map(str::to_owned).to_vec(),
         recordings: records.iter().map(name_of).collect(),
         fit_percent: &found.fit_percent,
         missed: &evidence.missed,

@@ -76,6 +76,13 @@ impl GenericTerm {
 }
 
 impl Model {
+    /// Returns the generic terms that apply to the model; one whose name is that of a term of its own does not.
+    #[must_use]
+    pub fn generic_terms(&self) -> Vec<GenericTerm> {
+        let is_own = |term: &GenericTerm| self.terms().iter().any(|own| own.name == term.name());
+        GenericTerm::ALL.into_iter().filter(|term| !is_own(term) && term.applies(self)).collect()
+    }
+
     /// Returns the model with generic terms. Each is an optional term of its name, after those of the model and in the order of the list,
     /// with parameters after those of the model; a name that the model has already gets a number. Terms that do not apply are left out.
     /// The text of the result is a model by itself; comments of the text are left out.

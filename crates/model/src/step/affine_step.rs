@@ -59,8 +59,8 @@ impl Step {
         let extras = self.extras.as_ref().filter(|extras| extras.is_affine())?;
         let outputs = self.output_states()?;
         let number = model.states.len();
-        let affine = Affine::of(model, &mut self.graph.clone());
-        if affine.groups.iter().any(|group| group.len() > 1) {
+        let are_coupled = || Affine::of(model, &mut self.graph.clone()).groups.iter().any(|group| group.len() > 1);
+        if model.reactions.len() > 1 && are_coupled() {
             return None;
         }
         if !self.memories.is_empty() || !model.laws.is_empty() || number > STATES_MAX {

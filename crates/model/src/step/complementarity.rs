@@ -25,6 +25,9 @@ pub(super) struct Coupled<'a> {
     pub most: &'a [Id],
 }
 
+#[cfg(test)]
+mod tests;
+
 /// Returns the sum of products, subtracted from a value.
 fn less(graph: &mut Graph, value: Id, row: &[Id], by: &[Id]) -> Id {
     row.iter().zip(by).fold(value, |left, (a, b)| {

@@ -28,7 +28,6 @@ pub(super) struct Reactions<'a> {
 }
 
 /// Limits of reactions, and their factors on each state.
-#[derive(Clone, PartialEq)]
 struct Acting {
     limits: Vec<Id>,
     factors: Vec<Vec<Id>>,

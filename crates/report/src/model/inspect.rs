@@ -1,15 +1,16 @@
-//! Facts of the signals of a model in a recording.
+//! Recordings of a model that are inspected: facts of their signals, and what each identifies by itself.
 
 use crate::inspect::facts::SignalStatistics;
 use crate::spelling::command_line;
 use motorfit_core::Result;
 use motorfit_evaluate::model::ModelRecording;
 use motorfit_identify::ParameterEstimate;
-use motorfit_identify::model::{ModelIdentification, integration};
+use motorfit_identify::model::{ModelIdentification, ModelProgress, ModelSpec, identify_model, integration};
 use motorfit_model::Model;
 use motorfit_record::Record;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
+use std::ops::ControlFlow;
 
 /// Facts about one signal of a model in a recording, in the unit of the model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -45,14 +46,46 @@ impl ModelSignalFacts {
     }
 }
 
-/// Returns the JSON document of an inspected recording of a model, as for the motor: its signals, the relative standard errors of the
-/// parameters at their estimates, and the integration method.
+/// A recording of a model that was inspected.
+#[derive(Debug)]
+pub struct ModelInspection<'a> {
+    /// The recording as it was imported.
+    pub record: &'a Record,
+    /// The signals in the units of the model.
+    pub recording: ModelRecording,
+    /// Facts of the signals.
+    pub facts: Vec<ModelSignalFacts>,
+    /// The identification from this recording alone, or the reason why there is none.
+    pub found: Result<ModelIdentification>,
+}
+
+impl<'a> ModelInspection<'a> {
+    /// Inspects a recording; `observe` may end the identification.
+    ///
+    /// # Errors
+    /// Propagates the errors of [`ModelRecording::new`].
+    pub fn of(
+        model: &Model,
+        record: &'a Record,
+        observe: &mut dyn FnMut(ModelProgress) -> ControlFlow<()>,
+    ) -> Result<Self> {
+        let recording = ModelRecording::new(model, record)?;
+        let facts = ModelSignalFacts::of(model, &recording);
+        let found = identify_model(model, std::slice::from_ref(&recording), &ModelSpec::default(), observe);
+        Ok(Self { record, recording, facts, found })
+    }
+}
+
+/// Returns the JSON document of inspected recordings of a model, as for the motor: of each its signals, the relative standard errors of
+/// the parameters at their estimates, and the integration method.
 #[must_use]
-pub fn model_inspect_document(
-    record: &Record,
-    facts: &[ModelSignalFacts],
-    found: &Result<ModelIdentification>,
-) -> Value {
+pub fn model_inspect_document(model: &Model, inspections: &[ModelInspection<'_>]) -> Value {
+    let records: Vec<Value> = inspections.iter().map(record_document).collect();
+    let model = json!({"name": model.name(), "sha256": model.digest()});
+    json!({"motorfit": env!("CARGO_PKG_VERSION"), "model": model, "records": records})
+}
+
+fn record_document(ModelInspection { record, facts, found, .. }: &ModelInspection<'_>) -> Value {
     let mut document = json!(record);
     let one = |facts: &ModelSignalFacts| (facts.name.clone(), json!(facts));
     document["signals"] = facts.iter().map(one).collect::<Map<_, _>>().into();

@@ -1,6 +1,6 @@
 //! Page of an inspection with a user's model: the signals, and what they identify.
 
-use super::inspect::ModelSignalFacts;
+use super::inspect::{ModelInspection, ModelSignalFacts};
 use super::page::signal_panels;
 use crate::chart::Chart;
 use crate::inspect::name;
@@ -13,20 +13,6 @@ use motorfit_core::text::{engineering, significant};
 use motorfit_evaluate::model::ModelRecording;
 use motorfit_identify::model::ModelIdentification;
 use motorfit_model::Model;
-use motorfit_record::Record;
-
-/// A recording of a model that was inspected.
-#[derive(Debug)]
-pub struct ModelInspection<'a> {
-    /// The recording as it was imported.
-    pub record: &'a Record,
-    /// The signals in the units of the model.
-    pub recording: ModelRecording,
-    /// Facts of the signals.
-    pub facts: Vec<ModelSignalFacts>,
-    /// The identification from this recording alone, or the reason why there is none.
-    pub found: Result<ModelIdentification>,
-}
 
 /// Returns the page of inspections with a model.
 #[must_use]

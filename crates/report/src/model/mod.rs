@@ -11,8 +11,8 @@ mod page;
 mod results;
 
 pub use document::model_check_document;
-pub use inspect::{ModelSignalFacts, model_inspect_document};
+pub use inspect::{ModelInspection, ModelSignalFacts, model_inspect_document};
 #[cfg(feature = "pages")]
-pub use inspect_page::{ModelInspection, model_inspect_page};
+pub use inspect_page::model_inspect_page;
 #[cfg(feature = "pages")]
 pub use page::model_check_page;

@@ -116,6 +116,7 @@ fn built_in(calls: &mut Calls, of: BuiltIn) {
         "model::ModelParameter::usual" => model.parameters().iter().map(|of| of.usual()).sum::<f64>(),
         "model::Model::terms" => model.terms().len(),
         "model::GenericTerm::name" => GenericTerm::ALL.map(GenericTerm::name),
+        "model::Model::generic_terms" => model.generic_terms(),
         "model::GenericTerm::applies" => GenericTerm::ALL.map(|term| term.applies(&model)),
         "model::ModelOutput::is_late" => model.outputs().iter().any(|of| of.is_late()),
         "model::Model::inputs" => model.inputs().len(),
@@ -549,14 +550,13 @@ fn of_report(
     let how = Reproduced { command: "x".to_owned(), options: Vec::new() };
     let all = [recording.clone()];
     for of in [&found.machine.model.clone(), &other] {
+        calls.ask("report::ModelInspection::of", recording, || {
+            ModelInspection::of(of, plain, &mut |_| ControlFlow::Break(())).map(|inspected| inspected.facts.len())
+        });
         drive!(calls, recording;
             "report::SignalStatistics::of" => SignalStatistics::of(&recording.time_s[..recording.time_s.len().min(2)]),
             "report::SignalStatistics::of" => SignalStatistics::of(&[]),
             "report::ModelSignalFacts::of" => ModelSignalFacts::of(of, recording).len(),
-            "report::model_inspect_document" => {
-                let facts = ModelSignalFacts::of(of, recording);
-                model_inspect_document(plain, &facts, &Ok(found.clone()))
-            },
             "report::Recorded::of_model" => Recorded::of_model(of, recording, true),
             "report::identify_document" => identify_document(&[], spec, found),
             "report::signals_csv" => signals_csv((&[], &[Recorded::of_model(of, recording, true)]), found),
@@ -574,6 +574,11 @@ fn of_report(
                 let facts = ModelSignalFacts::of(of, recording);
                 let (record, recording, found) = (plain, recording.clone(), Ok(found.clone()));
                 model_inspect_page(of, &[ModelInspection { record, recording, facts, found }], &how)
+            },
+            "report::model_inspect_document" => {
+                let facts = ModelSignalFacts::of(of, recording);
+                let (record, recording, found) = (plain, recording.clone(), Ok(found.clone()));
+                model_inspect_document(of, &[ModelInspection { record, recording, facts, found }])
             },
         );
     }
