@@ -47,6 +47,7 @@ fn recording_of(record: &Record) -> ModelRecording {
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
         name: None,
+        assumed: None,
         time_s: samples.time_s.clone(),
     }
 }
@@ -170,6 +171,7 @@ fn chains(peak: Option<f64>) {
                 counting: Vec::new(),
                 effective_sample_ratio: 1.0,
                 name: None,
+                assumed: None,
                 time_s: (0..SAMPLES).map(|n| 1e-3 * n as f64).collect(),
             };
             let own = problem(&model, recording, None);
@@ -241,6 +243,7 @@ fn row<const N: usize, const U: usize>(
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
         name: None,
+        assumed: None,
         time_s: (0..SAMPLES).map(|n| recorded.step_s * n as f64).collect(),
     };
     let own = problem(&model, recording, Some(IntegrationMethod::RungeKutta));
@@ -276,6 +279,7 @@ fn derivatives() {
             counting: Vec::new(),
             effective_sample_ratio: 1.0,
             name: None,
+            assumed: None,
             time_s: (0..SAMPLES).map(|n| 1e-4 * n as f64).collect(),
         };
         // Its own trajectory is measured, so that the fit ends after few simulations.
@@ -313,6 +317,7 @@ fn beginnings() {
             counting: Vec::new(),
             effective_sample_ratio: 1.0,
             name: None,
+            assumed: None,
             time_s,
         };
         let settings = ModelSettings { method: Some((IntegrationMethod::RungeKutta, 1)), ..ModelSettings::default() };

@@ -67,9 +67,9 @@ pub mod record {
         FilterKind, Finding, Format, Gaps, Lines, LowPass, Mask, NamedSignal, Offset, Preparation, Quantity,
         ReadOptions, Reading, Record, SAMPLES_MAX, Samples, Severity, SignalRequest, Source, Steps, TESTS,
         TIME_JITTER_UNIFORM, TablePreview, VALUE_MAX, can_cause_poor_fit, channels, diagnose, driver,
-        is_driven_by_current, limits, parse_columns, parse_crop, parse_masks, parse_number, parse_offset,
-        parse_signal_columns, preview, read, read_bytes, read_inputs, read_joined, read_recording, read_signal_inputs,
-        step_lengths, test_of, write_csv,
+        is_driven_by_current, joined_columns, limits, parse_columns, parse_crop, parse_masks, parse_number,
+        parse_offset, parse_signal_columns, preview, read, read_bytes, read_inputs, read_joined, read_recording,
+        read_signal_inputs, step_lengths, test_of, write_csv,
     };
 }
 
@@ -220,11 +220,12 @@ pub mod report {
         model_inspect_page, plain_text, record_figure, residual_panels, selection_table, selection_text, suite, sweep,
     };
     pub use motorfit_report::{
-        EvaluateDocument, ExportFormat, Exported, ExportedParameter, FeedbackDesign, MechanismLine, ModelInspection,
-        ModelSignalFacts, Recorded, RecordedInput, RecordedOutput, Requested, Shown, SignalFacts, SignalStatistics,
-        bench_document, characteristics_lines, columns_csv, command_line, curves_csv, devices_document, error_document,
-        exported_model, exported_motor, identify_document, inspect_document, json, likelihood_document, mechanism_code,
-        mechanism_document, mechanism_lines, mechanism_selection, model_check_document, model_inspect_document,
-        noise_floor_text, signals_csv, verdict, verdicts,
+        EstimateRow, EvaluateDocument, ExportFormat, Exported, ExportedParameter, FeedbackDesign, MechanismLine,
+        ModelInspection, ModelSignalFacts, Recorded, RecordedInput, RecordedOutput, Requested, Shown, SignalFacts,
+        SignalStatistics, bench_document, characteristics_lines, columns_csv, command_line, curves_csv,
+        devices_document, error_document, estimate_rows, exported_model, exported_motor, identify_document,
+        inspect_document, json, likelihood_document, mechanism_code, mechanism_document, mechanism_lines,
+        mechanism_selection, model_check_document, model_inspect_document, noise_floor_text, signals_csv, verdict,
+        verdicts,
     };
 }

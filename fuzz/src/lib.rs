@@ -326,6 +326,7 @@ pub fn model(bytes: &[u8], _: &Path) -> bool {
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
         name: None,
+        assumed: None,
         time_s,
     };
     let space = ModelSpace::new(&model, 1);

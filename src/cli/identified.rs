@@ -3,10 +3,13 @@
 use super::prelude::*;
 use super::terminal::Stream;
 use motorfit::identify::model::OwnModel;
-use motorfit::identify::{DcMotor, Identification, ParameterEstimate};
+use motorfit::identify::{DcMotor, Identification};
 use motorfit::motor::Input;
 use motorfit::record::{Quantity, Record};
-use motorfit::report::{Requested, Shown, characteristics_lines, noise_floor_text, selection_text, verdict, verdicts};
+use motorfit::report::{
+    EstimateRow, Requested, Shown, characteristics_lines, estimate_rows, noise_floor_text, selection_text, verdict,
+    verdicts,
+};
 use motorfit::text::decimals;
 
 /// A line of the result: its name, which is empty if it goes on from the line before, and its text.
@@ -109,27 +112,26 @@ const DESCRIPTION_MAX: usize = 24;
 pub(super) fn parameters<M: Shown>(text: &mut String, found: &Identification<M>) {
     // In a narrow terminal the uncertainty is below the value.
     let is_narrow = terminal::width(Stream::Stdout).is_some_and(|columns| columns < PARAMETERS_WIDTH);
-    let combinations = found.machine.combinations();
+    let (rows, open): (Vec<EstimateRow>, Vec<_>) =
+        estimate_rows(found).into_iter().partition(|row| row.value.is_some() || !row.unit.is_empty());
     let longest = |lengths: &mut dyn Iterator<Item = usize>| lengths.max().unwrap_or(0);
     let chars = |text: &str| text.chars().count();
-    let estimates = || found.estimates.iter();
-    let names = estimates().map(|e| chars(&e.name)).chain(combinations.iter().map(|c| chars(&c.name)));
-    let width = longest(&mut { names });
-    let described = |e: &ParameterEstimate| {
-        let of = e.recording.map_or_else(String::new, |n| format!(" {}", n + 1));
-        format!("{}{of}", e.description)
+    let width = longest(&mut rows.iter().map(|row| chars(&row.name)));
+    let described = |row: &EstimateRow| {
+        let of = row.recording.map_or_else(String::new, |n| format!(" {}", n + 1));
+        format!("{}{of}", row.description)
     };
-    let description = longest(&mut estimates().map(|e| chars(&described(e))));
+    let description = longest(&mut rows.iter().map(|row| chars(&described(row))));
     // Long descriptions would push the values out of sight; the numbers of recordings remain.
     let is_described = description <= DESCRIPTION_MAX;
-    let described = |e: &ParameterEstimate| match is_described {
-        true => described(e),
-        false => e.recording.map_or_else(String::new, |n| (n + 1).to_string()),
+    let described = |row: &EstimateRow| match is_described {
+        true => described(row),
+        false => row.recording.map_or_else(String::new, |n| (n + 1).to_string()),
     };
-    let description = longest(&mut estimates().map(|e| chars(&described(e)))).max(if is_described { 17 } else { 0 });
+    let description =
+        longest(&mut rows.iter().map(|row| chars(&described(row)))).max(if is_described { 17 } else { 0 });
     let shown = |unit: &str| if unit == "1" { String::new() } else { unit.to_owned() };
-    let units = longest(&mut estimates().map(|e| chars(&e.unit)).chain(combinations.iter().map(|c| chars(&c.unit))));
-    let units = units.max(10);
+    let units = longest(&mut rows.iter().map(|row| chars(&row.unit))).max(10);
     if found.uncertainty.is_some() && !is_narrow {
         let left = width + 2 + description + 12;
         let _ = writeln!(text, "  {DIM}{:<left$} {:<units$} {:>11}   95 % interval{DIM:#}", "", "", "std. error");
@@ -141,26 +143,24 @@ pub(super) fn parameters<M: Shown>(text: &mut String, found: &Identification<M>)
         }
         false => format!("{:>11}   {} … {}", significant(error, 2), significant(low, 6), significant(high, 6)),
     };
-    let mut row = |[name, description_of, unit]: [&str; 3], value: Option<f64>, remark: &str| {
-        let value = value.map_or_else(|| "\u{2013}".to_owned(), |value| significant(value, 6));
-        let _ = writeln!(
-            text,
-            "  {STRONG}{name:<width$}{STRONG:#}  {description_of:<description$}{value:>12} {unit:<units$} {remark}"
-        );
-    };
-    for e in estimates() {
-        let remark = match (e.bounds, e.std_error.zip(e.ci95)) {
+    for row in &rows {
+        let remark = match (row.bounds, row.std_error.zip(row.ci95)) {
             (_, Some((error, ends))) => uncertainty(error, ends),
-            (Some([min, max]), None) if e.value.is_some() => {
-                let bound = e.at_bound.map_or(String::new(), |side| format!(" (at its {side})"));
+            (Some([min, max]), None) if row.value.is_some() => {
+                let bound = row.at_bound.map_or(String::new(), |side| format!(" (at its {side})"));
                 format!("{DIM}within {} … {}{bound}{DIM:#}", significant(min, 3), significant(max, 3))
             }
-            _ => format!("{DIM}{}{DIM:#}", e.remark()),
+            _ => format!("{DIM}{}{DIM:#}", row.remark),
         };
-        row([&e.name, &described(e), &shown(&e.unit)], e.value, &remark);
+        let value = row.value.map_or_else(|| "\u{2013}".to_owned(), |value| significant(value, 6));
+        let (name, described, unit) = (&row.name, described(row), shown(&row.unit));
+        let _ = writeln!(
+            text,
+            "  {STRONG}{name:<width$}{STRONG:#}  {described:<description$}{value:>12} {unit:<units$} {remark}"
+        );
     }
-    for c in combinations {
-        row([&c.name, "", &shown(&c.unit)], Some(c.value), &uncertainty(c.std_error, c.ci95));
+    for row in open {
+        let _ = writeln!(text, "  {STRONG}{}{STRONG:#}  {DIM}{}{DIM:#}", row.name, row.remark);
     }
 }
 

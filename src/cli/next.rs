@@ -1,7 +1,8 @@
 //! The recommended next command for a result whose level of trust is not good, complete and quoted for a shell.
 
+use motorfit::record::joined_columns;
 use motorfit::report::command_line;
-use motorfit::setting::Text;
+use motorfit::setting::{Reference, Text};
 use motorfit::settings::{Kind, READING, row};
 use motorfit::text::shell_quoted;
 use std::path::PathBuf;
@@ -9,12 +10,22 @@ use std::path::PathBuf;
 /// Returns the next command: this one with another setting, or an inspection of its recordings. A step that is no command is returned as
 /// it is.
 pub(super) fn command(next: &Text, records: &[PathBuf]) -> String {
-    let step = next.spelled(command_line);
+    let step = next.spelled(unquoted);
     if !step.starts_with("--") && !step.starts_with("motorfit ") {
-        return step;
+        return next.spelled(command_line);
     }
     let given: Vec<String> = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
     next_command(&given, &step, records)
+}
+
+/// Spells a setting as a flag whose value is not quoted yet.
+fn unquoted(reference: &Reference) -> String {
+    match reference {
+        Reference::Setting(setting, Some(value)) => {
+            format!("{} {value}", command_line(&Reference::Setting(*setting, None)))
+        }
+        other => command_line(other),
+    }
 }
 
 fn next_command(given: &[String], step: &str, records: &[PathBuf]) -> String {
@@ -25,12 +36,25 @@ fn next_command(given: &[String], step: &str, records: &[PathBuf]) -> String {
         }
         None => {
             let (flag, value) = step.split_once(' ').unwrap_or((step, ""));
-            let value = Some(value.to_owned()).filter(|value| !value.is_empty());
+            let value = match value_of(given, flag).filter(|_| flag == COLUMNS) {
+                Some(given) => joined_columns(&given, value),
+                None => value.to_owned(),
+            };
+            let value = Some(value).filter(|value| !value.is_empty());
             without(given, flag).into_iter().chain([flag.to_owned()]).chain(value).collect()
         }
     };
     let words = words.iter().map(|word| shell_quoted(word));
     std::iter::once("motorfit".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
+}
+
+/// Flag whose value consists of items that a step adds to.
+const COLUMNS: &str = "--columns";
+
+/// Returns the value of a flag among the words of a command.
+fn value_of(given: &[String], flag: &str) -> Option<String> {
+    let own = given.iter().find_map(|word| word.strip_prefix(flag)?.strip_prefix('=').map(str::to_owned));
+    own.or_else(|| given.windows(2).find(|pair| pair[0] == flag).map(|pair| pair[1].clone()))
 }
 
 /// Returns the words of a command without a flag and its value.
@@ -79,6 +103,11 @@ mod tests {
         assert_eq!(again, "motorfit identify 'my log.csv' --columns=time=t:ms --json --with auto");
         let inspect = next_command(&given, "motorfit inspect", &records);
         assert_eq!(inspect, "motorfit inspect 'my log.csv' --columns=time=t:ms");
+        let named = next_command(&given, "--columns speed=w:rpm,time=t:us", &records);
+        assert_eq!(named, "motorfit identify 'my log.csv' --with coulomb --json --columns 'speed=w:rpm,time=t:us'");
+        let given = words(&["identify", "a.csv", "--columns", "voltage=a*12/255:V,speed=w"]);
+        let named = next_command(&given, "--columns speed=w:rpm", &records);
+        assert_eq!(named, "motorfit identify a.csv --columns 'voltage=a*12/255:V,speed=w:rpm'");
         let given = words(&["identify", "a.csv", "--with=load", "--mask", "auto"]);
         assert_eq!(next_command(&given, "--with auto", &records), "motorfit identify a.csv --mask auto --with auto");
     }

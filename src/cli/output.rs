@@ -167,10 +167,15 @@ fn nearest(error: &clap::Error) -> Option<&str> {
     nearest_of(given, &values)
 }
 
-/// Returns the level of trust with its reasons, or `otherwise` without any, and the next step if there is one.
+/// Returns the level of trust with what it is of and its reasons, or `otherwise` without any, and the next step if there is one.
 pub(super) fn trust_line(trust: &Trust, otherwise: &str, next: Option<&str>) -> String {
     let reasons: Vec<String> = trust.reasons.iter().map(|reason| reason.message.spelled(command_line)).collect();
     let reasons = if reasons.is_empty() { otherwise.to_owned() } else { reasons.join("; ") };
     let next = next.map_or(String::new(), |next| format!("  next      {next}\n"));
-    format!("  {STRONG}trust     {}{STRONG:#}: {}\n{next}\n", trust.level.name(), printable(&reasons))
+    let of = match trust.subject() {
+        of if of.is_empty() => of,
+        of => format!(" for {of}"),
+    };
+    let (level, of, reasons) = (trust.level.name(), printable(&of), printable(&reasons));
+    format!("  {STRONG}trust     {level}{STRONG:#}{of}: {reasons}\n{next}\n")
 }

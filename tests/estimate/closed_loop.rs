@@ -97,6 +97,7 @@ fn simulated(seed: u64, missing: Missing, law: impl Fn(usize, [f64; 2]) -> f64) 
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
         name: None,
+        assumed: None,
     }
 }
 

@@ -115,6 +115,7 @@ fn a_delay_in_an_output_is_found_within_its_standard_error() {
                 counting: Vec::new(),
                 effective_sample_ratio: 1.0,
                 name: None,
+                assumed: None,
                 time_s: voltage.time_s.clone(),
             };
             let spec = ModelSpec { is_first_order_hold: is_line, ..ModelSpec::default() };

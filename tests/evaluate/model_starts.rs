@@ -59,6 +59,7 @@ fn recording() -> ModelRecording {
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
         name: None,
+        assumed: None,
     }
 }
 

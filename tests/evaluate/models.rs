@@ -39,6 +39,7 @@ fn recording(step_s: f64, inputs: Vec<Vec<f64>>, measured: Vec<Option<Vec<f64>>>
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
         name: None,
+        assumed: None,
     }
 }
 

@@ -87,6 +87,7 @@ fn recording(is_sampled: bool, seed: u64) -> ModelRecording {
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
         name: None,
+        assumed: None,
     }
 }
 

@@ -79,6 +79,7 @@ fn models() -> [Arc<ModelProblem>; 2] {
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
         name: None,
+        assumed: None,
         time_s: samples.time_s,
     };
     [Norm::Nrmse, Norm::Iae].map(|norm| {

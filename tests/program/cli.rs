@@ -96,7 +96,9 @@ fn identify_without_flags_reports_standard_errors() {
     assert!(document["warnings"].as_array().unwrap().is_empty());
     let text = ok(&["identify", EXAMPLE]);
     assert!(
-        text.starts_with("  trust     good: ") && text.contains("std. error") && text.contains("search    agrees with"),
+        text.starts_with("  trust     good for R, L, K, B and J: ")
+            && text.contains("std. error")
+            && text.contains("search    agrees with"),
         "{text}"
     );
     let sm = json(&["identify", EXAMPLE, "--json", "--method", "sm", "--polish", "none"]);
@@ -126,7 +128,10 @@ fn a_failed_fit_names_what_was_found_before_its_hint() {
 #[test]
 fn a_result_that_cannot_be_trusted_names_the_next_command() {
     let good = json(&["identify", EXAMPLE, "--json", "--strict"]);
-    assert_eq!(good["trust"], serde_json::json!({"level": "good", "reasons": [], "next": null}));
+    let of = ["R", "L", "K", "B", "J"];
+    let expected =
+        serde_json::json!({"level": "good", "of": of, "open": [], "needs": null, "reasons": [], "next": null});
+    assert_eq!(good["trust"], expected);
     let folder = Folder::new();
     let file = folder.path("with friction.csv");
     // Several levels, because under a single step Coulomb friction is like viscous friction.

@@ -4,6 +4,7 @@ mod cli;
 #[cfg(feature = "cli")]
 mod pages;
 mod reading;
+mod reported;
 mod reports;
 #[path = "../support/mod.rs"]
 mod support;

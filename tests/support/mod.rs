@@ -62,6 +62,7 @@ pub fn of_model(record: &Record) -> ModelRecording {
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
         name: None,
+        assumed: None,
     }
 }
 

@@ -1,5 +1,6 @@
 //! The part of a result that only those of the DC motor have.
 
+use super::estimates::Combination;
 use crate::analysis::{NoiseFloor, Regression, Validation};
 use motorfit_evaluate::Model;
 use motorfit_motor::{Input, Parameter, Parameters, Scope, Space};
@@ -15,6 +16,8 @@ pub struct DcMotor {
     pub parameters: Parameters,
     /// Parameters that the recordings do not identify, those that only a missing channel would identify included.
     pub unidentified: Vec<(Parameter, Scope)>,
+    /// Feedforward characteristics, where they and not the parameters are identified.
+    pub identified: Vec<Combination>,
     /// Search space with the bounds as they were used.
     pub space: Space,
     /// Initial state `[i, ω]` of each recording \[A, rad/s\].

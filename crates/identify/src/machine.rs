@@ -2,7 +2,9 @@
 
 use super::estimates::Combination;
 use super::result::Identification;
+use crate::analysis::Output;
 use motorfit_core::Result;
+use motorfit_core::text::listed;
 use motorfit_record::Record;
 use serde_json::{Map, Value};
 
@@ -25,6 +27,14 @@ pub trait Machine: Sized {
     /// Returns the combinations of these parameters that the recordings identify.
     fn combinations(&self) -> &[Combination] {
         &[]
+    }
+
+    /// Returns the channel that was not recorded and that parameters need to be identifiable, as `a current`; `None` if all were.
+    fn missing_channel(found: &Identification<Self>) -> Option<String> {
+        let missing = |(_, sigma): &(&Output, &Option<f64>)| sigma.is_none();
+        let outputs = found.outputs.iter().zip(&found.residual_sigma).filter(missing);
+        let names: Vec<&str> = outputs.map(|(output, _)| output.name.as_str()).collect();
+        (!names.is_empty()).then(|| format!("a measured {}", listed(&names, "and")))
     }
 
     /// Returns the bounds of the free parameters by name.

@@ -1,15 +1,15 @@
 //! The result of an identification of the DC motor, and its validation on held-out recordings.
 
 use super::dc_motor::DcMotor;
-use super::estimates::{ParameterEstimate, side};
+use super::estimates::{Combination, ParameterEstimate, side};
 use super::repeated::validation_repeats;
 use super::result::{Identification, SearchOutcome};
 use super::search::SearchResult;
 use super::spec::IdentifySpec;
-use crate::analysis::{self, FittedMotor, Output, Validation, noise_floor};
+use crate::analysis::{self, Characteristic, Characteristics, FittedMotor, Output, Validation, noise_floor};
 use motorfit_core::channels::NAMES;
 use motorfit_core::{Error, Result};
-use motorfit_estimate::{Refined, Uncertainty, fit_problem};
+use motorfit_estimate::{Refined, Uncertainty, fit_problem, student95};
 use motorfit_evaluate::{Problem, Scalar};
 use motorfit_motor::{Axis, Extension, Input, Parameter, Scope};
 use motorfit_record::Record;
@@ -36,6 +36,7 @@ impl Identification<DcMotor> {
             model: *problem.model(),
             parameters: problem.parameters(&values, 0),
             unidentified: Vec::new(),
+            identified: Vec::new(),
             space: problem.space().clone(),
             initial: problem.signals().iter().map(|signals| signals.initial).collect(),
             validation: None,
@@ -106,6 +107,29 @@ impl Identification<DcMotor> {
         }
         all.sort_by_key(|((parameter, scope), _)| scope.order(*parameter));
         all.into_iter().map(|(_, estimate)| estimate).collect()
+    }
+
+    /// Returns the feedforward characteristics that recordings identify if they do not identify R, K or J, without a voltage K or J; empty
+    /// if they do.
+    pub(super) fn identified_characteristics(&self, records: &[Record]) -> Vec<Combination> {
+        let is_open = |p: &Parameter| self.unidentified.iter().any(|(of, _)| of == p);
+        let own = match self.input {
+            Input::Voltage => &[Parameter::R, Parameter::K, Parameter::J][..],
+            Input::Current => &[Parameter::K, Parameter::J],
+        };
+        if !own.iter().any(is_open) {
+            return Vec::new();
+        }
+        let values: usize = records.iter().flat_map(Record::measured).flatten().map(<[f64]>::len).sum();
+        let quantile = student95(values.saturating_sub(self.space.free().len()));
+        let one = |(name, unit, of): (&str, &str, Option<Characteristic>)| {
+            let Characteristic { value, std_error } = of?;
+            let std_error = std_error.filter(|error| *error > 0.0)?;
+            let ci95 = [value - quantile * std_error, value + quantile * std_error];
+            Some(Combination { name: name.to_owned(), value, unit: unit.to_owned(), std_error, ci95 })
+        };
+        // The gain is 1/kV.
+        Characteristics::named_of(self).into_iter().filter(|of| of.0 != "gain").filter_map(one).collect()
     }
 
     /// Returns the extensions of the identified motor.

@@ -111,6 +111,7 @@ fn estimated(
     let machine = DcMotor { unidentified, ..found.machine };
     let mut result = Identification { machine, verification, residual_tests, ..found };
     result.estimates = result.listed();
+    result.machine.identified = result.identified_characteristics(records);
     checks::fit(records, &prepared.spec, &result.fit_percent)?;
     warnings.extend(warnings::of_result(&result, start.estimate.as_ref().err().copied()));
     result.warnings = warnings;

@@ -1,7 +1,7 @@
 //! Serialization of the result of an identification, shared by documents, results of studies and the Python bindings.
 
 use super::dc_motor::DcMotor;
-use super::estimates;
+use super::estimates::{self, Combination};
 use super::forward_selection::{Alternative, SelectionStep};
 use super::machine::{Keys, Machine};
 use super::result::Identification;
@@ -68,6 +68,20 @@ impl Machine for DcMotor {
 
     fn free(&self) -> Vec<String> {
         self.space.free().iter().map(|axis| axis.scope.name(axis.parameter)).collect()
+    }
+
+    fn combinations(&self) -> &[Combination] {
+        &self.identified
+    }
+
+    fn missing_channel(found: &Identification<Self>) -> Option<String> {
+        let [by_current, by_speed] = [0, 1].map(|channel| found.residual_sigma[channel].is_some());
+        match found.input {
+            Input::Current => Some("a voltage".to_owned()),
+            Input::Voltage if !by_current => Some("a current".to_owned()),
+            Input::Voltage if !by_speed => Some("a speed".to_owned()),
+            Input::Voltage => None,
+        }
     }
 
     fn bounds(&self) -> Map<String, Value> {

@@ -2,6 +2,7 @@
 
 use motorfit_core::named::named;
 use motorfit_core::setting::Text;
+use motorfit_core::text::listed;
 
 named! {
     /// The level of trust in the standard errors of a result.
@@ -31,14 +32,49 @@ pub struct TrustReason {
 pub struct Trust {
     /// Level of trust, the lowest that any reason leaves.
     pub level: TrustLevel,
+    /// Names of the identified parameters and combinations, of which the level is; empty without standard errors.
+    pub of: Vec<String>,
+    /// Parameters that the recordings do not identify.
+    pub open: Vec<String>,
+    /// Channel that would identify these, as `a current`; `None` if none is missing.
+    pub needs: Option<String>,
     /// Reasons for a lower level, the most severe first; empty if the level is good.
     pub reasons: Vec<TrustReason>,
     /// Setting or operation to try next; `None` if the level is good.
     pub next: Option<Text>,
 }
 
+/// Largest number of names in a sentence.
+const NAMES_MAX: usize = 8;
+
+impl Trust {
+    /// Returns the names of which the level is, as `kV, kA and the time constant; R and L need a current`; empty if there are none, or for a poor level.
+    #[must_use]
+    pub fn subject(&self) -> String {
+        if self.of.is_empty() || self.level == TrustLevel::Poor {
+            return String::new();
+        }
+        let known = named(&self.of);
+        match (&self.needs, self.open.len()) {
+            (_, 0) => known,
+            (Some(needs), 1) => format!("{known}; {} needs {needs}", named(&self.open)),
+            (Some(needs), _) => format!("{known}; {} need {needs}", named(&self.open)),
+            (None, 1) => format!("{known}; {} is not identified", named(&self.open)),
+            (None, _) => format!("{known}; {} are not identified", named(&self.open)),
+        }
+    }
+}
+
+/// Lists names, or their number if they are many.
+fn named(names: &[String]) -> String {
+    let name = |name: &String| if name == "time_constant" { "the time constant".to_owned() } else { name.clone() };
+    let names: Vec<String> = names.iter().map(name).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    if names.len() > NAMES_MAX { format!("{} parameters", names.len()) } else { listed(&names, "and") }
+}
+
 /// The codes of reasons with their meanings.
-pub static REASONS: [(&str, &str); 38] = [
+pub static REASONS: [(&str, &str); 39] = [
     ("poor_fit", "The residuals of a channel are large and far above its noise."),
     ("recording_missed", "The model does not fit a channel of one recording of a joint fit."),
     ("search_stuck", "A better optimum is known."),
@@ -53,6 +89,7 @@ pub static REASONS: [(&str, &str); 38] = [
     ("not_polished", "Without a polish there are no standard errors."),
     ("residuals", "The residuals are autocorrelated, or correlated with the input."),
     ("implausible", "A current, speed or time constant is implausible for a motor: a unit may be wrong."),
+    ("units_assumed", "No unit of a channel is given, and the assumed one scales the estimates."),
     ("friction_differs", "Friction differs between the recordings."),
     ("model_incomplete", "The residuals show an effect that the model lacks."),
     ("not_separated", "Another model fits the recordings equally well."),

@@ -20,8 +20,8 @@ mod valued;
 pub mod wgsl;
 
 pub use definition::{
-    Equation, GenericTerm, InitialState, LIMITS, Model, ModelConstant, ModelInput, ModelOutput, ModelParameter,
-    ModelState, ModelTerm, NodeId, WrittenUnit,
+    DerivedQuantity, Equation, GenericTerm, InitialState, LIMITS, Model, ModelConstant, ModelInput, ModelOutput,
+    ModelParameter, ModelState, ModelTerm, NodeId, WrittenUnit,
 };
 pub use expression::Function;
 pub use formula::{Formula, FormulaKind};

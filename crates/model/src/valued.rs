@@ -2,7 +2,7 @@
 
 use super::Role;
 use super::definition::{InitialState, Model};
-use super::graph::{Id, Leaf, evaluate};
+use super::graph::{Direction, Id, Leaf, evaluate};
 
 impl Model {
     /// Evaluates nodes for values of the parameters in their units; NaN for a node that depends on anything else.
@@ -19,6 +19,24 @@ impl Model {
     pub fn roles(&self, values: &[f64]) -> Vec<(Role, f64)> {
         let ids: Vec<Id> = self.roles.iter().map(|(_, id)| *id).collect();
         self.roles.iter().map(|(role, _)| *role).zip(self.valued(&ids, values)).collect()
+    }
+
+    /// Returns the derived quantities in their units, each with its derivatives by the parameters in theirs, for values of the parameters.
+    #[must_use]
+    pub fn derived_values(&self, values: &[f64]) -> Vec<(f64, Vec<f64>)> {
+        let mut graph = self.graph.clone();
+        let one = graph.constant(1.0);
+        let parameters = self.parameters.len();
+        let mut ids = Vec::new();
+        for quantity in &self.derived {
+            ids.push(quantity.value);
+            for number in 0..parameters {
+                let rate = |leaf| matches!(leaf, Leaf::Parameter(n) if usize::from(n) == number).then_some(one);
+                ids.push(Direction::new(rate).derivative(&mut graph, quantity.value));
+            }
+        }
+        let all = Self { graph, ..self.clone() }.valued(&ids, values);
+        all.chunks(1 + parameters).map(|own| (own[0], own[1..].to_vec())).collect()
     }
 
     /// Returns the numbers of the parameters that any role depends on.

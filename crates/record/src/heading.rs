@@ -256,11 +256,32 @@ fn bracketed(heading: &str) -> Option<(String, &str)> {
     Some((format!("{} {}", &heading[..open], &heading[end + 1..]), heading[open + 1..end].trim()))
 }
 
+/// Returns the unit that a heading names whatever its quantity: the text in brackets, or the word after its last underscore or slash.
+pub(super) fn unit_in(heading: &str) -> Option<&str> {
+    if heading.len() > HEADING_MAX {
+        return None;
+    }
+    let is_unit = |word: &str| {
+        let mut known =
+            Quantity::COLUMNS.iter().flat_map(|quantity| quantity.facts().units).flat_map(|(_, names)| *names);
+        known.any(|name| *name == word)
+    };
+    match bracketed(heading) {
+        Some((_, unit)) => Some(unit).filter(|unit| !unit.is_empty()),
+        None => heading.rsplit_once(['_', '/']).map(|(_, word)| word).filter(|word| is_unit(word)),
+    }
+}
+
 /// Returns the words of a heading with their byte offsets.
 fn words_of(heading: &str) -> Vec<(usize, &str)> {
     let words = heading.split(|c: char| !(c.is_alphanumeric() || c == '°')).filter(|word| !word.is_empty());
     words.map(|word| (word.as_ptr() as usize - heading.as_ptr() as usize, word)).collect()
 }
+
+/// Last parts of compound words that denote a quantity.
+const COMPOUNDS: [&str; 3] = ["spannung", "strom", "drehzahl"];
+/// First part of a compound word for a reference.
+const REFERENCE_PART: &str = "soll";
 
 /// Words that mark a current or a speed as a reference or limit instead of a measurement.
 const REFERENCE_WORDS: &[&str] =
@@ -276,10 +297,14 @@ fn quantity_of(words: &[(usize, &str)], unit: Option<&str>) -> Option<Quantity> 
     if words.len() == 1 && any(&["load"]) {
         return unit.is_some_and(|unit| Torque.factor(unit).is_some()).then_some(Torque);
     }
-    let is_reference = any(REFERENCE_WORDS);
+    let is_reference = any(REFERENCE_WORDS) || words.iter().any(|word| word.starts_with(REFERENCE_PART));
+    let is_word = |word: &str| {
+        let is_last = COMPOUNDS.contains(&word);
+        words.iter().any(|own| own == word || (is_last && own.ends_with(word)))
+    };
     let means = |quantity: &Quantity| {
         let counts = |word: &&&str| words.len() == 1 || word.chars().count() > 2;
-        let named = quantity.facts().words.iter().filter(counts).any(|word| words.iter().any(|w| w == word));
+        let named = quantity.facts().words.iter().filter(counts).any(|word| is_word(word));
         named && !(is_reference && matches!(quantity, Current | Speed))
     };
     [Time, Voltage, Current, Speed, Position].into_iter().find(means)
@@ -310,6 +335,9 @@ mod tests {
             ("load_torque_Nm", Torque, Some("Nm")),
             ("load (mNm)", Torque, Some("mNm")),
             ("omega", Speed, None),
+            ("Ankerspannung (V)", Voltage, Some("V")),
+            ("Ankerstrom_mA", Current, Some("mA")),
+            ("Motordrehzahl", Speed, None),
             ("wheel_speed_km_h", Speed, None),
             ("timestep (8kHz)", Time, Some("8kHz")),
             ("position [turns]", Position, Some("turns")),
@@ -318,11 +346,26 @@ mod tests {
         ] {
             assert_eq!(understand(heading), Some((quantity, unit.map(str::to_owned))), "{heading}");
         }
-        for heading in
-            ["speed_ref", "current limit", "torque_Nm", "load", "temperature_C", "duty", "x", "", "()", "[", "µ"]
-        {
+        for heading in [
+            "speed_ref",
+            "current limit",
+            "Solldrehzahl",
+            "torque_Nm",
+            "load",
+            "temperature_C",
+            "duty",
+            "x",
+            "",
+            "()",
+            "[",
+            "µ",
+        ] {
             assert_eq!(understand(heading), None, "{heading}");
         }
+        for (heading, unit) in [("u_a [V]", "V"), ("CH1 (V)", "V"), ("bus_V", "V"), ("x (furlong)", "furlong")] {
+            assert_eq!(unit_in(heading), Some(unit));
+        }
+        assert_eq!([unit_in("phase_a"), unit_in("duty"), unit_in("()")], [None; 3]);
         assert_eq!(Time.factor("8 kHz"), Some(1.0 / 8000.0));
         assert_eq!(Time.factor("2.5MHz"), Some(1.0 / 2.5e6));
         for none in ["Hz", "kHz", "-8kHz", "1e3Hz", "0Hz", "..Hz"] {

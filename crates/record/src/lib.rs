@@ -6,6 +6,7 @@
 // Counts are converted by the functions of `numeric`.
 #![cfg_attr(not(test), warn(clippy::cast_precision_loss, clippy::cast_sign_loss))]
 
+mod assumed;
 mod diagnose;
 mod head;
 mod heading;
@@ -24,6 +25,7 @@ mod stored;
 mod time;
 pub mod warning;
 
+pub use assumed::{AssumedUnits, PERIOD_DOUBTED_S};
 pub use diagnose::{FINDINGS, Finding, Severity, can_cause_poor_fit, diagnose};
 pub use heading::Quantity;
 pub use import::{
@@ -36,7 +38,7 @@ pub use lines::Lines;
 pub use prepare::{FilterKind, LowPass, Mask, Offset, Preparation, parse_masks};
 pub use reading::{Reading, parse_crop, parse_offset};
 pub use record::{Excluded, Record, check_of_motor, driver, is_driven_by_current};
-pub use requests::{ColumnRequest, parse_columns, parse_signal_columns};
+pub use requests::{ColumnRequest, joined_columns, parse_columns, parse_signal_columns};
 pub use samples::{NamedSignal, SAMPLES_MAX, Samples, VALUE_MAX};
 pub use source::{Column, Source};
 pub use time::{Gaps, Steps, TIME_JITTER_UNIFORM, step_lengths};

@@ -36,6 +36,16 @@ pub fn parse_columns(text: &str) -> Result<Vec<ColumnRequest>> {
     parse_requests(text, &[])
 }
 
+/// Returns a request for columns in which items of `more` replace those of `given` with the same key.
+#[must_use]
+pub fn joined_columns(given: &str, more: &str) -> String {
+    let key = |item: &str| item.split('=').next().unwrap_or(item).trim().to_owned();
+    let (given, more) = (items(given, &[]), items(more, &[]));
+    let is_kept = |item: &&&str| !more.iter().any(|other| key(other) == key(item));
+    let kept: Vec<&str> = given.iter().filter(is_kept).chain(&more).copied().collect();
+    kept.join(",")
+}
+
 /// Returns the quantity with a key: a signal of a model by its name, or a known quantity.
 fn keyed(key: &str, signals: &[&str]) -> Option<Quantity> {
     let signal = signals.iter().position(|name| *name == key).and_then(|n| u8::try_from(n).ok());

@@ -18,6 +18,8 @@ pub fn characteristics_lines(found: &Identification) -> Vec<(&'static str, Strin
     };
     let named = Characteristics::named_of(found);
     let mut lines = match Characteristics::of(found) {
+        // The others are in the table of estimates.
+        Some(_) if !found.identified.is_empty() => vec![(found.input.name(), of(&named[4..5]))],
         Some(_) => vec![(found.input.name(), of(&named[..4])), ("", of(&named[4..]))],
         None => Vec::new(),
     };

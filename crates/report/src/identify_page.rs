@@ -1,6 +1,7 @@
 //! Page of an identification: charts, estimates with intervals, and the settings that reproduce it.
 
 use super::chart::{Chart, Form, Series};
+use super::estimate_rows::{EstimateRow, estimate_rows};
 use super::figures::{correlations, history, residual_correlations, response_charts};
 use super::identified::verdict;
 use super::identified_tables::{fit_table, parameters_table, selected, selection_table};
@@ -11,7 +12,7 @@ use super::shown::Shown;
 use super::spelling::command_line;
 use motorfit_core::setting::Spelling;
 use motorfit_core::text::in_suitable_unit;
-use motorfit_identify::{Identification, ParameterEstimate};
+use motorfit_identify::Identification;
 use motorfit_record::Record;
 
 /// Returns the page of an identification; `recorded` has the signals of each recording.
@@ -48,7 +49,7 @@ pub fn identify_page<M: Shown>(
         title: format!("{} of {name}", found.machine.title()),
         trust: Some(trust(found, command_line)),
         cards: cards(records, found),
-        answer: M::answer(found),
+        answer: String::new(),
         sections,
     }
 }
@@ -91,23 +92,22 @@ fn left_out<M>(found: &Identification<M>, number: usize) -> Vec<[f64; 2]> {
     own.map(|of| [of.from_s, of.to_s]).collect()
 }
 
-/// Returns the values of the parameters that all recordings share.
-fn cards<M>(records: &[Record], found: &Identification<M>) -> Vec<Card> {
-    let shared = |e: &&ParameterEstimate| e.recording.is_none() || records.len() == 1;
-    let card = |e: &ParameterEstimate| {
-        let (symbol, name) = (e.name.clone(), e.description.clone());
-        let Some(value) = e.value else {
-            let (value, remark) = ("\u{2013}".to_owned(), e.remark().to_owned());
-            return Card { symbol, name, value, unit: String::new(), remark };
+/// Returns the values that all recordings share.
+fn cards<M: Shown>(records: &[Record], found: &Identification<M>) -> Vec<Card> {
+    let shared = |row: &EstimateRow| row.recording.is_none() || records.len() == 1;
+    let card = |row: EstimateRow| {
+        let EstimateRow { name: symbol, description: name, .. } = row;
+        let Some(value) = row.value else {
+            return Card { symbol, name, value: "\u{2013}".to_owned(), unit: String::new(), remark: row.remark };
         };
-        let [value, unit] = in_suitable_unit(value, e.std_error, &e.unit.replace('*', "·"));
-        let remark = match e.remark() {
-            "" if e.std_error.is_none() => "without a standard error",
-            remark => remark,
+        let [value, unit] = in_suitable_unit(value, row.std_error, &row.unit.replace('*', "·"));
+        let remark = match row.remark.as_str() {
+            "" if row.std_error.is_none() => "without a standard error".to_owned(),
+            _ => row.remark,
         };
-        Card { symbol, name, value, unit, remark: remark.to_owned() }
+        Card { symbol, name, value, unit, remark }
     };
-    found.estimates.iter().filter(shared).map(card).collect()
+    estimate_rows(found).into_iter().filter(shared).map(card).collect()
 }
 
 /// Returns the level of trust in a result, its warnings, its parameters and its fit; `spelling` is that of the front end.
@@ -122,7 +122,7 @@ pub fn identify_parts<M: Shown>(spec: &M::Spec, found: &Identification<M>, spell
     parts
 }
 
-/// Describes the level of trust in the result, with its reasons and the next step.
+/// Describes the level of trust in the result: what it is of, its reasons and the next step.
 fn trust<M>(found: &Identification<M>, spelling: Spelling) -> Trust {
     let reasons: Vec<String> = found.trust.reasons.iter().map(|reason| reason.message.spelled(spelling)).collect();
     let next = found.trust.next.as_ref();
@@ -131,5 +131,9 @@ fn trust<M>(found: &Identification<M>, spelling: Spelling) -> Trust {
         true => "No test of the residuals, the search or the recordings contradicts the standard errors.".to_owned(),
         false => format!("{}.{next}", capital(&reasons.join("; "))),
     };
-    Trust { level: found.trust.level.name(), text }
+    let of = match found.trust.subject() {
+        of if of.is_empty() => of,
+        of => format!("For {of}. "),
+    };
+    Trust { level: found.trust.level.name(), text: of + &text }
 }

@@ -13,6 +13,7 @@ pub mod compare;
 mod compare_page;
 mod curves;
 mod document;
+mod estimate_rows;
 mod export;
 #[cfg(feature = "pages")]
 pub mod figures;
@@ -60,6 +61,7 @@ pub use chart::{AxisScale, Band, Chart, Figure, Form, Map, Mark, Panel, Series, 
 pub use compare_page::{compare_page, compare_parts};
 pub use curves::columns_csv;
 pub use document::{EvaluateDocument, devices_document, error_document, identify_document, json};
+pub use estimate_rows::{EstimateRow, estimate_rows};
 pub use export::{ExportFormat, Exported, ExportedParameter, exported_model, exported_motor};
 pub use identified::{characteristics_lines, noise_floor_text, verdict, verdicts};
 #[cfg(feature = "pages")]

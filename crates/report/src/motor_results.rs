@@ -4,7 +4,7 @@ use super::curves::motor_curves;
 #[cfg(feature = "pages")]
 use super::held_out::held_out;
 #[cfg(feature = "pages")]
-use super::identified::{noise_floor_text, with_error};
+use super::identified::noise_floor_text;
 #[cfg(feature = "pages")]
 use super::identified_tables::{characteristics_table, transfer_functions};
 #[cfg(feature = "pages")]
@@ -14,8 +14,6 @@ use super::pages::section;
 use super::recorded::Recorded;
 use super::requested::Requested;
 use super::shown::Shown;
-#[cfg(feature = "pages")]
-use motorfit_identify::analysis::{Characteristics, Named};
 use motorfit_identify::{DcMotor, Identification, IdentifySpec, Keys};
 use motorfit_motor::Discretization;
 use motorfit_record::Record;
@@ -63,11 +61,6 @@ impl Shown for DcMotor {
     }
 
     #[cfg(feature = "pages")]
-    fn answer(found: &Identification<Self>) -> String {
-        instead(found)
-    }
-
-    #[cfg(feature = "pages")]
     fn sections(found: &Identification<Self>) -> Vec<Section> {
         sections(found)
     }
@@ -84,15 +77,4 @@ fn sections(found: &Identification) -> Vec<Section> {
         sections.push(section("Noise floor", vec![Part::Text(format!("{}.", noise_floor_text(of)))]));
     }
     sections
-}
-
-/// Returns the characteristics as a sentence if parameters are not identifiable; they are the result then.
-#[cfg(feature = "pages")]
-fn instead(found: &Identification) -> String {
-    let shown = |(name, unit, c): &Named| Some(format!("{} = {} {unit}", name.replace('_', " "), with_error((*c)?)));
-    if found.unidentified.is_empty() {
-        return String::new();
-    }
-    let list: Vec<String> = Characteristics::named_of(found).iter().filter_map(shown).collect();
-    if list.is_empty() { String::new() } else { format!("The recordings identify {}.", list.join(", ")) }
 }

@@ -44,10 +44,6 @@ pub trait Shown: Machine {
     /// Returns a note on the simulation, for the table of fits.
     fn note(found: &Identification<Self>) -> Option<String>;
 
-    /// Returns the result in one sentence, where not the parameters are the result; empty elsewhere.
-    #[cfg(feature = "pages")]
-    fn answer(found: &Identification<Self>) -> String;
-
     /// Returns the sections of a page that follow the estimates.
     #[cfg(feature = "pages")]
     fn sections(found: &Identification<Self>) -> Vec<Section>;

@@ -1,7 +1,7 @@
 //! Proves: faults that change a parameter by 3, 10 and 30 standard errors are found at the rates below: outliers by a rule, a
 //! late start of the drive by `auto`, which then finds the motor.
 
-use super::rates::{FOUND, first_seed, motors};
+use super::rates::{FOUND, first_seed};
 use crate::support::faults::{Bench, EXCITATIONS, spread};
 use crate::support::rates::{cases, reaches};
 use motorfit::identify::{Identification, IdentifySpec, TrustLevel, identify};
@@ -101,7 +101,7 @@ fn outliers_that_move_a_parameter_are_found() {
             let [mut hits, mut all] = [0, 0];
             let mut by_kind = Vec::new();
             for kind in EXCITATIONS {
-                let seeds = (0..motors()).map(|seed| first_seed() + seed);
+                let seeds = (0..cases(3, 20)).map(|seed| first_seed() + seed);
                 let records = seeds.filter_map(|seed| at_strength(seed, kind, fault, [0.01, 10.0], strength));
                 let is_found = |record: Record| diagnose(&record).iter().any(|finding| finding.code == "outliers");
                 let found: Vec<bool> = records.map(is_found).collect();

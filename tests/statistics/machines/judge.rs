@@ -52,6 +52,7 @@ fn recording(model: &Model, machine: &Machine, measured: Vec<Vec<f64>>) -> Model
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
         name: None,
+        assumed: None,
     }
 }
 

@@ -1,5 +1,6 @@
 //! Six nested models of the friction of a servo, from `examples/friction`, on sixteen recordings.
 
+use crate::support::rates::cases;
 use crate::support::recordings::set;
 use motorfit::evaluate::model::ModelRecording;
 use motorfit::identify::model::{ModelFit, ModelIdentification, ModelSpec, hold_out_model, identify_model};
@@ -41,6 +42,7 @@ fn recording(path: &Path) -> (ModelRecording, (u64, String)) {
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
         name: None,
+        assumed: None,
         time_s,
     };
     (recording, of)
@@ -84,7 +86,8 @@ fn nested_models_of_friction_never_explain_less_than_those_they_contain() {
         ("quadratic", &[4], &[("qm", "0"), ("qe", "0")]),
     ];
     let mut done: Vec<(Model, ModelIdentification, f64)> = Vec::new();
-    for (name, contained, further) in nested {
+    // The two largest take three quarters of the time.
+    for (name, contained, further) in nested.into_iter().take(cases(4, 6)) {
         let model = Model::open(Path::new(&format!("examples/friction/{name}.toml"))).unwrap();
         let best = contained.iter().min_by(|a, b| done[**a].2.total_cmp(&done[**b].2));
         let mut start: Vec<(String, f64)> = Vec::new();

@@ -57,6 +57,7 @@ fn recording(model: &Model, has_mask: bool) -> ModelRecording {
         },
         effective_sample_ratio: 1.0,
         name: None,
+        assumed: None,
         time_s,
     }
 }

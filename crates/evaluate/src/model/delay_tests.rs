@@ -52,6 +52,7 @@ fn problem(time_s: &[f64], is_first_order_hold: bool, (method, substeps): (Integ
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
         name: None,
+        assumed: None,
         time_s: time_s.to_vec(),
     };
     let settings = ModelSettings { method: Some((method, substeps)), is_first_order_hold, ..ModelSettings::default() };

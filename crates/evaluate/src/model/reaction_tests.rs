@@ -25,6 +25,7 @@ pub(super) fn simulated(
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
         name: None,
+        assumed: None,
     };
     let settings = ModelSettings { method: Some((method, substeps)), ..ModelSettings::default() };
     let problem = ModelProblem::new(model, ModelSpace::all_fixed(values), vec![recording], settings).unwrap();

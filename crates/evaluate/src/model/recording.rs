@@ -5,9 +5,9 @@ use motorfit_core::setting::text;
 use motorfit_core::text::quoted;
 use motorfit_core::{Error, Result};
 use motorfit_model::step::open_states;
-use motorfit_model::{InitialState, Model};
+use motorfit_model::{BuiltIn, InitialState, Model};
 use motorfit_record::warning::name_of;
-use motorfit_record::{Quantity, Record, SignalRequest, step_lengths};
+use motorfit_record::{AssumedUnits, Quantity, Record, SignalRequest, step_lengths};
 
 /// Returns the signals that the import reads for a model: its inputs, then its outputs.
 #[must_use]
@@ -29,6 +29,15 @@ pub fn signal_requests(model: &Model) -> Vec<SignalRequest> {
         is_optional: true,
     });
     inputs.chain(outputs).collect()
+}
+
+/// Returns the name of a quantity in requests for the columns of a model.
+fn name_of_signal(model: &Model, quantity: Quantity) -> String {
+    let names = model.inputs().iter().map(|input| &input.name).chain(model.outputs().iter().map(|output| &output.name));
+    match quantity {
+        Quantity::Signal(number) => names.skip(usize::from(number)).next().cloned().unwrap_or_default(),
+        other => other.key().to_owned(),
+    }
 }
 
 /// Returns the initial values of the states that are measured or free, in their units: the first sample, or 0.
@@ -60,6 +69,8 @@ pub struct ModelRecording {
     pub effective_sample_ratio: f64,
     /// Name in messages, as that of its file; `None` for its number.
     pub name: Option<String>,
+    /// Units that no heading of the file names.
+    pub assumed: Option<AssumedUnits>,
 }
 
 impl ModelRecording {
@@ -99,7 +110,11 @@ impl ModelRecording {
         };
         let effective_sample_ratio = record.effective_sample_ratio();
         let name = record.source().path.as_ref().map(|_| name_of(record));
-        Ok(Self { time_s: samples.time_s.clone(), step_s, inputs, measured, counting, effective_sample_ratio, name })
+        // The text of a user's model names the units of its columns.
+        let is_general = BuiltIn::ALL.iter().any(|of| of.source() == model.text());
+        let assumed = AssumedUnits::of(record, &|quantity| name_of_signal(model, quantity)).filter(|_| is_general);
+        let time_s = samples.time_s.clone();
+        Ok(Self { time_s, step_s, inputs, measured, counting, effective_sample_ratio, name, assumed })
     }
 
     /// Makes a recording for a simulation from its times \[s\] and the inputs of a model. Its outputs are the times: a problem needs some
@@ -112,7 +127,8 @@ impl ModelRecording {
         let step_s = step_lengths(&time_s)?;
         let measured = model.outputs().iter().map(|_| Some(time_s.clone())).collect();
         let counting = Vec::new();
-        Ok(Self { time_s, step_s, inputs, measured, counting, effective_sample_ratio: 1.0, name: None })
+        let (name, assumed) = (None, None);
+        Ok(Self { time_s, step_s, inputs, measured, counting, effective_sample_ratio: 1.0, name, assumed })
     }
 
     /// Returns the name in messages of the recording with a number: its own, or `recording 1` for the first.
@@ -133,6 +149,7 @@ impl ModelRecording {
             measured: self.measured.iter().map(|signal| signal.as_ref().map(cut)).collect(),
             counting: self.counting.iter().map(|counting| counting[..end].to_vec()).collect(),
             name: self.name.clone(),
+            assumed: self.assumed.clone(),
             ..*self
         }
     }

@@ -110,6 +110,7 @@ fn problem(model: &Model, time_s: &[f64], method: Option<(IntegrationMethod, usi
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
         name: None,
+        assumed: None,
         time_s: time_s.to_vec(),
     };
     let settings = ModelSettings { method, ..ModelSettings::default() };

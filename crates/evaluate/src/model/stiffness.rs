@@ -233,6 +233,7 @@ y = { value = "x", unit = "V" }
             counting: Vec::new(),
             effective_sample_ratio: 1.0,
             name: None,
+            assumed: None,
             time_s,
         }
     }

@@ -68,6 +68,7 @@ fn problem(
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
         name: None,
+        assumed: None,
     };
     let settings = ModelSettings { method: Some((method, substeps)), ..ModelSettings::default() };
     ModelProblem::new(model, space, vec![recording], settings).unwrap()

@@ -41,6 +41,7 @@ fn recording(model: &Model, samples: usize, step_s: f64) -> ModelRecording {
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
         name: None,
+        assumed: None,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use motorfit_core::setting::{Text, text};
 use motorfit_record::warning::{Location, Warning, name_of};
-use motorfit_record::{Quantity, Record, Severity, diagnose};
+use motorfit_record::{AssumedUnits, PERIOD_DOUBTED_S, Quantity, Record, Severity, diagnose};
 
 /// Returns the warnings about recordings, each with the name of its recording.
 #[must_use]
@@ -27,10 +27,6 @@ pub(crate) fn unused_columns(records: &[Record]) -> Text {
     }
 }
 
-/// Period \[s\] from which a time column without a named unit gets a warning: it is long for a motor, and times in milliseconds
-/// are common.
-const PERIOD_DOUBTED_S: f64 = 0.02;
-
 /// Returns the warnings about one recording, remarks last.
 #[must_use]
 pub fn record_warnings(record: &Record) -> Vec<Warning> {
@@ -54,11 +50,9 @@ pub fn record_warnings(record: &Record) -> Vec<Warning> {
         let code = if driver == Quantity::Current { "constant_current" } else { "constant_voltage" };
         warnings.push(Warning::new(code, message));
     }
-    let assumed: Vec<String> =
-        (columns.iter().filter(|c| !c.unit_named)).map(|c| format!("{} in {}", c.heading, c.unit)).collect();
-    if !assumed.is_empty() {
-        let message = text!(("no unit is given; assumed: {}; name the unit with ", assumed.join(", "))[Columns]);
-        warnings.push(Warning::new("unit_assumed", message));
+    if let Some(assumed) = AssumedUnits::of_motor(record) {
+        let remedy = Some(assumed.remedy());
+        warnings.push(Warning { remedy, ..Warning::new("unit_assumed", assumed.message()) });
     }
     if record.source().last_line_open {
         let message = "the file ends without a line break: its last number may be truncated";

@@ -1,6 +1,7 @@
 //! Identification with a user's model: search, refinement, residual tests, trust.
 
 mod combinations;
+mod derived;
 mod estimates;
 mod fine_steps;
 mod given_starts;

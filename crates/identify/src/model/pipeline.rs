@@ -1,6 +1,7 @@
 //! The stages of an identification with a user's model: problem, search, refinement, tests, trust.
 
 use super::combinations::Open;
+use super::derived::derived;
 use super::estimates::{estimates, is_idle};
 use super::fine_steps::with_fine_steps;
 use super::given_starts::{GivenStarts, add_responses_at_start, optima_beside, with_given_starts};
@@ -268,6 +269,7 @@ fn result(
     let uncertainty = refined.map(|refined| refined.uncertainty.clone());
     let open = uncertainty.as_ref().map(|uncertainty| Open::new(problem, &values, uncertainty)).unwrap_or_default();
     let combinations = open.sentences();
+    let derived = uncertainty.as_ref().map(|uncertainty| derived(problem, &values, uncertainty)).unwrap_or_default();
     let mut warnings = of_recordings(problem);
     for text in &combinations {
         warnings.push(Warning::new("not_identifiable", text.clone()));
@@ -308,14 +310,14 @@ fn result(
             space: problem.space().clone(),
             method: *problem.method(),
             combinations,
-            identified: open.identified(),
+            identified: derived.into_iter().chain(open.identified()).collect(),
             fits,
             held_out: Vec::new(),
             held_out_percent: Vec::new(),
         })
     };
     result.warnings.extend(of_result(problem, &result));
-    result.trust = trust(problem, &result, spec.is_polished);
+    result.trust = trust(problem, spec, &result);
     result
 }
 

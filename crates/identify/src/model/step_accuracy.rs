@@ -80,6 +80,7 @@ mod tests {
             counting: Vec::new(),
             effective_sample_ratio: 1.0,
             name: None,
+            assumed: None,
         };
         let settings = ModelSettings { method: Some((IntegrationMethod::RungeKutta, 16)), ..ModelSettings::default() };
         let problem = ModelProblem::new(&model, ModelSpace::new(&model, 1), vec![recording], settings).unwrap();

@@ -4,16 +4,18 @@ use super::estimates::is_idle;
 use super::lacking::CODE;
 use super::recordings::exclude;
 use super::result::{ModelFit, ModelIdentification};
+use super::spec::ModelSpec;
 use super::step_accuracy::{inaccuracy, shorter_steps};
 use crate::estimates::ParameterEstimate;
-use crate::trust::{Facts, Reason, missed};
+use crate::trust::{Facts, Reason, Subject, missed};
 use crate::trust_level::{Trust, TrustLevel, TrustReason};
 use crate::verify::Status;
 use motorfit_core::numeric::upper_median;
 use motorfit_core::setting::{Text, text};
 use motorfit_core::text::{Shortest, counted, listed};
 use motorfit_evaluate::model::ModelProblem;
-use motorfit_record::Severity;
+use motorfit_record::warning::Warning;
+use motorfit_record::{AssumedUnits, Severity};
 
 use TrustLevel::{Check, Poor};
 
@@ -24,10 +26,14 @@ const SPOILED: [&str; 4] = ["sign_reversed", "units", "voltage_without_current",
 const SAMPLES_FEW: usize = 40;
 
 /// Determines the level of trust in a result.
-pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_polished: bool) -> Trust {
+pub(super) fn trust(problem: &ModelProblem, spec: &ModelSpec, found: &ModelIdentification) -> Trust {
+    let (is_polished, is_asked) = (spec.is_polished, !spec.fixed.is_empty());
     let outlying = outliers(problem, found);
     let sigma = |fit: &ModelFit| fit.residual_sigma.iter().map(|sigma| sigma.unwrap_or(0.0)).collect();
     let sigmas: Vec<Vec<f64>> = found.fits.iter().map(sigma).collect();
+    let subject = Subject::new(found, is_asked);
+    let excused = |warning: &&Warning| warning.code == "not_identifiable" && subject.is_excused();
+    let assumed = (0..problem.recordings()).find_map(|n| problem.recording(n).assumed.clone());
     let facts = Facts {
         outputs: problem.model().outputs().iter().map(|output| output.name.clone()).collect(),
         recordings: (0..problem.recordings()).map(|n| problem.recording(n).label(n)).collect(),
@@ -36,8 +42,10 @@ pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_poli
         tests: &found.residual_tests,
         is_polished,
         search: search(found, is_polished),
-        warnings: found.warnings.iter().collect(),
-        more: more(problem, found, (is_polished, outlying.as_ref().map(|(message, _)| message))),
+        warnings: found.warnings.iter().filter(|warning| !excused(warning)).collect(),
+        more: more(problem, found, (is_polished, subject.is_excused(), outlying.as_ref().map(|(message, _)| message))),
+        subject: subject.clone(),
+        assumed: assumed.clone(),
     };
     let trust = facts.trust();
     // Wrong signals and samples spoil the fit and the tests of the residuals too.
@@ -49,6 +57,7 @@ pub(super) fn trust(problem: &ModelProblem, found: &ModelIdentification, is_poli
     let next = trust.reasons.first().map(|reason| match spoiled() {
         Some(remedy) => remedy,
         None if reason.code == "not_accurate" => shorter_steps(problem),
+        None if reason.code == "units_assumed" => assumed.as_ref().map_or_else(Text::default, AssumedUnits::step),
         None => lacking(problem, found, &trust.reasons).unwrap_or_else(|| next(found, reason.code)),
     });
     Trust { next, ..trust }
@@ -74,7 +83,7 @@ fn search(found: &ModelIdentification, is_polished: bool) -> Option<Reason> {
 fn more(
     problem: &ModelProblem,
     found: &ModelIdentification,
-    (is_polished, outliers): (bool, Option<&String>),
+    (is_polished, is_excused, outliers): (bool, bool, Option<&String>),
 ) -> Vec<Reason> {
     let mut all: Vec<Reason> = Vec::new();
     let mut add = |level, code, message: Text| all.push((level, code, message));
@@ -89,7 +98,7 @@ fn more(
     if is_polished && most <= SAMPLES_FEW {
         add(Check, "few_samples", format!("{most} samples are too few to test the residuals").into());
     }
-    if let Some(first) = found.combinations.first() {
+    if let Some(first) = found.combinations.first().filter(|_| !is_excused) {
         add(Check, "not_identifiable", first.clone().into());
     }
     let is_bound = |e: &&ParameterEstimate| e.at_bound.is_some() && !is_idle(&found.model, e);

@@ -5,6 +5,9 @@
 //! The rules are the same for the DC motor (`motor.rs`) and for users' models (`model/trust.rs`).
 
 pub(super) mod motor;
+mod subject;
+
+pub(super) use subject::Subject;
 
 use crate::analysis::{EXPLAINED_MIN, ResidualTest};
 use crate::trust_level::{Trust, TrustLevel, TrustReason};
@@ -12,8 +15,8 @@ use motorfit_core::numeric::chi_square_limit;
 use motorfit_core::setting::{Text, text};
 use motorfit_core::text::listed;
 use motorfit_estimate::Fitted;
-use motorfit_record::Severity;
 use motorfit_record::warning::Warning;
+use motorfit_record::{AssumedUnits, Severity};
 
 use TrustLevel::{Check, Poor};
 
@@ -48,6 +51,10 @@ pub(super) type Reason = (TrustLevel, &'static str, Text);
 
 /// The facts about the result of an identification, of any machine.
 pub(super) struct Facts<'a> {
+    /// Parameters and combinations of which the level is.
+    pub subject: Subject,
+    /// Units that no heading names.
+    pub assumed: Option<AssumedUnits>,
     /// Names of the outputs in sentences, as `the current` or `x`.
     pub outputs: Vec<String>,
     /// Names of the recordings.
@@ -99,6 +106,8 @@ impl Facts<'_> {
             all.push((Check, "not_polished", "without a polish there are no standard errors".into()));
         }
         all.extend(residuals(self.tests, &self.outputs).map(|message| (Check, "residuals", message)));
+        all.extend(self.subject.reason().filter(|_| self.is_polished));
+        all.extend(self.assumed_units());
         all.extend(self.more.iter().cloned());
         for (code, level, message) in WARNINGS {
             let given = |warning: &&&Warning| warning.code == code && warning.severity == Severity::Report;
@@ -109,7 +118,14 @@ impl Facts<'_> {
         all.sort_by_key(|(level, ..)| std::cmp::Reverse(*level as u8));
         let level = all.first().map_or(TrustLevel::Good, |(level, ..)| *level);
         let reasons = all.into_iter().map(|(_, code, message)| TrustReason { code, message }).collect();
-        Trust { level, reasons, next: None }
+        let Subject { of, open, needs, .. } = self.subject.clone();
+        Trust { level, of, open, needs, reasons, next: None }
+    }
+
+    /// Returns the reason that units are assumed: they scale estimates, and no residual shows it.
+    fn assumed_units(&self) -> Option<Reason> {
+        let AssumedUnits { listed, .. } = self.assumed.as_ref()?;
+        Some((Check, "units_assumed", format!("units are assumed: {listed}").into()))
     }
 
     /// Returns the reasons from poor fits.

@@ -1,15 +1,15 @@
 //! The level of trust in a result of the DC motor.
 
-use super::{Facts, Missed, Reason, is_noise};
+use super::{Facts, Missed, Reason, Subject, is_noise};
 use crate::result::Identification;
 use crate::spec::IdentifySpec;
 use crate::trust_level::{Trust, TrustLevel, TrustReason};
 use crate::verify::Status;
 use motorfit_core::numeric::peak;
 use motorfit_core::setting::{Text, text};
-use motorfit_motor::{Extension, Parameter, With};
-use motorfit_record::Record;
+use motorfit_motor::{Extension, Input, Parameter, With};
 use motorfit_record::warning::{Warning, name_of};
+use motorfit_record::{AssumedUnits, Record};
 
 use TrustLevel::{Check, Poor};
 
@@ -19,7 +19,12 @@ pub(crate) const OUTPUTS: [&str; 2] = ["the current", "the speed"];
 /// Determines the level of trust in a result from its fit, verification, residual tests and warnings, and from `evidence`.
 pub(crate) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identification, evidence: &Evidence) -> Trust {
     let is_noise = is_noise(&found.residual_tests, &evidence.missed);
+    // Without a voltage no fixed parameter makes R and L identifiable.
+    let is_asked = found.input == Input::Voltage && Parameter::ALL.into_iter().any(|p| spec.fixed(p).is_some());
+    let assumed = records.iter().find_map(AssumedUnits::of_motor);
     let facts = Facts {
+        subject: Subject::new(found, is_asked),
+        assumed: assumed.clone(),
         outputs: OUTPUTS.map(str::to_owned).to_vec(),
         recordings: records.iter().map(name_of).collect(),
         fit_percent: &found.fit_percent,
@@ -31,7 +36,8 @@ pub(crate) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identificat
         more: implausible(records, found).map(|message| (Check, "implausible", message.into())).into_iter().collect(),
     };
     let trust = facts.trust();
-    let next = (trust.level != TrustLevel::Good).then(|| next(spec, found, (&trust.reasons, evidence)));
+    let named = assumed.map(|assumed| assumed.step());
+    let next = (trust.level != TrustLevel::Good).then(|| next(spec, found, (&trust.reasons, evidence), named));
     Trust { next, ..trust }
 }
 
@@ -106,9 +112,14 @@ fn implausible(records: &[Record], found: &Identification) -> Option<String> {
 }
 
 /// Returns the next step for the most severe reasons.
-fn next(spec: &IdentifySpec, found: &Identification, (reasons, evidence): (&[TrustReason], &Evidence)) -> Text {
+fn next(
+    spec: &IdentifySpec,
+    found: &Identification,
+    (reasons, evidence): (&[TrustReason], &Evidence),
+    named: Option<Text>,
+) -> Text {
     let has = |codes: &[&str]| reasons.iter().any(|reason| codes.contains(&reason.code));
-    if has(&["between_samples"]) && found.input == motorfit_motor::Input::Voltage {
+    if has(&["between_samples"]) && found.input == Input::Voltage {
         let better = if found.model.discretization == motorfit_motor::Discretization::Foh { "zoh" } else { "foh" };
         return text!([Discretization = "{better}"]);
     }
@@ -123,6 +134,9 @@ fn next(spec: &IdentifySpec, found: &Identification, (reasons, evidence): (&[Tru
     if let Some(lacking) = evidence.lacking {
         let list: Vec<&str> = found.extensions().into_iter().chain([lacking]).map(Extension::name).collect();
         return text!([With = "{}", list.join(",")]);
+    }
+    if let Some(named) = named {
+        return named;
     }
     if has(&["at_bound"]) && Parameter::ALL.iter().any(|p| !spec.auto_bounds.contains(p)) {
         return text!([Bounds = "auto"]);

@@ -19,8 +19,8 @@ pub use generic::GenericTerm;
 pub use model::Model;
 pub(crate) use parts::{DelayedSignal, SampledLaw};
 pub use parts::{
-    Equation, InitialState, ModelConstant, ModelInput, ModelOutput, ModelParameter, ModelState, ModelTerm, NodeId,
-    WrittenUnit,
+    DerivedQuantity, Equation, InitialState, ModelConstant, ModelInput, ModelOutput, ModelParameter, ModelState,
+    ModelTerm, NodeId, WrittenUnit,
 };
 pub(crate) use reactions::{coupled, factors_of};
 

@@ -1,8 +1,8 @@
 //! A model: what its text declares, with its equations as a graph.
 
 use super::parts::{
-    DelayedSignal, Equation, ModelConstant, ModelInput, ModelOutput, ModelParameter, ModelState, ModelTerm, Reaction,
-    SampledLaw,
+    DelayedSignal, DerivedQuantity, Equation, ModelConstant, ModelInput, ModelOutput, ModelParameter, ModelState,
+    ModelTerm, Reaction, SampledLaw,
 };
 use crate::graph::{Binary, Graph, Id, Leaf, Node, Unary};
 use crate::role::Role;
@@ -31,6 +31,7 @@ pub struct Model {
     #[doc(hidden)]
     pub outputs: Vec<ModelOutput>,
     pub(crate) equations: Vec<Equation>,
+    pub(crate) derived: Vec<DerivedQuantity>,
     /// Values of the roles in the files of simulators, in SI units.
     pub(crate) roles: Vec<(Role, Id)>,
 }
@@ -115,6 +116,12 @@ impl Model {
     #[must_use]
     pub fn parameters(&self) -> &[ModelParameter] {
         &self.parameters
+    }
+
+    /// Returns the quantities that the model derives from its parameters, in the order of the text.
+    #[must_use]
+    pub fn derived(&self) -> &[DerivedQuantity] {
+        &self.derived
     }
 
     /// Returns the inputs in the order of the text.

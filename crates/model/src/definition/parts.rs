@@ -81,6 +81,17 @@ pub struct ModelConstant {
     pub dimension: Dimension,
 }
 
+/// A quantity that a model derives from its parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DerivedQuantity {
+    /// Name.
+    pub name: String,
+    /// Unit of the values in results.
+    pub unit: WrittenUnit,
+    /// Value in this unit: a node that depends on parameters alone.
+    pub(crate) value: Id,
+}
+
 /// Initial value of a state.
 #[derive(Debug, Clone, PartialEq)]
 pub enum InitialState {

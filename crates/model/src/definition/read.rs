@@ -5,7 +5,7 @@ use super::document::{Document, Entry};
 use super::inputs::{act, inputs};
 use super::model::Model;
 use super::names::Names;
-use super::parts::{Equation, InitialState, ModelOutput, ModelState, NodeId};
+use super::parts::{DerivedQuantity, Equation, InitialState, ModelOutput, ModelState, NodeId};
 use super::sections::{constants, definitions, delays, number_of, parameters, required, unit};
 use crate::graph::{Id, Leaf};
 use crate::role::Role;
@@ -18,7 +18,8 @@ use motorfit_core::units::Dimension;
 pub(crate) const DECLARED_MAX: usize = 64;
 
 /// Sections whose items are names or equations.
-const SECTIONS: [&str; 8] = ["inputs", "constants", "parameters", "signals", "let", "states", "outputs", "export"];
+const SECTIONS: [&str; 9] =
+    ["inputs", "constants", "parameters", "signals", "let", "states", "outputs", "derived", "export"];
 
 impl Model {
     /// Reads a model from its text.
@@ -58,6 +59,7 @@ impl Model {
         let delayed = delays(&mut names, delayed)?;
         let (outputs, measured) = outputs(&mut names)?;
         let states = states.iter().map(|entry| state(&mut names, entry, &measured)).collect::<Result<_>>()?;
+        let derived = derived(&mut names)?;
         let roles = roles(&mut names)?;
         let (graph, reactions, laws) = (names.scope.graph, names.scope.reactions, names.scope.laws);
         let equations = equations(&document)?;
@@ -76,6 +78,7 @@ impl Model {
             reactions,
             outputs,
             equations,
+            derived,
             roles,
         };
         check::model(&document, &model)?;
@@ -159,6 +162,24 @@ fn outputs(names: &mut Names<'_>) -> Result<(Vec<ModelOutput>, Vec<Id>)> {
         outputs.push(ModelOutput { name: entry.key.to_owned(), unit, column, value, filter, delay, average });
     }
     Ok((outputs, nodes))
+}
+
+/// Reads the quantities that the model derives from its parameters.
+fn derived(names: &mut Names<'_>) -> Result<Vec<DerivedQuantity>> {
+    let document = names.document;
+    let mut all = Vec::new();
+    for entry in document.section("derived")? {
+        let [value, written, _] = document.fields(&entry, ["value", "unit", "description"])?;
+        let value = required(document, &entry, value, "value")?;
+        let unit = unit(document, written.as_ref())?;
+        let what = format!("the derived quantity {}", entry.key);
+        let id = number_of(names, &value, unit.unit.dimension, &what)?;
+        let graph = &mut names.scope.graph;
+        let (factor, zero) = (graph.constant(1.0 / unit.unit.factor), graph.constant(unit.unit.offset));
+        let shifted = graph.subtract(id, zero);
+        all.push(DerivedQuantity { name: entry.key.to_owned(), unit, value: graph.multiply(factor, shifted) });
+    }
+    Ok(all)
 }
 
 /// Reads the roles of values in the files of simulators.

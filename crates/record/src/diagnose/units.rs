@@ -61,6 +61,10 @@ fn speed_unit(view: &View<'_>, speed: &Channel<'_>) -> Option<Finding> {
     if !(too_fast && is_driven || whole && speed.peak > SPEEDS[0]) {
         return None;
     }
+    let is_converted = view.column(Quantity::Speed).is_some_and(|column| column.unit_named && column.unit != "rad/s");
+    if is_converted {
+        return None;
+    }
     let peak = significant(speed.peak, 3);
     let how = if whole { "in whole numbers" } else { "taken as rad/s" };
     let what = format!("the speed, {how} and up to {peak}, looks like revolutions per minute");

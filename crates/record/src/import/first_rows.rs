@@ -200,7 +200,7 @@ mod tests {
         assert!(none.is_empty());
         let (requested, none) =
             used("time=ms:ms,voltage=#2*12/255:V,current=I*2,speed=-,position=angle [deg]/10:turns");
-        assert_eq!(requested, ["time:ms", "voltage*12/255:V", "current*2:", "", "", "position/10:turns"]);
+        assert_eq!(requested, ["time:ms", "voltage*12/255:V", "current*2:A", "", "", "position/10:turns"]);
         assert!(none.is_empty());
         let (flag, sum) = used("voltage=flag:0..12,time=cumsum(PWM):ms");
         assert_eq!(flag, ["", "", "current:mA", "speed:rpm", "voltage0..12:", ""]);

@@ -1,6 +1,6 @@
 //! Headings of a table.
 
-use crate::heading::{Quantity, understand};
+use crate::heading::{Quantity, understand, unit_in};
 use motorfit_core::text::quoted;
 
 /// A heading with the unit from the row of units below it, if there is one.
@@ -19,6 +19,16 @@ impl Heading {
         let (own, below) = (unit?, self.unit.clone()?);
         let factors = [quantity.factor(&own)?, quantity.factor(&below)?];
         ((factors[0] / factors[1] - 1.0).abs() > 1e-9).then_some((own, below))
+    }
+
+    /// Returns the unit that is named, in the row of units or in the heading, whatever the quantity.
+    pub(super) fn named_unit(&self) -> Option<&str> {
+        self.unit.as_deref().or_else(|| unit_in(&self.name))
+    }
+
+    /// Returns the unit if it is one of a quantity.
+    pub(super) fn unit_of(&self, quantity: Quantity) -> Option<&str> {
+        self.named_unit().filter(|unit| quantity.factor(unit).is_some())
     }
 
     /// Returns the quantity that the heading names, and the unit; the row of units takes precedence over the heading.

@@ -56,10 +56,13 @@ pub(super) fn lacking(headings: &[Heading], missing: &[&str], named: Option<Text
     let drive = headings.iter().find(|heading| is_drive(heading));
     if let Some(heading) = drive.filter(|_| missing.iter().any(|m| m.starts_with("voltage_V"))) {
         let name = name_of(&heading.name);
+        let in_volts = heading.unit_of(Quantity::Voltage);
         let ticks = if heading.unit.as_deref() == Some("%") { "12/100" } else { "12/255" };
-        hint.push(match is_named {
-            true => text!(" A flag is converted by its two voltages (" [Columns = "voltage={name}:0..12"] ")."),
-            false => text!(
+        hint.push(match (is_named, in_volts) {
+            (true, Some(_)) => Text::default(),
+            (false, Some(unit)) => text!(" The voltage may be {name}: " [Columns = "voltage={name}:{unit}"] "."),
+            (true, None) => text!(" A flag is converted by its two voltages (" [Columns = "voltage={name}:0..12"] ")."),
+            (false, None) => text!(
                 " A duty cycle or PWM ticks are converted to volts by operations (" [Columns = "voltage={name}*{ticks}:V"] "), \
                  a flag by its two voltages (" [Columns = "voltage={name}:0..12"] ")."
             ),

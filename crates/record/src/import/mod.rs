@@ -46,6 +46,7 @@ pub(super) use limits::limits;
 pub use log_columns::{ChannelFacts, channels};
 pub use options::{ReadOptions, SignalRequest};
 pub use parse::parse_number;
+pub(super) use request::name_of;
 pub use routines::test_of;
 pub use write::write_csv;
 

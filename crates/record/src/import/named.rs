@@ -162,7 +162,7 @@ fn column(
     heading: &str,
     (formula, unit): (Formula, Option<String>),
 ) -> Result<Used> {
-    let unit_named = unit.is_some() || matches!(formula, Formula::Levels(_));
+    let unit_named = unit.is_some() || formula != Formula::AS_IT_IS;
     let unit = unit.filter(|unit| !unit.is_empty()).unwrap_or_else(|| signal.unit_text.clone());
     let Some((factor, offset)) = signal.conversion(&unit) else {
         let message =
@@ -170,6 +170,7 @@ fn column(
         let hint = text!("Name its unit: " [Columns = "{}={}:{}", signal.name, name_of(heading), signal.unit_text] ".");
         return Err(Error::data(message, hint).in_column(heading));
     };
+    let unit = unit.replace("rad_s", "rad/s");
     let conversion = formula.shown();
     let is_shifted = offset.abs() > 0.0;
     let (formula, factor) = match formula {

@@ -172,7 +172,7 @@ fn check_names(
 }
 
 /// Returns a heading as written in requests: in quotation marks unless it consists of letters, digits and underscores.
-pub(super) fn name_of(heading: &str) -> String {
+pub(in super::super) fn name_of(heading: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || c == '_';
     match heading.chars().all(plain) && parse_number(heading, true).is_err() {
         true => heading.to_owned(),

@@ -47,7 +47,8 @@ pub(super) fn suggestion(headings: &[Heading], spec: &TableSpec<'_>, rows: &[Vec
             true => format!("#{}", at + 1),
             false => name_of(&headings[at].name),
         };
-        let is_unit = guess.certainty < 2 && guess.replaced.is_empty();
+        let is_known = headings[at].unit_of(quantity).is_some();
+        let is_unit = guess.certainty < 2 && guess.replaced.is_empty() && !is_known;
         suggestion.replaced.extend(guess.replaced);
         suggestion.guessed.extend(is_unit.then_some(quantity.key()));
         items.push(format!("{}={}", quantity.key(), guess.form.replace("NAME", &name)));
@@ -82,6 +83,13 @@ fn guess(quantity: Quantity, heading: &Heading, values: &[f64]) -> Option<Guess>
         && quantity.factor(unit).is_some()
     {
         return Some(Guess { form: format!("NAME:{unit}"), replaced: Vec::new(), certainty: 2 });
+    }
+    // A column whose unit is known is taken in it, and never scaled.
+    if let Some(unit) = heading.unit_of(quantity) {
+        return Some(Guess { form: format!("NAME:{unit}"), replaced: Vec::new(), certainty: 1 });
+    }
+    if Quantity::COLUMNS.iter().any(|other| heading.unit_of(*other).is_some()) {
+        return None;
     }
     let is_named = understood.is_some();
     let is_one_of = |words: &[&str]| name.split(|c: char| !c.is_alphanumeric()).any(|word| words.contains(&word));

@@ -60,13 +60,15 @@ pub(super) fn column(
     formula: Formula,
     unit: Option<String>,
 ) -> Result<Used> {
-    let unit_named = unit.is_some() || matches!(formula, Formula::Levels(_));
-    if quantity == Quantity::Position && !unit_named {
+    let is_given = unit.is_some() || matches!(formula, Formula::Levels(_));
+    if quantity == Quantity::Position && !is_given {
         // Counts, turns and radians are all common, so that no unit can be assumed.
         quantity.check_unit("none").map_err(|e| e.in_column(heading))?;
     }
+    // A formula converts to SI units if it names no other.
+    let unit_named = is_given || formula != Formula::AS_IT_IS;
     let unit = unit.unwrap_or_else(|| quantity.unit().to_owned());
-    let factor = if unit_named && unit != quantity.unit() {
+    let factor = if is_given && unit != quantity.unit() {
         quantity.check_unit(&unit).map_err(|e| e.in_column(heading))?
     } else {
         1.0

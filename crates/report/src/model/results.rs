@@ -57,11 +57,6 @@ impl Shown for OwnModel {
     }
 
     #[cfg(feature = "pages")]
-    fn answer(_: &Identification<Self>) -> String {
-        String::new()
-    }
-
-    #[cfg(feature = "pages")]
     fn sections(found: &Identification<Self>) -> Vec<Section> {
         vec![section("Equations", equations(&found.model))]
     }

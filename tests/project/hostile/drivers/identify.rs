@@ -185,6 +185,8 @@ pub fn of_machine<M: Machine>(calls: &mut Calls, shown: &str, found: &Identifica
     drive!(calls, shown;
         "identify::Machine::title" => found.machine.title(),
         "identify::Machine::free" => found.machine.free(),
+        "identify::Machine::missing_channel" => M::missing_channel(found),
+        "identify::Trust::subject" => found.trust.subject(),
         "identify::Machine::groups" => found.machine.groups().to_vec(),
         "identify::Machine::combinations" => found.machine.combinations().to_vec(),
         "identify::Machine::bounds" => found.machine.bounds(),

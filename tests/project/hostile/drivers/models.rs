@@ -45,6 +45,7 @@ pub fn recording() -> ModelRecording {
         counting: Vec::new(),
         effective_sample_ratio: 1.0,
         name: None,
+        assumed: None,
         time_s,
     }
 }
@@ -452,6 +453,8 @@ pub fn exports(calls: &mut Calls) {
         for of in BuiltIn::ALL.map(|of| of.model().unwrap()) {
             drive!(calls, values;
                 "model::Model::roles" => of.roles(&values),
+                "model::Model::derived" => of.derived().len(),
+                "model::Model::derived_values" => of.derived_values(&values),
                 "model::Model::parameters_in_roles" => of.parameters_in_roles(),
                 "model::Model::initial_values" => of.initial_values(&values),
                 "model::Model::delays_s" => of.delays_s(&values),

@@ -2,12 +2,13 @@
 
 use crate::hostile::arguments::{COUNTS, FEW, NUMBERS, WIDE, records, signals, step, texts};
 use crate::hostile::calls::{Calls, ask, drive};
+use motorfit::Error;
 use motorfit::named::Named;
 use motorfit::record::{
     BadRows, ColumnRequest, FilterKind, Gaps, Lines, LowPass, Mask, Offset, Preparation, Quantity, ReadOptions,
-    Reading, Record, Samples, can_cause_poor_fit, diagnose, driver, is_driven_by_current, parse_columns, parse_crop,
-    parse_masks, parse_number, parse_offset, preview, read, read_bytes, read_inputs, read_joined, read_recording,
-    write_csv,
+    Reading, Record, Samples, can_cause_poor_fit, diagnose, driver, is_driven_by_current, joined_columns,
+    parse_columns, parse_crop, parse_masks, parse_number, parse_offset, preview, read, read_bytes, read_inputs,
+    read_joined, read_recording, write_csv,
 };
 use std::path::{Path, PathBuf};
 
@@ -19,6 +20,7 @@ pub fn words(calls: &mut Calls) {
     for word in texts() {
         ask!(calls, word;
             "record::parse_columns" => parse_columns(&word),
+            "record::joined_columns" => Ok::<_, Error>((joined_columns(&word, ""), joined_columns("time=t:s", &word))),
             "record::parse_crop" => parse_crop(&word),
             "record::parse_masks" => parse_masks(&[word.clone(), String::new()]),
             "record::parse_offset" => parse_offset(&word),

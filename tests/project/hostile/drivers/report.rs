@@ -15,8 +15,8 @@ use motorfit::report::{
     AxisScale, Band, Card, Chart, EvaluateDocument, ExportedParameter, Figure, Form, Item, Map, Mark, Page, Panel,
     Part, Recorded, Reproduced, Requested, ResidualRow, Section, Series, Shown, SignalFacts, Table, Trust,
     bench_document, characteristics_lines, columns_csv, command_line, compare, compare_page, compare_parts, curves_csv,
-    devices_document, figures, folded, heat_map, html_fragment, identify_document, identify_page, identify_parts,
-    inspect_document, inspect_page, json, noise_floor_text, plain_text, record_figure, residual_panels,
+    devices_document, estimate_rows, figures, folded, heat_map, html_fragment, identify_document, identify_page,
+    identify_parts, inspect_document, inspect_page, json, noise_floor_text, plain_text, record_figure, residual_panels,
     selection_table, selection_text, signals_csv, verdict, verdicts,
 };
 use motorfit::setting::{Command, Reference, Setting};
@@ -185,6 +185,7 @@ pub fn plots(calls: &mut Calls) {
 /// Drives the interface of the machine of a result for documents and pages.
 pub fn of_shown<M: Shown>(calls: &mut Calls, shown: &str, (spec, found): (&M::Spec, &Identification<M>)) {
     drive!(calls, shown;
+        "report::estimate_rows" => estimate_rows(found).len(),
         "report::Shown::requested" => M::requested(spec),
         "report::Shown::named" => M::named(found),
         "report::Shown::settings" => M::settings(spec),
@@ -193,7 +194,6 @@ pub fn of_shown<M: Shown>(calls: &mut Calls, shown: &str, (spec, found): (&M::Sp
         "report::Shown::held_out_percent" => M::held_out_percent(found).is_some(),
         "report::Shown::curves" => M::curves(found, &[], &[]),
         "report::Shown::note" => M::note(found),
-        "report::Shown::answer" => M::answer(found),
         "report::Shown::sections" => M::sections(found).len(),
         "report::ExportedParameter::from" => found.estimates.iter().map(ExportedParameter::from).count(),
     );

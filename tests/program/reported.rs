@@ -1,0 +1,157 @@
+//! Proves: recordings that users reported as wrong give the right value within its errors, or a level below good with a reason that names
+//! the fault and a next command that mends it.
+
+use crate::support::program::{Folder, json, motorfit, run, text};
+use crate::support::recordings::set;
+use serde_json::Value;
+use std::process::Command;
+
+/// Returns the path of a file of a case.
+fn case(folder: &str, file: &str) -> Option<String> {
+    Some(set("cases-2026-11-28")?.join(folder).join(file).to_str().unwrap().to_owned())
+}
+
+fn level(document: &Value) -> &str {
+    document["trust"]["level"].as_str().unwrap()
+}
+
+fn reasons(document: &Value) -> Vec<&str> {
+    document["trust"]["reasons"].as_array().unwrap().iter().map(|reason| reason["code"].as_str().unwrap()).collect()
+}
+
+/// Returns the words of a command as a shell divides it.
+fn words(command: &str) -> Vec<String> {
+    let output = Command::new("sh").args(["-c", &format!("printf '%s\\n' {command}")]).output().unwrap();
+    text(&output.stdout).lines().map(str::to_owned).collect()
+}
+
+/// Runs the command of the next step, with `--json` if it has none.
+fn followed(document: &Value) -> Value {
+    let next = document["trust"]["next"].as_str().unwrap();
+    let output = motorfit()
+        .args(&words(next)[1..])
+        .args(["--json"].iter().filter(|_| !next.contains("--json")))
+        .output()
+        .unwrap();
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{next}: {}", text(&output.stderr)))
+}
+
+/// Returns true if the 99.7 % interval of a parameter contains a value.
+fn is_right(entry: &Value, truth: f64) -> bool {
+    let [value, error] = ["value", "std_error"].map(|key| entry[key].as_f64().unwrap());
+    (value - truth).abs() < 3.0 * error
+}
+
+#[test]
+fn a_level_of_trust_names_what_it_is_of() {
+    let Some(file) = case("trust-good-nothing", "vw.csv") else { return };
+    let of = ["kV", "kA", "time_constant"];
+    let motor = json(&["identify", &file, "--json", "--strict"]);
+    let model = json(&["identify", &file, "--json", "--strict", "--model", "dc-motor"]);
+    for document in [&motor, &model] {
+        assert_eq!((level(document), &document["trust"]["of"]), ("good", &serde_json::json!(of)));
+        assert_eq!(document["trust"]["open"], serde_json::json!(["R", "L", "K", "B", "J"]));
+    }
+    // The motor and its model estimate the same, by other coordinates.
+    for (n, name) in of.iter().enumerate() {
+        let own = &motor["characteristics"]["output_error"][name];
+        let [a, b] = [own, &model["combinations"][n]].map(|entry| entry["value"].as_f64().unwrap());
+        assert!((a - b).abs() < 0.02 * own["std_error"].as_f64().unwrap(), "{name}: {a} and {b}");
+    }
+    let printed = text(&run(&["identify", &file]).stdout);
+    let places = ["good for kV, kA and the time constant; R, L, K, B and J need a current", "kV  ", "R, L, K, B, J "]
+        .map(|part| printed.find(part).unwrap_or_else(|| panic!("{part}: {printed}")));
+    assert!(places.is_sorted(), "{printed}");
+    // One of the others is fixed, which asks for the rest.
+    let asked = run(&["identify", &file, "--fix", "R=0.9", "--strict"]);
+    assert!(!asked.status.success() && text(&asked.stdout).contains("trust     check"), "{}", text(&asked.stdout));
+    let asked = run(&["identify", &file, "--fix", "R=0.9", "--strict", "--model", "dc-motor"]);
+    assert!(!asked.status.success() && text(&asked.stdout).contains("trust     check"), "{}", text(&asked.stdout));
+}
+
+#[test]
+fn an_assumed_unit_is_never_good_and_the_next_command_names_it() {
+    let Some(file) = case("unit_assumed_yet_good", "units_unnamed.csv") else { return };
+    let found = json(&["identify", &file, "--json", "--with", "auto"]);
+    assert_eq!((level(&found), reasons(&found)), ("check", vec!["units_assumed"]));
+    let named = followed(&found);
+    assert_eq!((level(&named), reasons(&named)), ("good", vec![]));
+    let parameters = &named["parameters"];
+    for (name, truth) in [("R", 4.0), ("K", 0.35), ("B", 2e-3), ("J", 2e-3), ("Tc", 0.05)] {
+        assert!(is_right(&parameters[name], truth), "{name}: {}", parameters[name]);
+    }
+    // The text of a model names the units of its columns, a built-in model does not.
+    let model = json(&["identify", &file, "--json", "--model", "dc-motor"]);
+    assert!(reasons(&model).contains(&"units_assumed"), "{}", model["trust"]);
+}
+
+/// Rows of a motor under steps, voltage \[V\] and speed \[rad/s\], simulated by the program.
+fn steps(folder: &Folder) -> Vec<[f64; 3]> {
+    let path = folder.path("steps.csv");
+    let arguments = [
+        "simulate",
+        "--parameters",
+        "m2",
+        "--input",
+        "step:8@0.2",
+        "--duration",
+        "2",
+        "--noise",
+        "40dB",
+        "--out",
+        &path,
+    ];
+    assert!(run(&arguments).status.success(), "{}", text(&run(&arguments).stderr));
+    let rows = std::fs::read_to_string(&path).unwrap();
+    let numbers = |row: &str| row.split(',').map(|cell| cell.parse::<f64>().unwrap()).collect::<Vec<f64>>();
+    rows.lines().skip(1).map(numbers).map(|row| [row[0], row[1], row[3]]).collect()
+}
+
+#[test]
+fn a_hint_never_scales_a_column_whose_unit_is_known() {
+    let folder = Folder::new();
+    let rows = steps(&folder);
+    let write = |name: &str, head: &str, scale: f64| {
+        let row = |[t, v, w]: &[f64; 3]| format!("{t},{},{w}", v * scale);
+        folder.file(name, format!("{head}\n{}\n", rows.iter().map(row).collect::<Vec<_>>().join("\n")))
+    };
+    let one = |heading: &str, scale: f64| write("log.csv", &format!("time_s,{heading},speed_rad_s"), scale);
+    let kv = |document: &Value| document["characteristics"]["output_error"]["kV"]["value"].as_f64().unwrap();
+    let check = |file: &str, what: &str| {
+        let read = run(&["identify", file, "--json"]);
+        let document: Value = serde_json::from_slice(&read.stdout).unwrap();
+        let document = match document["error"]["hint"].as_str() {
+            None => document,
+            Some(hint) => {
+                assert!(!hint.contains("*12") && !hint.contains("0..12"), "{what}: {hint}");
+                let request = hint.split("--columns ").nth(1).unwrap().split(['.', ';']).next().unwrap();
+                let request = &words(request)[0];
+                json(&["identify", file, "--json", "--columns", request])
+            }
+        };
+        assert!((kv(&document) / 0.08196 - 1.0).abs() < 0.01, "{what}: kV {}", kv(&document));
+    };
+    for heading in
+        ["u_a [V]", "Vm (V)", "CH1 (V)", "applied (V)", "Armature (V)", "input_V", "bus_V", "Ankerspannung (V)"]
+    {
+        check(&one(heading, 1.0), heading);
+    }
+    check(&one("drive (mV)", 1e3), "drive (mV)");
+    check(&write("units.csv", "t,u_a,w\ns,V,rad/s", 1.0), "a row of units");
+    // A duty cycle has no unit of voltage.
+    let duty = run(&["inspect", &one("duty", 255.0 / 12.0)]);
+    assert!(text(&duty.stderr).contains("*12/255"), "{}", text(&duty.stderr));
+}
+
+#[test]
+fn the_example_of_a_log_gives_the_motor_that_it_was_simulated_with() {
+    let columns = "time=ms:ms,voltage=pwm*12/255:V,speed=rpm:rpm,current=mA:mA";
+    let found = json(&["identify", "examples/pwm-log.csv", "--json", "--columns", columns, "--with", "auto"]);
+    assert_eq!((level(&found), &found["with"]), ("good", &serde_json::json!(["coulomb"])));
+    // The constants of `tests/golden/pwm_log.py`.
+    let truth =
+        [("R", 0.921_042), ("L", 0.007_759), ("K", 0.073_472), ("B", 0.000_678), ("J", 0.000_136), ("Tc", 0.02)];
+    for (name, truth) in truth {
+        assert!(is_right(&found["parameters"][name], truth), "{name}: {}", found["parameters"][name]);
+    }
+}
