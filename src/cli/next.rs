@@ -104,7 +104,7 @@ mod tests {
         let inspect = next_command(&given, "motorfit inspect", &records);
         assert_eq!(inspect, "motorfit inspect 'my log.csv' --columns=time=t:ms");
         let named = next_command(&given, "--columns speed=w:rpm,time=t:us", &records);
-        assert_eq!(named, "motorfit identify 'my log.csv' --with coulomb --json --columns 'speed=w:rpm,time=t:us'");
+        assert_eq!(named, "motorfit identify 'my log.csv' --with coulomb --json --columns speed=w:rpm,time=t:us");
         let given = words(&["identify", "a.csv", "--columns", "voltage=a*12/255:V,speed=w"]);
         let named = next_command(&given, "--columns speed=w:rpm", &records);
         assert_eq!(named, "motorfit identify a.csv --columns 'voltage=a*12/255:V,speed=w:rpm'");

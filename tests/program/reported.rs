@@ -1,7 +1,7 @@
 //! Proves: recordings that users reported as wrong give the right value within its errors, or a level below good with a reason that names
 //! the fault and a next command that mends it.
 
-use crate::support::program::{Folder, json, motorfit, run, text};
+use crate::support::program::{Folder, json, motorfit, run, simulated as simulated_to, text};
 use crate::support::recordings::set;
 use serde_json::Value;
 use std::process::Command;
@@ -153,5 +153,55 @@ fn the_example_of_a_log_gives_the_motor_that_it_was_simulated_with() {
         [("R", 0.921_042), ("L", 0.007_759), ("K", 0.073_472), ("B", 0.000_678), ("J", 0.000_136), ("Tc", 0.02)];
     for (name, truth) in truth {
         assert!(is_right(&found["parameters"][name], truth), "{name}: {}", found["parameters"][name]);
+    }
+}
+
+#[test]
+fn limits_count_what_was_not_tested() {
+    let Some(line) = set("cases-2026-11-28").map(|folder| folder.join("limit-ignored/line")) else { return };
+    let folder = Folder::new();
+    let sweep = |name: &str, keys: &str| {
+        let study = format!("recordings = [\"{}/*.csv\"]\nmethods = [\"auto\"]\n{keys}\n", line.display());
+        let path = folder.file(&format!("{name}.toml"), study);
+        run(&["sweep", &path, "--out", &folder.path(name), "--strict-limits"])
+    };
+    // No model of the study has friction.
+    let refused = sweep("refused", "limits = {Tc = [0.0, 0.005]}");
+    let message = text(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(2), "{message}");
+    assert!(message.contains("line 3") && message.contains("Tc") && message.contains("coulomb"), "{message}");
+    let outside = sweep("outside", "with = [\"coulomb\"]\nlimits = {Tc = [0.0, 0.005]}");
+    assert_eq!(outside.status.code(), Some(6));
+    assert!(text(&outside.stdout).contains("4 are outside the limits"), "{}", text(&outside.stdout));
+    // Without a current the resistance is not tested, and characteristics are.
+    let without = "columns = \"current=-\"\nlimits = {R = [0.5, 0.6], kV = [0.05, 0.1], time_constant = [0.01, 0.03]}";
+    let open = sweep("open", without);
+    assert_eq!(open.status.code(), Some(6), "{}", text(&open.stderr));
+    let printed = text(&open.stdout);
+    assert!(printed.contains("not tested: R in 4 motors") && !printed.contains("all of them are within"), "{printed}");
+    let merged = json(&["sweep", "merge", &folder.path("open"), "--json"]);
+    let of = |name: &str, key: &str| merged["motors"]["parameters"][name][key].clone();
+    assert_eq!([of("R", "not_tested"), of("kV", "not_tested"), of("kV", "outside")], [4, 0, 0].map(Value::from));
+    let inside = sweep("inside", "with = [\"coulomb\"]\nlimits = {kS = [0.0, 0.3], gain = [10.0, 14.0]}");
+    assert_eq!(inside.status.code(), Some(0), "{}", text(&inside.stdout));
+    assert!(text(&inside.stdout).contains("all of them are within the limits"), "{}", text(&inside.stdout));
+}
+
+#[test]
+fn a_held_out_recording_judges_too() {
+    let folder = Folder::new();
+    let simulated = |name: &str, parameters: &str, seed: &str| {
+        let path = folder.path(name);
+        simulated_to(&path, parameters, "step:6@0.5", ["2", seed]);
+        path
+    };
+    let [own, same, other] = [("own.csv", "m2", "1"), ("same.csv", "m2", "2"), ("other.csv", "m2,K=0.05", "3")]
+        .map(|(name, parameters, seed)| simulated(name, parameters, seed));
+    for more in [&[][..], &["--model", "dc-motor"]] {
+        let found = |held_out: &str| json(&[&["identify", &own, "--json", "--validate", held_out], more].concat());
+        assert_eq!((level(&found(&same)), reasons(&found(&same))), ("good", vec![]), "{more:?}");
+        let wrong = found(&other);
+        assert_eq!((level(&wrong), reasons(&wrong)), ("poor", vec!["validation"]), "{more:?}: {}", wrong["trust"]);
+        assert!(!wrong["trust"]["next"].is_null());
     }
 }

@@ -19,7 +19,7 @@ use super::shared_reference::SharedReference;
 use super::spec::IdentifySpec;
 use super::start::{around, requested_space, start, steiglitz_mcbride};
 use super::trust::motor::trust;
-use super::trust::{is_noise, missed};
+use super::trust::{is_noise, missed, set as set_trust};
 use super::unidentified::fix_unidentified;
 use super::verify::{Verification, verify};
 use super::warnings;
@@ -193,6 +193,7 @@ fn finished(
     let machine = DcMotor { model: spec.model, unidentified, ..result.machine };
     let mut result = Identification { machine, verification, residual_tests, alternatives, ..result };
     result.estimates = result.listed();
+    result.machine.identified = result.identified_characteristics(records);
     warnings.extend(warnings::of_result(&result, None));
     warnings.extend(findings(prepared, &result));
     // The result of a run has only one warning of each code.
@@ -201,7 +202,8 @@ fn finished(
             result.warnings.push(warning);
         }
     }
-    result.trust = trust(records, spec, &result, &evidence);
+    let judged = trust(records, spec, &result, &evidence);
+    set_trust(&mut result, judged);
     Ok(result)
 }
 

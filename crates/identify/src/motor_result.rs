@@ -7,11 +7,13 @@ use super::result::{Identification, SearchOutcome};
 use super::search::SearchResult;
 use super::spec::IdentifySpec;
 use crate::analysis::{self, Characteristic, Characteristics, FittedMotor, Output, Validation, noise_floor};
+use crate::trust::judge_validation;
 use motorfit_core::channels::NAMES;
+use motorfit_core::setting::text;
 use motorfit_core::{Error, Result};
 use motorfit_estimate::{Refined, Uncertainty, fit_problem, student95};
 use motorfit_evaluate::{Problem, Scalar};
-use motorfit_motor::{Axis, Extension, Input, Parameter, Scope};
+use motorfit_motor::{Axis, Extension, Input, Parameter, Scope, With};
 use motorfit_record::Record;
 
 /// Units of the outputs of the DC motor.
@@ -201,7 +203,15 @@ pub fn hold_out(
         found.warnings.extend(validation_repeats(records, held_out));
         let all: Vec<&Record> = records.iter().chain(held_out).collect();
         found.machine.noise_floor = noise_floor(&all, found.model)?;
-        found.machine.validation = Some(validate(held_out, spec, found)?);
+        let validation = validate(held_out, spec, found)?;
+        let next = || match spec.with {
+            With::Auto => {
+                "Fit the held-out recordings too; check whether the motor, its load or its supply changed.".into()
+            }
+            With::These(_) => text!([With = "auto"]),
+        };
+        judge_validation(found, (&validation.fit_percent, &validation.residual_sigma), next);
+        found.machine.validation = Some(validation);
     }
     Ok(())
 }

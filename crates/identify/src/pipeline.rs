@@ -14,8 +14,8 @@ use super::refine::{Fit, Observer, fit};
 use super::result::{Identification, SearchOutcome, left_out};
 use super::result_warnings::residuals_follow_input;
 use super::spec::IdentifySpec;
-use super::trust::missed;
 use super::trust::motor::{Evidence, OUTPUTS, trust};
+use super::trust::{missed, set as set_trust};
 use super::unidentified::fix_unidentified;
 use super::verify::{settle, verify};
 use super::warnings;
@@ -70,7 +70,8 @@ fn run(records: &[Record], spec: &IdentifySpec, observe: &mut Observer<'_>) -> R
     let mut warnings = warnings::with_normalized(of_recordings, normalized.as_ref());
     warnings.append(&mut result.warnings);
     result.warnings = warnings;
-    result.trust = trust(records, spec, &result, &evidence);
+    let judged = trust(records, spec, &result, &evidence);
+    set_trust(&mut result, judged);
     Ok(result)
 }
 

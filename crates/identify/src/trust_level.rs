@@ -74,7 +74,7 @@ fn named(names: &[String]) -> String {
 }
 
 /// The codes of reasons with their meanings.
-pub static REASONS: [(&str, &str); 39] = [
+pub static REASONS: [(&str, &str); 40] = [
     ("poor_fit", "The residuals of a channel are large and far above its noise."),
     ("recording_missed", "The model does not fit a channel of one recording of a joint fit."),
     ("search_stuck", "A better optimum is known."),
@@ -83,6 +83,7 @@ pub static REASONS: [(&str, &str); 39] = [
     ("recordings_differ", "The recordings are not of one motor under one condition."),
     ("filtered", "The signals of a model were filtered or resampled, which biases estimates of nonlinear equations."),
     ("not_accurate", "The estimates of a model depend on the steps of the integration."),
+    ("validation", "Held-out recordings are predicted far worse than those of the fit."),
     ("not_converged", "The refinement has not converged."),
     ("search_inconclusive", "The global search is inconclusive."),
     ("not_verified", "No global search confirms the optimum."),

@@ -9,8 +9,8 @@ use motorfit::numeric::{count_u64, index};
 #[cfg(feature = "parquet")]
 use motorfit::report::sweep::write_parquet;
 use motorfit::report::sweep::{
-    motors_csv, motors_outside_limits, shortened, status_document, sweep_answer, sweep_document, sweep_page,
-    sweep_tables, tally_document,
+    all_within_limits, motors_csv, shortened, status_document, sweep_answer, sweep_document, sweep_page, sweep_tables,
+    tally_document,
 };
 use motorfit::study::sweep::{Limits, Merged, Shard, Sweep, SweepStatus, Tally};
 use motorfit::text::counted;
@@ -296,7 +296,7 @@ fn merge(sweep: &Sweep, outputs: Show<'_>, strict: Strict, style: &Style) -> Res
         out.write(&files, style)?;
     }
     Ok(match trusted(&summary.trust.levels, strict) {
-        _ if strict_limits && motors_outside_limits(&summary, &limits) > 0 => Outcome::OutsideLimits,
+        _ if strict_limits && !all_within_limits(&summary, &limits) => Outcome::OutsideLimits,
         _ if !summary.is_complete() => Outcome::Incomplete,
         outcome => outcome,
     })

@@ -22,6 +22,8 @@ const RECORDINGS_MAX: usize = 20;
 const PART_MIN: f64 = 0.05;
 /// Smallest relative decrease of the residual deviation that matters without a significant difference of any parameter.
 const SMALLER: f64 = 0.1;
+/// Largest relative standard error of a parameter that a recording alone shows: the interval of a less certain one is no normal one.
+const SHOWN: f64 = 0.3;
 /// 99.5 % quantile of the normal distribution.
 const QUANTILE: f64 = 2.58;
 
@@ -136,7 +138,9 @@ impl JointFit<'_> {
         let estimate = |of: &Separate| {
             let index = of.axes.iter().position(|own| *own == axis)?;
             let (value, error) = (of.refined.values[index], of.refined.uncertainty.std_error[index]?);
-            Some((coordinate.of(value), error / coordinate.slope(value) * of.inflation.sqrt()))
+            let is_sure = !coordinate.is_logarithmic || error < SHOWN * value.abs();
+            let is_shown = is_sure && !of.refined.uncertainty.open[index];
+            is_shown.then(|| (coordinate.of(value), error / coordinate.slope(value) * of.inflation.sqrt()))
         };
         let (value, error) = estimate(&self.own[odd])?;
         let others: Vec<(f64, f64)> =

@@ -23,9 +23,11 @@ use crate::method::Method;
 use crate::repeated::{check_repeated, validation_repeats};
 use crate::result::{Identification, SearchOutcome};
 use crate::result_warnings::{at_bound, of_fit, residuals_follow_input};
+use crate::trust::{judge_validation, set as set_trust};
 use crate::verify::{Status, Verification};
 use motorfit_core::candidates::Candidates;
 use motorfit_core::clock::Instant;
+use motorfit_core::setting::text;
 use motorfit_core::{Error, Result};
 use motorfit_estimate::model::{
     ARRIVALS, ModelOptima, ModelStarts, model_optima, open_flat, refine_model, rounds_max, signal_sigma,
@@ -317,7 +319,8 @@ fn result(
         })
     };
     result.warnings.extend(of_result(problem, &result));
-    result.trust = trust(problem, spec, &result);
+    let judged = trust(problem, spec, &result);
+    set_trust(&mut result, judged);
     result
 }
 
@@ -351,6 +354,7 @@ pub fn hold_out_model(
         return Ok(());
     }
     found.warnings.extend(validation_repeats(recordings, held_out));
+    let is_complete = spec.with == ModelTerms::Auto || found.model.terms().is_empty();
     let space = ModelSpace::all_fixed(&found.space.values(&found.values, 0));
     let problem = ModelProblem::new(&found.machine.model, space, held_out.to_vec(), spec.settings())?;
     let initial = problem.open_initials();
@@ -359,7 +363,13 @@ pub fn hold_out_model(
         false => initial,
     };
     let (fits, metrics): (Vec<_>, Vec<_>) = (0..held_out.len()).map(|n| fitted(&problem, &[], n, &initial[n])).unzip();
+    let metrics = metrics.into_iter().fold(FitMetrics::default(), FitMetrics::and);
+    let next = || match is_complete {
+        true => "Fit the held-out recordings too; check whether the machine or its load changed.".into(),
+        false => text!([With = "auto"]),
+    };
+    judge_validation(found, (&metrics.fit_percent(), &metrics.residual_sigma()), next);
     found.machine.held_out = fits;
-    found.machine.held_out_percent = metrics.into_iter().fold(FitMetrics::default(), FitMetrics::and).fit_percent();
+    found.machine.held_out_percent = metrics.fit_percent();
     Ok(())
 }

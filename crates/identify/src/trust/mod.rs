@@ -6,10 +6,13 @@
 
 pub(super) mod motor;
 mod subject;
+mod validation;
 
 pub(super) use subject::Subject;
+pub(super) use validation::judge_validation;
 
 use crate::analysis::{EXPLAINED_MIN, ResidualTest};
+use crate::result::Identification;
 use crate::trust_level::{Trust, TrustLevel, TrustReason};
 use motorfit_core::numeric::chi_square_limit;
 use motorfit_core::setting::{Text, text};
@@ -147,6 +150,15 @@ impl Facts<'_> {
             reasons.push((Poor, "recording_missed", text!(("the model does not fit {name} of {record}"))));
         }
         reasons
+    }
+}
+
+/// Sets the level of trust of a result. The warning that the model does not fit says not to use the parameters, so it goes where the level
+/// is not poor: there noise limits the fit.
+pub(super) fn set<M>(found: &mut Identification<M>, trust: Trust) {
+    found.trust = trust;
+    if found.trust.level != Poor {
+        found.warnings.retain(|warning| warning.code != "poor_fit");
     }
 }
 

@@ -1,6 +1,7 @@
 //! The level of trust in a result of the DC motor.
 
 use super::{Facts, Missed, Reason, Subject, is_noise};
+use crate::estimates::ParameterEstimate;
 use crate::result::Identification;
 use crate::spec::IdentifySpec;
 use crate::trust_level::{Trust, TrustLevel, TrustReason};
@@ -20,7 +21,8 @@ pub(crate) const OUTPUTS: [&str; 2] = ["the current", "the speed"];
 pub(crate) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identification, evidence: &Evidence) -> Trust {
     let is_noise = is_noise(&found.residual_tests, &evidence.missed);
     // Without a voltage no fixed parameter makes R and L identifiable.
-    let is_asked = found.input == Input::Voltage && Parameter::ALL.into_iter().any(|p| spec.fixed(p).is_some());
+    let is_given = |e: &ParameterEstimate| e.fixed && Parameter::ALL.iter().any(|p| p.symbol() == e.name);
+    let is_asked = found.input == Input::Voltage && found.estimates.iter().any(is_given);
     let assumed = records.iter().find_map(AssumedUnits::of_motor);
     let facts = Facts {
         subject: Subject::new(found, is_asked),

@@ -117,6 +117,7 @@ fn spread(spread: &Spread, is_limited: bool) -> Value {
     if is_limited {
         entry["outside"] = spread.limits.map(|_| spread.outside).into();
         entry["not_sure"] = spread.limits.and(spread.unsure).into();
+        entry["not_tested"] = spread.limits.map(|_| spread.untested).into();
         entry["capability"] = spread.limits.map(|ends| capability(&spread.values, ends)).into();
     }
     entry

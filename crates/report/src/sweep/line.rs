@@ -5,7 +5,7 @@ use super::words::{Unit, block_name, counted, many};
 use crate::table::{Table, dash};
 use motorfit_core::numeric::{quantile, sorted};
 use motorfit_core::text::{decimals, significant};
-use motorfit_study::sweep::{Limits, NamedRun, Quantiles, RunEstimate, SweepParameter, SweepSummary};
+use motorfit_study::sweep::{Limits, NamedRun, Quantiles, RunEstimate, RunEstimates, SweepParameter, SweepSummary};
 use std::collections::BTreeSet;
 
 /// Values of a parameter over all motors.
@@ -19,6 +19,8 @@ pub(super) struct Spread {
     pub outside: usize,
     /// Number of motors inside the limits whose 95 % interval extends beyond one; `None` if no motor has intervals.
     pub unsure: Option<usize>,
+    /// Number of motors without a value.
+    pub untested: usize,
 }
 
 /// Returns the values of the parameters that motors have.
@@ -37,11 +39,27 @@ pub(super) fn spreads(summary: &SweepSummary, limits: &Limits) -> Vec<Spread> {
             limits: bounds,
             outside: values.len() - inside().count(),
             unsure: (!errors.is_empty()).then(|| intervals().filter(|ends| !ends.iter().all(|v| within(*v))).count()),
+            untested: summary.motors.saturating_sub(values.len()),
             values,
         }
     };
-    let all = summary.parameters.iter().map(of);
-    all.filter(|spread| spread.parameter.is_always || !spread.values.is_empty()).collect()
+    let is_known = |symbol: &&str| summary.parameters.iter().any(|parameter| parameter.symbol == *symbol);
+    let unknown = limits.symbols().filter(|symbol| !is_known(symbol)).map(SweepParameter::unknown);
+    let parameters: Vec<SweepParameter> = summary.parameters.iter().cloned().chain(unknown).collect();
+    let all: Vec<Spread> = parameters.iter().map(of).collect();
+    // Parameters that no motor identifies are not shown where characteristics are.
+    let has_others = all.iter().any(|spread| !spread.parameter.is_always && !spread.values.is_empty());
+    let is_shown = |spread: &Spread| {
+        !spread.values.is_empty() || spread.limits.is_some() || (spread.parameter.is_always && !has_others)
+    };
+    all.into_iter().filter(is_shown).collect()
+}
+
+/// Returns the symbols of limits that were not tested in each motor, with the number of motors.
+pub(super) fn untested(summary: &SweepSummary, limits: &Limits) -> Vec<(String, usize)> {
+    let open = |spread: &Spread| spread.limits.is_some() && spread.untested > 0;
+    let all = spreads(summary, limits).into_iter().filter(open);
+    all.map(|spread| (spread.parameter.name, spread.untested)).collect()
 }
 
 /// A parameter of a motor that is outside its limits.
@@ -69,7 +87,7 @@ pub(super) fn excesses<'a>(summary: &'a SweepSummary, limits: &Limits) -> Vec<Ex
         let excess = Excess { run, parameter, estimate, value, limit, is_above, share };
         (!limits.permit(&parameter.symbol, value)).then_some(excess)
     };
-    let estimates = |run: &'a NamedRun| run.outcome.estimates.iter().flat_map(|estimates| &estimates.list);
+    let estimates = |run: &'a NamedRun| run.outcome.estimates.iter().flat_map(RunEstimates::all);
     let all = summary.results.iter().flat_map(|run| estimates(run).map(move |estimate| (run, estimate)));
     let mut all: Vec<Excess<'a>> = all.filter_map(|(run, estimate)| one(run, estimate)).collect();
     all.sort_by(|a, b| b.share.total_cmp(&a.share));
@@ -81,10 +99,10 @@ pub(super) fn motors_outside(excesses: &[Excess<'_>]) -> u64 {
     excesses.iter().map(|excess| excess.run.job.motor).collect::<BTreeSet<_>>().len() as u64
 }
 
-/// Returns the number of motors outside the limits.
+/// Returns true if every motor was tested for all limits and is within them.
 #[must_use]
-pub fn motors_outside_limits(summary: &SweepSummary, limits: &Limits) -> u64 {
-    motors_outside(&excesses(summary, limits))
+pub fn all_within_limits(summary: &SweepSummary, limits: &Limits) -> bool {
+    excesses(summary, limits).is_empty() && untested(summary, limits).is_empty()
 }
 
 /// Returns the tables of the motors outside limits, of the limits, and of the parameters of several motors.
@@ -121,12 +139,13 @@ fn motors(summary: &SweepSummary, spreads: &[Spread], units: &[Unit]) -> Table {
 }
 
 fn limits(spreads: &[Spread], units: &[Unit]) -> Table {
-    let heads = ["parameter", "lower", "upper", "inside", "uncertain", "outside"];
+    let heads = ["parameter", "lower", "upper", "inside", "uncertain", "outside", "not tested"];
     let mut table = Table::new("limits", "Limits", &heads);
-    let mut has_intervals = false;
+    let [mut has_intervals, mut has_values] = [false; 2];
     for (spread, unit) in spreads.iter().zip(units) {
         let Some([low, high]) = spread.limits else { continue };
         has_intervals |= spread.unsure.is_some();
+        has_values |= !spread.values.is_empty();
         table.row([
             unit.head(),
             unit.limit(low),
@@ -134,12 +153,15 @@ fn limits(spreads: &[Spread], units: &[Unit]) -> Table {
             many(spread.values.len() - spread.outside),
             spread.unsure.map_or_else(dash, many),
             many(spread.outside),
+            many(spread.untested),
         ]);
     }
-    table.note(if has_intervals {
-        "Uncertain: motors inside whose 95 % interval extends beyond a limit."
-    } else {
-        "Without a refinement (polish) there are no confidence intervals: the uncertainty is unknown."
+    table.note(match (has_intervals, has_values) {
+        (true, _) => {
+            "Uncertain: motors inside whose 95 % interval extends beyond a limit. Not tested: motors without a value."
+        }
+        (_, true) => "Without a refinement (polish) there are no confidence intervals: the uncertainty is unknown.",
+        _ => "No motor has a value: its model lacks the parameter, or its recordings do not identify it.",
     });
     table
 }

@@ -18,7 +18,7 @@ mod trust;
 mod words;
 
 pub use document::{status_document, sweep_document, tally_document};
-pub use line::motors_outside_limits;
+pub use line::all_within_limits;
 pub use motors::motors_csv;
 pub use page::{sweep_answer, sweep_page, sweep_parts};
 #[cfg(feature = "parquet")]

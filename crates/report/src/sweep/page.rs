@@ -2,7 +2,7 @@
 //! reproduces it.
 
 use super::figures;
-use super::line::{excesses, line_tables, motors_outside};
+use super::line::{excesses, line_tables, motors_outside, untested};
 use super::tables::{block_tables, failed, sweep_tables};
 use super::terminal::shortened;
 use super::trust::trust_sentence;
@@ -69,11 +69,23 @@ pub fn sweep_answer(summary: &SweepSummary, limits: &Limits) -> String {
     };
     let verdict = match (limits.is_empty() || summary.results.is_empty(), motors_outside(&excesses(summary, limits))) {
         (true, _) => String::new(),
+        (_, 0) if !untested(summary, limits).is_empty() => String::new(),
         (_, 0) if summary.motors > 1 => "; all of them are within the limits".to_owned(),
         (_, 0) => "; it is within the limits".to_owned(),
         (_, _) if summary.motors == 1 => "; it is outside the limits".to_owned(),
         (_, n) => format!("; {} outside the limits", counted(n, "is", "are")),
     };
+    let open = if summary.results.is_empty() { Vec::new() } else { untested(summary, limits) };
+    let of_all = |n: usize| open.len() == limits.symbols().count() && open.iter().all(|(_, motors)| *motors == n);
+    let open = match &open[..] {
+        [] => String::new(),
+        [(_, n), ..] if of_all(*n) => format!("; {} not tested", counted(*n as u64, "motor was", "motors were")),
+        _ => {
+            let each = open.iter().map(|(name, n)| format!("{name} in {}", counted(*n as u64, "motor", "motors")));
+            format!("; not tested: {}", each.collect::<Vec<_>>().join(", "))
+        }
+    };
+    let verdict = verdict + &open;
     let best = summary.blocks.first().and_then(|block| lowest(summary, block));
     let best = best.map_or_else(String::new, |[under, best]| format!(" Lowest median cost{under}: {best}."));
     format!("{found}{verdict}.{}{best}", trust_sentence(&summary.trust.levels))

@@ -2,7 +2,7 @@
 
 use motorfit_core::file::{replace, unwritable};
 use motorfit_core::{Error, Result};
-use motorfit_study::sweep::{Line, OutputFits, RunEstimate, SweepParameter, SweepSummary};
+use motorfit_study::sweep::{Line, OutputFits, RunEstimate, RunEstimates, SweepParameter, SweepSummary};
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
@@ -36,7 +36,7 @@ fn columns(sweep: &SweepSummary) -> Vec<(String, Column)> {
     let each = |prefix: &str, of: fn(&RunEstimate) -> Option<f64>| {
         let one = |parameter: &SweepParameter| {
             let name = parameter.name.clone();
-            let read = move |row: &Line| of(row.outcome.estimates.as_ref()?.list.iter().find(|e| e.name == name)?);
+            let read = move |row: &Line| of(row.outcome.estimates.as_ref()?.all().find(|e| e.name == name)?);
             (format!("{prefix}{}", parameter.name), Column::Real(Box::new(read)))
         };
         sweep.parameters.iter().map(one).collect::<Vec<_>>()
@@ -94,7 +94,7 @@ fn columns(sweep: &SweepSummary) -> Vec<(String, Column)> {
 /// Lists the parameters at a bound, as in `R:max,J:min`.
 fn at_bound(row: &Line) -> String {
     let name = |e: &RunEstimate| Some(format!("{}:{}", e.name, e.at_bound?));
-    let all = row.outcome.estimates.iter().flat_map(|estimates| &estimates.list);
+    let all = row.outcome.estimates.iter().flat_map(RunEstimates::all);
     all.filter_map(name).collect::<Vec<_>>().join(",")
 }
 

@@ -42,7 +42,10 @@ fn motors_outside_limits_are_listed_by_excess() {
     let counts = |n: usize| -> usize { limits_table.rows.iter().map(|row| row[n].parse::<usize>().unwrap()).sum() };
     assert_eq!((counts(3), counts(5)), (4 * 300 - 5, 5));
     assert!(counts(4) <= counts(3));
-    assert_eq!(sweep_answer(&summary, &limits), "300 of 302 motors identified; 5 are outside the limits.");
+    assert_eq!(
+        sweep_answer(&summary, &limits),
+        "300 of 302 motors identified; 5 are outside the limits; 2 motors were not tested."
+    );
     assert!(sweep_answer(&summary, &Limits::default()).ends_with("identified."));
     let csv = motors_csv(&summary, &limits);
     let line = |motor: &str| csv.lines().find(|line| line.contains(motor)).unwrap().to_owned();

@@ -23,11 +23,13 @@ pub struct RunEstimate {
 /// The estimates of all parameters of a run.
 ///
 /// They are serialized as four maps by name: `parameters`, `std_error` and `ci95` (both `null` without a polish), and
-/// `at_bound`.
+/// `at_bound`; and a map `derived`, which is absent without quantities that follow from the parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunEstimates {
     /// Estimates in the order of the parameters.
     pub list: Vec<RunEstimate>,
+    /// Quantities that follow from the parameters: those with limits, and those that are identified where parameters are not.
+    pub derived: Vec<RunEstimate>,
     /// True if a polish was run, which computes standard errors.
     pub polished: bool,
 }
@@ -38,9 +40,28 @@ impl From<&ParameterEstimate> for RunEstimate {
     }
 }
 
+/// Quantile of the normal distribution of a 95 % interval; recordings have hundreds of samples and more.
+const QUANTILE: f64 = 1.96;
+
+impl RunEstimate {
+    /// Returns the estimate of a quantity that follows from the parameters.
+    pub(super) fn derived(name: &str, value: f64, std_error: Option<f64>) -> Self {
+        let ci95 = std_error.map(|error| [value - QUANTILE * error, value + QUANTILE * error]);
+        Self { name: name.to_owned(), value: Some(value), std_error, ci95, at_bound: None }
+    }
+}
+
 impl<M> From<&Identification<M>> for RunEstimates {
     fn from(found: &Identification<M>) -> Self {
-        Self { list: found.estimates.iter().map(Into::into).collect(), polished: found.uncertainty.is_some() }
+        let list = found.estimates.iter().map(Into::into).collect();
+        Self { list, derived: Vec::new(), polished: found.uncertainty.is_some() }
+    }
+}
+
+impl RunEstimates {
+    /// Returns all estimates: those of parameters, then those of quantities that follow from them.
+    pub fn all(&self) -> impl Iterator<Item = &RunEstimate> {
+        self.list.iter().chain(&self.derived)
     }
 }
 
@@ -51,13 +72,18 @@ struct Maps {
     std_error: Option<Map<String, Value>>,
     ci95: Option<Map<String, Value>>,
     at_bound: Option<Map<String, Value>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    derived: Option<Map<String, Value>>,
 }
 
 impl From<&RunEstimates> for Maps {
     fn from(estimates: &RunEstimates) -> Self {
         let map =
             |of: fn(&RunEstimate) -> Value| Some(estimates.list.iter().map(|e| (e.name.clone(), of(e))).collect());
+        let derived =
+            |e: &RunEstimate| (e.name.clone(), json!({"value": e.value, "std_error": e.std_error, "ci95": e.ci95}));
         Self {
+            derived: (!estimates.derived.is_empty()).then(|| estimates.derived.iter().map(derived).collect()),
             parameters: map(|e| e.value.into()),
             std_error: map(|e| e.std_error.into()).filter(|_| estimates.polished),
             ci95: map(|e| json!(e.ci95)).filter(|_| estimates.polished),
@@ -82,19 +108,28 @@ pub(super) fn some_or_nulls<S: Serializer>(
 
 impl<'de> Deserialize<'de> for RunEstimates {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        let Maps { parameters, std_error, ci95, at_bound } = Maps::deserialize(deserializer)?;
+        let Maps { parameters, std_error, ci95, at_bound, derived } = Maps::deserialize(deserializer)?;
+        let ends = |value: &Value| Some([value.get(0)?.as_f64()?, value.get(1)?.as_f64()?]);
+        let quantity = |(name, of): (&String, &Value)| RunEstimate {
+            name: name.clone(),
+            value: of["value"].as_f64(),
+            std_error: of["std_error"].as_f64(),
+            ci95: ends(&of["ci95"]),
+            at_bound: None,
+        };
+        let derived = derived.iter().flatten().map(quantity).collect();
         let entry = |(name, value): (&String, &Value)| {
             let of = |map: &'_ Option<Map<String, Value>>| map.as_ref().and_then(|map| map.get(name)).cloned();
             RunEstimate {
                 name: name.clone(),
                 value: value.as_f64(),
                 std_error: of(&std_error).and_then(|error| error.as_f64()),
-                ci95: of(&ci95).and_then(|ends| Some([ends.get(0)?.as_f64()?, ends.get(1)?.as_f64()?])),
+                ci95: of(&ci95).as_ref().and_then(ends),
                 at_bound: of(&at_bound).and_then(|side| ["min", "max"].into_iter().find(|known| side == *known)),
             }
         };
         let parameters = parameters.ok_or_else(|| D::Error::custom("the parameters are missing"))?;
-        Ok(Self { list: parameters.iter().map(entry).collect(), polished: std_error.is_some() })
+        Ok(Self { list: parameters.iter().map(entry).collect(), derived, polished: std_error.is_some() })
     }
 }
 

@@ -71,7 +71,8 @@ impl<'a> Fits<'a> {
             }
             Ok(of) => (self.linear(&of, &spec, f.machine), true),
         };
-        let outcome = found.map_or_else(|error| self.sweep.failed(&error), |found| Outcome::of(&found));
+        let outcome = found
+            .map_or_else(|error| self.sweep.failed(&error), |found| Outcome::of(&found, &self.sweep.study().limits));
         if is_fixed {
             self.outcomes.insert(key, outcome.clone());
         }
@@ -86,7 +87,7 @@ impl<'a> Fits<'a> {
         let [fitted, held_out] = of_model(&recordings, level, (noise, self.dataset.seed))?;
         let mut found = identify_model(&level.model, &fitted, &spec, &mut |_| ControlFlow::Continue(()))?;
         hold_out_model(&mut found, &fitted, &held_out, &spec)?;
-        Ok(Outcome::of_model(&found))
+        Ok(Outcome::of_model(&found, &self.sweep.study().limits))
     }
 
     /// Returns the Steiglitz–McBride estimate after the polish, with its cost in the criterion of the run.

@@ -7,8 +7,9 @@ use crate::settings::{self, Fault, Given, READING, Value, parse};
 use motorfit_core::setting::Setting;
 use motorfit_core::{Error, Result};
 use motorfit_identify::IdentifySpec;
+use motorfit_identify::analysis::Characteristics;
 use motorfit_model::Model;
-use motorfit_motor::{Parameter, Space, With};
+use motorfit_motor::{Input, Parameter, Space, With};
 use std::sync::Arc;
 
 /// Machines of a study.
@@ -35,6 +36,15 @@ impl Models {
         let mut symbols: Vec<&str> = motor.map(Parameter::symbol).collect();
         symbols.extend(self.models.iter().flat_map(Model::parameters).map(|parameter| parameter.name.as_str()));
         symbols
+    }
+
+    /// Returns the names that limits may have: parameters, and quantities that follow from them.
+    pub(super) fn limited(&self) -> Vec<&str> {
+        let characteristics = Characteristics::named(None, Input::Voltage).map(|(name, ..)| name);
+        let mut names = self.symbols();
+        names.extend(characteristics.into_iter().filter(|_| self.has_motor));
+        names.extend(self.models.iter().flat_map(Model::derived).map(|quantity| quantity.name.as_str()));
+        names
     }
 
     fn have(&self, symbol: &str) -> bool {

@@ -1,6 +1,7 @@
 //! Finished runs as lines of JSON, written and parsed.
 
-use super::estimates::{OutputFits, RunEstimates, some_or_nulls};
+use super::estimates::{OutputFits, RunEstimate, RunEstimates, some_or_nulls};
+use super::limits::Limits;
 use super::runs::Job;
 use super::study::Study;
 use super::toml::as_key;
@@ -8,7 +9,9 @@ use super::trust::RunTrust;
 use motorfit_core::Error;
 use motorfit_core::text::{hexadecimal, printable_json};
 use motorfit_identify::Identification;
+use motorfit_identify::analysis::Characteristics;
 use motorfit_identify::model::ModelIdentification;
+use motorfit_motor::Input;
 use motorfit_optimize::Stop;
 use motorfit_record::Severity;
 use motorfit_record::warning::Warning;
@@ -123,16 +126,34 @@ impl Outcome {
         }
     }
 
-    /// Creates the outcome of an identification of the DC motor.
+    /// Creates the outcome of an identification of the DC motor, with the characteristics that have `limits`, and all of them where they
+    /// and not the parameters are identified.
     #[must_use]
-    pub fn of(found: &Identification) -> Self {
-        Self::new(found, found.validation.as_ref().map(|of| &of.fit_percent[..]))
+    pub fn of(found: &Identification, limits: &Limits) -> Self {
+        let mut outcome = Self::new(found, found.validation.as_ref().map(|of| &of.fit_percent[..]));
+        let is_limited = |name: &str| limits.of(name).is_some() || !found.identified.is_empty();
+        if let (Some(estimates), Input::Voltage) = (&mut outcome.estimates, found.input) {
+            let named = Characteristics::named_of(found).into_iter().filter(|(name, ..)| is_limited(name));
+            estimates
+                .derived
+                .extend(named.filter_map(|(name, _, of)| Some(RunEstimate::derived(name, of?.value, of?.std_error))));
+        }
+        outcome
     }
 
-    /// Creates the outcome of an identification with a model.
+    /// Creates the outcome of an identification with a model, with the derived quantities that have `limits`, and all of them where a
+    /// parameter is not identified.
     #[must_use]
-    pub fn of_model(found: &ModelIdentification) -> Self {
-        Self::new(found, Some(&found.held_out_percent[..]).filter(|fits| !fits.is_empty()))
+    pub fn of_model(found: &ModelIdentification, limits: &Limits) -> Self {
+        let mut outcome = Self::new(found, Some(&found.held_out_percent[..]).filter(|fits| !fits.is_empty()));
+        let is_open = found.estimates.iter().any(|e| e.value.is_none());
+        let is_derived = |name: &str| found.model.derived().iter().any(|quantity| quantity.name == name);
+        let is_limited = |name: &str| limits.of(name).is_some() || is_open;
+        let own = found.identified.iter().filter(|of| is_derived(&of.name) && is_limited(&of.name));
+        if let Some(estimates) = &mut outcome.estimates {
+            estimates.derived.extend(own.map(|of| RunEstimate::derived(&of.name, of.value, Some(of.std_error))));
+        }
+        outcome
     }
 
     /// Returns the name of the stopping criterion on the line.

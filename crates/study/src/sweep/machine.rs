@@ -6,6 +6,7 @@ use motorfit_core::{Error, Result};
 use motorfit_identify::IdentifySpec;
 use motorfit_identify::model::ModelSpec;
 use motorfit_model::Model;
+use motorfit_motor::Parameter;
 use motorfit_record::Reading;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -58,6 +59,17 @@ impl Level {
             None => SweepParameter::named_of_motor(name),
             Some(of) => SweepParameter::named_of_model(&of.model, of.number, name),
         }
+    }
+
+    /// Returns true if results of the machine can have a parameter or a derived quantity.
+    pub(super) fn may_have(&self, symbol: &str) -> bool {
+        let Some(parameter) = self.parameter(symbol) else { return false };
+        let Ok(own) = parameter.symbol.parse::<Parameter>() else { return true };
+        let is_in_space = || {
+            let space = &self.spec.space;
+            space.free().iter().any(|axis| axis.parameter == own) || space.fixed().iter().any(|(p, ..)| *p == own)
+        };
+        self.model.is_some() || self.spec.with.may_have(own) || is_in_space()
     }
 
     /// Returns the parameters that every result has.

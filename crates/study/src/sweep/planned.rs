@@ -1,19 +1,17 @@
 //! A planned sweep.
 
-use super::estimates::RunEstimate;
+use super::estimates::{RunEstimate, RunEstimates};
 use super::limits::Limits;
 use super::line;
 use super::line::Outcome;
 use super::lines::Origin;
-use super::machine::Level;
 use super::manifest::Manifest;
 use super::runs::Runs;
 use super::shard::Shard;
 use super::study::Study;
 use motorfit_core::setting::text;
-use motorfit_core::text::{excerpt, listed, nearest};
+use motorfit_core::text::excerpt;
 use motorfit_core::{Error, Result};
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// A planned sweep.
@@ -54,20 +52,13 @@ impl Sweep {
         if given.is_empty() {
             return Ok(self.study().limits.clone());
         }
-        for symbol in given.symbols() {
-            if !self.study().machines.iter().any(|level| level.parameter(symbol).is_some()) {
-                let all = self.study().machines.iter().flat_map(Level::parameters);
-                let names: BTreeSet<String> = all.map(|of| of.symbol).collect();
-                let names: Vec<&str> = names.iter().map(String::as_str).collect();
-                let hint = match nearest(symbol, &names) {
-                    Some(near) => format!("Did you mean {near}?"),
-                    None => format!("They have {}.", listed(&names, "and")),
-                };
-                let message = text!([Limits](": no machine of the study has the parameter {}", excerpt(symbol)));
-                return Err(Error::usage(message, hint));
+        match self.study().unlimited(&given) {
+            Some((symbol, hint)) => {
+                let message = text!([Limits](": no model of the study has {}", excerpt(&symbol)));
+                Err(Error::usage(message, hint))
             }
+            None => Ok(given),
         }
-        Ok(given)
     }
 
     pub(super) fn study(&self) -> &Study {
@@ -100,7 +91,7 @@ impl Sweep {
         let own = line::Line::of(self.study(), &job, &self.manifest.motors[job.motor].motor, line.outcome.clone());
         let level = self.study().machine(&job.factors);
         let is_own = |e: &RunEstimate| level.parameter(&e.name).is_some();
-        own == *line && line.outcome.estimates.iter().flat_map(|estimates| &estimates.list).all(is_own)
+        own == *line && line.outcome.estimates.iter().flat_map(RunEstimates::all).all(is_own)
     }
 
     pub(super) fn failed(&self, error: &Error) -> Outcome {

@@ -20,7 +20,7 @@ pub(super) fn sample() -> Outcome {
     };
     let list = own.iter().chain(&more).enumerate().map(estimate).collect();
     Outcome {
-        estimates: Some(RunEstimates { list, polished: true }),
+        estimates: Some(RunEstimates { list, derived: Vec::new(), polished: true }),
         cost: Some(0.025),
         fit_percent: Some(OutputFits(vec![("current".to_owned(), Some(99.5)), ("speed".to_owned(), None)])),
         evaluations: 4,

@@ -268,7 +268,8 @@ impl Sweep {
                 let run = SearchRun { values: best.values, evaluations: run.evaluations, device: used };
                 recordings.validated(prepared.finish(recordings.diagnosed(), &spec, run)?, &spec)
             });
-            let outcome = found.map_or_else(|error| self.failed(&error), |found| Outcome::of(&found));
+            let outcome =
+                found.map_or_else(|error| self.failed(&error), |found| Outcome::of(&found, &self.study().limits));
             let &DeviceUsed { kind: device, precision, .. } = used;
             let mut outcome = Outcome { device, precision, ..outcome };
             if device != self.pinned()[0] {

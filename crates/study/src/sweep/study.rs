@@ -6,14 +6,18 @@ use super::levels::Machines;
 use super::limits::Limits;
 use super::machine::{Level, ModelFile, ModelLevel, ModelTexts};
 use super::parameter::SweepParameter;
-use super::toml::{Document, Item};
+use super::toml::{Document, Item, as_key};
 use crate::settings::READING;
 use motorfit_core::Result;
+use motorfit_core::setting::{Text, text};
+use motorfit_core::text::{listed, nearest};
 use motorfit_evaluate::criterion::{Criterion, Norm, Scale};
 use motorfit_identify::device::{DeviceSpec, OnLoss, PrecisionSpec};
 use motorfit_identify::model::ModelSpec;
 use motorfit_identify::{IdentifySpec, Method, Polish};
+use motorfit_motor::{Extension, Parameter};
 use motorfit_record::Reading;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// A study. Each list is a factor whose entries are its levels.
@@ -88,7 +92,7 @@ impl Study {
         let spec = keys.spec()?;
         let methods = keys.methods()?;
         let models = keys.models(texts)?;
-        let limits = keys.limits(&models.symbols())?;
+        let limits = keys.limits(&models.limited())?;
         let Machines { levels, files } = keys.machines(&spec, models)?;
         // `auto` is the complete pipeline, which refines; a comparison of searches is about what they find themselves.
         let is_complete = methods.iter().all(|method| *method == Method::Auto);
@@ -118,7 +122,29 @@ impl Study {
             spec,
         };
         study.check(document)?;
+        if let Some((symbol, hint)) = study.unlimited(&study.limits) {
+            let message = format!("limits: no model of the study has {symbol}");
+            return Err(document.error(keys.span("limits"), message, hint.respelled(as_key).to_string()));
+        }
         Ok(study)
+    }
+
+    /// Returns the first parameter with limits that no result can have, and a hint.
+    pub(super) fn unlimited(&self, limits: &Limits) -> Option<(String, Text)> {
+        let symbol = limits.symbols().find(|symbol| !self.machines.iter().any(|level| level.may_have(symbol)))?;
+        let extension = symbol
+            .parse::<Parameter>()
+            .ok()
+            .and_then(|own| Extension::ALL.into_iter().find(|extension| extension.parameters().contains(&own)));
+        let names: BTreeSet<String> =
+            self.machines.iter().flat_map(Level::parameters).map(|parameter| parameter.symbol).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let hint = match (extension, nearest(symbol, &names)) {
+            (Some(extension), _) => text!("Add its extension: " [With = "{}", extension.name()] "."),
+            (None, Some(near)) => format!("Did you mean {near}?").into(),
+            (None, None) => format!("They have {}.", listed(&names, "and")).into(),
+        };
+        Some((symbol.to_owned(), hint))
     }
 
     /// Checks the keys for contradictions.

@@ -188,14 +188,14 @@ impl SweepSummary {
         self.trust.add(outcome.trust.as_ref());
         if taken.runs.is_multiple_of(self.stride) || self.stride == 1 {
             taken.costs.push(cost);
-            for e in &estimates.list {
+            for e in estimates.all() {
                 match taken.parameters.iter_mut().find(|(of, _)| *of == e.name) {
                     Some((_, values)) => values.extend(e.value),
                     None => taken.parameters.push((e.name.clone(), e.value.into_iter().collect())),
                 }
             }
         }
-        for e in &estimates.list {
+        for e in estimates.all() {
             if self.parameters.iter().any(|known| known.name == e.name) {
                 continue;
             }
@@ -272,7 +272,7 @@ impl NamedRun {
     /// Returns the estimate of a parameter by its name; `None` if the run has none.
     #[must_use]
     pub fn estimate(&self, parameter: &str) -> Option<&RunEstimate> {
-        self.outcome.estimates.as_ref()?.list.iter().find(|e| e.name == parameter)
+        self.outcome.estimates.as_ref()?.all().find(|e| e.name == parameter)
     }
 }
 

@@ -28,7 +28,7 @@ use motorfit::report::{
 };
 use motorfit::setting::Setting;
 use motorfit::settings::{Given, Value, model_reading, model_spec};
-use motorfit::study::sweep::{Outcome, RunEstimate, RunEstimates};
+use motorfit::study::sweep::{Limits, Outcome, RunEstimate, RunEstimates};
 use motorfit::units::{Dimension, parse_unit};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -530,8 +530,9 @@ pub fn identifications(calls: &mut Calls) {
                 "study::sweep::RunEstimate::from" => {
                     Ok::<_, motorfit::Error>(found.estimates.iter().map(|e| RunEstimate::from(e).name.len()).sum::<usize>())
                 },
+                "study::sweep::RunEstimates::all" => Ok::<_, motorfit::Error>(RunEstimates::from(&found).all().count()),
                 "study::sweep::RunEstimates::from" => Ok::<_, motorfit::Error>(RunEstimates::from(&found)),
-                "study::sweep::Outcome::of_model" => Ok::<_, motorfit::Error>(Outcome::of_model(&found)),
+                "study::sweep::Outcome::of_model" => Ok::<_, motorfit::Error>(Outcome::of_model(&found, &Limits::default())),
             );
             let shown = format!("{recording:?}");
             drive!(calls, recording; "identify::model::integration" => integration(&found.machine.method));

@@ -312,7 +312,8 @@ pub fn swept(calls: &mut Calls) {
             "report::sweep::sweep_answer" => of_sweep::sweep_answer(summary, limits),
             "report::sweep::sweep_document" => of_sweep::sweep_document(summary, limits),
             "report::sweep::sweep_page" => of_sweep::sweep_page(summary, limits, &how("")).html(true),
-            "report::sweep::motors_outside_limits" => of_sweep::motors_outside_limits(summary, limits),
+            "report::sweep::all_within_limits" => of_sweep::all_within_limits(summary, limits),
+            "study::sweep::SweepParameter::unknown" => motorfit::study::sweep::SweepParameter::unknown(""),
             "report::sweep::sweep_parts" => of_sweep::sweep_parts(summary, limits).len(),
             "report::sweep::sweep_tables" => of_sweep::sweep_tables(summary, limits),
         );

@@ -126,7 +126,8 @@ pub fn figures(calls: &mut Calls) {
     let counts = TrustCounts { reasons: [(String::new(), u64::MAX)].into(), ..TrustCounts::default() };
     drive!(calls, TrustLevel::Poor; "study::sweep::TrustCounts::commonest" => counts.commonest());
     for found in mangled(&fitted()) {
-        let outcome = calls.call("study::sweep::Outcome::of", &found.values, || Outcome::of(&found));
+        let outcome =
+            calls.call("study::sweep::Outcome::of", &found.values, || Outcome::of(&found, &Limits::default()));
         drive!(calls, outcome; "study::sweep::Outcome::stop_name" => outcome.as_ref().map(Outcome::stop_name));
     }
     for summary in summaries() {
