@@ -126,7 +126,7 @@ fn wrong_flags_are_refused() {
     ] {
         fails(&[&["identify", EXAMPLE], flags].concat(), 2, part);
     }
-    fails(&["inspect", EXAMPLE, "--columns", "position=current_A*2"], 2, "there is a speed");
+    fails(&["inspect", EXAMPLE, "--columns", "position=current_A*2"], 3, "unit \"none\" of position is not known");
 }
 
 #[test]

@@ -205,3 +205,21 @@ fn a_held_out_recording_judges_too() {
         assert!(!wrong["trust"]["next"].is_null());
     }
 }
+
+#[test]
+fn a_speed_is_compared_with_the_position_beside_it() {
+    let Some(file) = case("speed_contradicts_position", "speed_2pi.csv") else { return };
+    let found = json(&["identify", &file, "--json", "--with", "auto"]);
+    assert_eq!((level(&found), reasons(&found)), ("poor", vec!["units_disagree"]));
+    let mended = followed(&found);
+    assert_eq!((level(&mended), reasons(&mended)), ("good", vec![]));
+    for (name, truth) in [("R", 1.2), ("L", 8e-4), ("K", 0.025), ("B", 1.5e-5), ("J", 8e-6), ("Tc", 0.003)] {
+        assert!(is_right(&mended["parameters"][name], truth), "{name}: {}", mended["parameters"][name]);
+    }
+    // A position that is named takes the place of a speed that is not.
+    let Some(file) = case("position_beside_speed", "position_and_omega.csv") else { return };
+    let columns = "time=t:s,voltage=u:V,position=theta:turns";
+    let found = json(&["identify", &file, "--json", "--columns", columns, "--with", "auto"]);
+    let kv = found["characteristics"]["output_error"]["kV"]["value"].as_f64().unwrap();
+    assert!((kv / 0.02572 - 1.0).abs() < 0.01, "{kv}");
+}

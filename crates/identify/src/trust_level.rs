@@ -108,7 +108,7 @@ pub static REASONS: [(&str, &str); 40] = [
     ("outliers", "Single samples are far from their neighbours."),
     ("input_noise", "The standard errors do not include the noise of the input."),
     ("initial_state", "A recording does not start as assumed."),
-    ("units_disagree", "The velocity of a mechanism is not the derivative of its position."),
+    ("units_disagree", "The speed is not the derivative of the position beside it."),
     ("unit_assumed", "The velocity of a mechanism has no unit."),
     ("voltage_small", "The voltage of the tests of a mechanism is as small as a duty cycle."),
     ("test_missing", "A test of a mechanism is missing."),

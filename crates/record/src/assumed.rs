@@ -1,7 +1,9 @@
-//! Units of columns that neither a heading nor a request names, so that SI units, or those of a model, are assumed.
+//! Units of columns that neither a heading nor a request names, so that SI units, or those of a model, are assumed; and the unit of a speed
+//! by the position beside it.
 
 use super::heading::Quantity;
 use super::import::name_of;
+use super::position::{cause, position_disagrees};
 use super::record::Record;
 use super::source::Column;
 use motorfit_core::numeric::peak;
@@ -80,4 +82,19 @@ impl AssumedUnits {
     pub fn remedy(&self) -> Text {
         text!("Name the units if they are others: ").and(self.step()).and(".")
     }
+}
+
+/// Returns the request for columns with the unit of the speed by which it is the derivative of the position, or without the speed, so that it
+/// is computed from the position; `None` if they agree.
+#[must_use]
+pub fn speed_by_position(record: &Record) -> Option<Text> {
+    let source = record.source();
+    let ratio = source.position_ratio.filter(|ratio| position_disagrees(*ratio, "").is_some())?;
+    let column = source.columns.iter().find(|column| column.quantity == Quantity::Speed && column.unit == "rad/s");
+    let named =
+        column.filter(|column| column.conversion.is_empty()).zip(cause(ratio).filter(|(_, unit)| !unit.is_empty()));
+    Some(match named {
+        Some((column, (_, unit))) => text!([Columns = "speed={}:{unit}", name_of(&column.heading)]),
+        None => text!([Columns = "speed=-"]),
+    })
 }

@@ -15,6 +15,7 @@ mod limits;
 mod lines;
 mod measured;
 mod measured_at;
+mod position;
 mod prepare;
 mod reading;
 mod record;
@@ -25,7 +26,7 @@ mod stored;
 mod time;
 pub mod warning;
 
-pub use assumed::{AssumedUnits, PERIOD_DOUBTED_S};
+pub use assumed::{AssumedUnits, PERIOD_DOUBTED_S, speed_by_position};
 pub use diagnose::{FINDINGS, Finding, Severity, can_cause_poor_fit, diagnose};
 pub use heading::Quantity;
 pub use import::{
@@ -35,6 +36,7 @@ pub use import::{
 };
 pub use limits::limits;
 pub use lines::Lines;
+pub use position::{position_disagrees, position_ratio};
 pub use prepare::{FilterKind, LowPass, Mask, Offset, Preparation, parse_masks};
 pub use reading::{Reading, parse_crop, parse_offset};
 pub use record::{Excluded, Record, check_of_motor, driver, is_driven_by_current};

@@ -36,6 +36,9 @@ pub struct Source {
     pub ignored: Vec<String>,
     /// Notes on rows left out, files joined and preparation.
     pub notes: Vec<String>,
+    /// Change of a position beside the speed over the integral of the speed; `None` without a position, or if they are not proportional.
+    #[serde(default)]
+    pub position_ratio: Option<f64>,
     /// True if the file does not end with a line break, so that its last number may be incomplete.
     pub last_line_open: bool,
 }

@@ -6,7 +6,7 @@ use motorfit_core::setting::text;
 use motorfit_core::text::{listed, significant};
 use motorfit_core::{Error, Result};
 use motorfit_record::warning::Warning;
-use motorfit_record::{Quantity, Record, test_of};
+use motorfit_record::{Quantity, Record, position_disagrees, position_ratio, test_of};
 
 /// Range of the velocity, relative to its noise, from which a mechanism moves.
 const MOVES: f64 = 12.0;
@@ -18,25 +18,6 @@ const DUTY_MAX: f64 = 1.2;
 const ONE_MAGNITUDE: f64 = 0.1;
 /// Smallest number of moving samples of a direction.
 const DIRECTION_MIN: usize = 5;
-/// Number of blocks of a test over which position and velocity are compared: single steps of a coarse encoder are noise.
-const BLOCKS: usize = 20;
-/// Relative difference between the velocity and the derivative of the position from which a unit is wrong.
-const RATIO: f64 = 0.1;
-/// Share of the movement that the ratio must explain for the comparison to be conclusive.
-const EXPLAINED: f64 = 0.8;
-
-/// Ratios of the change of the position to the integral of the velocity, with their usual causes.
-const CAUSES: [(f64, &str); 8] = [
-    (1.0 / 60.0, "the velocity may be per minute"),
-    (std::f64::consts::TAU, "the position may be in radians, or the velocity in turns per second"),
-    (1.0 / std::f64::consts::TAU, "the velocity may be in radians per second, or the position in turns"),
-    (360.0, "the position may be in degrees, or the velocity in turns per second"),
-    (1.0 / 360.0, "the velocity may be in degrees per second, or the position in turns"),
-    (180.0 / std::f64::consts::PI, "the position may be in degrees"),
-    (std::f64::consts::PI / 180.0, "the velocity may be in degrees per second"),
-    (1000.0, "the position may be in thousandths of its unit"),
-];
-
 /// Returns warnings about the tests of a mechanism, and true for each recording that moves.
 ///
 /// # Errors
@@ -157,42 +138,10 @@ fn one_direction(tests: &[Signals<'_>]) -> Option<Warning> {
 }
 
 /// Returns a warning if the velocity is not the derivative of the position.
-fn units(tests: &[Signals<'_>]) -> Option<Warning> {
-    let (mut product, mut integral, mut change) = (0.0, 0.0, 0.0);
-    for test in tests {
-        let position = test.position?;
-        let last = test.len().saturating_sub(1);
-        let block = (last / BLOCKS).max(1);
-        for from in (0..last).step_by(block) {
-            let to = (from + block).min(last);
-            let moved =
-                |n: usize| 0.5 * (test.velocity[n] + test.velocity[n - 1]) * (test.time_s[n] - test.time_s[n - 1]);
-            let moved: f64 = (from + 1..=to).map(moved).sum();
-            let changed = position[to] - position[from];
-            product += moved * changed;
-            integral += moved * moved;
-            change += changed * changed;
-        }
-    }
-    let is_conclusive = product * product > EXPLAINED * integral * change && integral > 0.0;
-    let ratio = product / integral;
-    if !is_conclusive || (ratio - 1.0).abs() < RATIO {
-        return None;
-    }
-    let distance = |of: &&(f64, &str)| (ratio.abs() / of.0).ln().abs();
-    let nearest = CAUSES.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-    let cause = nearest.filter(|cause| distance(cause) < RATIO);
-    let message = match cause {
-        _ if ratio < 0.0 => "the position falls where the velocity is positive: one of them is reversed".to_owned(),
-        Some((_, cause)) => {
-            let times = significant(ratio, 4);
-            format!("the position changes by {times} times the integral of the velocity: {cause}")
-        }
-        None => {
-            let times = significant(ratio, 4);
-            format!("the position changes by {times} times the integral of the velocity: check gear ratio and units")
-        }
-    };
+fn units<'a>(tests: &[Signals<'a>]) -> Option<Warning> {
+    let compared = |test: &Signals<'a>| Some([test.time_s, test.position?, test.velocity]);
+    let ratio = position_ratio(tests.iter().filter_map(compared))?;
+    let message = position_disagrees(ratio, "velocity")?;
     let remedy = text!("Name the units: " [Columns = "speed=HEADING:UNIT,position=HEADING:UNIT"] ".");
     Some(Warning { remedy: Some(remedy), ..Warning::new("units_disagree", message) })
 }

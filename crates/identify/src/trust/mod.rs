@@ -25,9 +25,10 @@ use TrustLevel::{Check, Poor};
 
 /// Warnings that are reasons, each with the level to which it lowers trust and a short description. Each code is also in
 /// [`crate::REASONS`].
-pub(super) const WARNINGS: [(&str, TrustLevel, &str); 21] = [
+pub(super) const WARNINGS: [(&str, TrustLevel, &str); 22] = [
     ("sign_reversed", Poor, "a channel has the opposite sign"),
     ("units", Poor, "magnitudes are implausible in these units"),
+    ("units_disagree", Poor, "the speed is not the derivative of the position"),
     ("recordings_differ", Poor, "the recordings are not of one motor under one condition"),
     ("not_converged", Poor, "the refinement has not converged"),
     ("friction_differs", Check, "friction differs between the recordings"),

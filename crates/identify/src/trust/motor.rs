@@ -10,7 +10,7 @@ use motorfit_core::numeric::peak;
 use motorfit_core::setting::{Text, text};
 use motorfit_motor::{Extension, Input, Parameter, With};
 use motorfit_record::warning::{Warning, name_of};
-use motorfit_record::{AssumedUnits, Record};
+use motorfit_record::{AssumedUnits, Record, speed_by_position};
 
 use TrustLevel::{Check, Poor};
 
@@ -38,7 +38,7 @@ pub(crate) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identificat
         more: implausible(records, found).map(|message| (Check, "implausible", message.into())).into_iter().collect(),
     };
     let trust = facts.trust();
-    let named = assumed.map(|assumed| assumed.step());
+    let named = (assumed.map(|assumed| assumed.step()), records.iter().find_map(speed_by_position));
     let next = (trust.level != TrustLevel::Good).then(|| next(spec, found, (&trust.reasons, evidence), named));
     Trust { next, ..trust }
 }
@@ -118,12 +118,15 @@ fn next(
     spec: &IdentifySpec,
     found: &Identification,
     (reasons, evidence): (&[TrustReason], &Evidence),
-    named: Option<Text>,
+    (named, by_position): (Option<Text>, Option<Text>),
 ) -> Text {
     let has = |codes: &[&str]| reasons.iter().any(|reason| codes.contains(&reason.code));
     if has(&["between_samples"]) && found.input == Input::Voltage {
         let better = if found.model.discretization == motorfit_motor::Discretization::Foh { "zoh" } else { "foh" };
         return text!([Discretization = "{better}"]);
+    }
+    if let Some(step) = by_position {
+        return step;
     }
     if has(&["sign_reversed", "units", "implausible"]) {
         return text!([Command::Inspect]);

@@ -3,7 +3,9 @@
 use super::finding::{Finding, Severity};
 use super::regression::{Row, Sums};
 use super::view::{Channel, View};
+use crate::assumed::speed_by_position;
 use crate::heading::Quantity;
+use crate::position::position_disagrees;
 use motorfit_core::numeric::{count, upper_median};
 use motorfit_core::setting::text;
 use motorfit_core::text::{engineering, significant};
@@ -30,6 +32,7 @@ const OHMS_SURE: f64 = 0.02;
 
 pub(super) fn units(view: &View<'_>, findings: &mut Vec<Finding>) {
     findings.extend(time(view));
+    findings.extend(beside_position(view));
     findings.extend(view.speed.as_ref().and_then(|speed| speed_unit(view, speed)));
     let measured = view.current.as_ref().filter(|_| !view.by_current());
     findings.extend(measured.and_then(|current| current_unit(view, current)));
@@ -51,6 +54,15 @@ fn time(view: &View<'_>) -> Option<Finding> {
         let found = finding(view, Quantity::Time, what, "ms").figure("period_s", period);
         Finding { severity: Severity::Report, ..found }
     })
+}
+
+/// Compares the speed with the position beside it.
+fn beside_position(view: &View<'_>) -> Option<Finding> {
+    let ratio = view.position_ratio()?;
+    let message = position_disagrees(ratio, "speed")?;
+    let step = speed_by_position(view.record)?;
+    let remedy = text!("If the position is right: ").and(step).and(".");
+    Some(Finding::new("units_disagree", Quantity::Speed, message, remedy).figure("ratio", ratio))
 }
 
 fn speed_unit(view: &View<'_>, speed: &Channel<'_>) -> Option<Finding> {

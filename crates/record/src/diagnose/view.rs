@@ -127,6 +127,11 @@ impl<'a> View<'a> {
         self.record.source().columns.iter().find(|column| column.quantity == quantity)
     }
 
+    /// Returns the change of a position beside the speed over the integral of the speed.
+    pub(super) fn position_ratio(&self) -> Option<f64> {
+        self.record.source().position_ratio
+    }
+
     /// Returns true if the input is the current.
     pub(super) fn by_current(&self) -> bool {
         self.record.driver() == Quantity::Current

@@ -71,10 +71,13 @@ fn chosen(headings: &[Heading], spec: &TableSpec<'_>) -> Result<(Vec<Used>, Vec<
         let dispensable = has(&used, Quantity::Current) && position.is_none();
         let position = one(headings, spec, Quantity::Position);
         used.extend(position.or_else(|error| if dispensable { Ok(None) } else { Err(error) })?);
-    } else if let Some(request) = position.filter(|_| !has(&used, Quantity::Position) && need != Need::Inputs) {
-        let message = text!([Columns](" names position {}, but there is a speed", excerpt(&request.name)));
-        let hint = "A position is used to compute the speed, or in formulas: leave it out, or rename the heading of the speed.";
-        return Err(Error::usage(message, hint));
+    } else if need != Need::Inputs && !has(&used, Quantity::Position) {
+        // A position that is named takes the place of a speed that is not; any other is compared with the speed.
+        if position.is_some() && spec.request(Quantity::Speed).is_none() {
+            used.retain(|of| of.column.quantity != Quantity::Speed);
+        }
+        let beside = one(headings, spec, Quantity::Position);
+        used.extend(if position.is_some() { beside? } else { beside.ok().flatten() });
     }
     let without_voltage = spec.request(Quantity::Voltage).is_some_and(|request| request.name == NONE);
     let unused = headings.iter().enumerate().filter(|(at, _)| !used.iter().any(|u| u.column_indices().contains(at)));

@@ -70,8 +70,7 @@ impl Numbers<'_> {
         };
         let quantities = source.columns.iter().map(|column| column.quantity);
         let mut list: Vec<(Quantity, Vec<f64>)> = quantities.zip(signals).collect();
-        if spec.need == Need::Inputs || list.iter().any(|(quantity, _)| *quantity == Quantity::Speed) {
-            // If a speed is given, a position is used in formulas only.
+        if spec.need == Need::Inputs {
             list.retain(|(quantity, _)| *quantity != Quantity::Position);
         }
         let inputs = spec.signals.iter().map(|signal| signal.is_input).collect();

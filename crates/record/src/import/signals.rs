@@ -4,6 +4,7 @@
 use crate::heading::Quantity;
 use crate::lines::Lines;
 use crate::measured_at::MeasuredAt;
+use crate::position::position_ratio;
 use crate::samples::{NamedSignal, Samples};
 use crate::source::Source;
 use motorfit_core::numeric::{count, extremes, upper_median};
@@ -234,7 +235,12 @@ impl Signals {
     pub(super) fn samples(mut self) -> Result<(Samples, Source, Vec<MeasuredAt>)> {
         let time_s = self.take(Quantity::Time).unwrap_or_default();
         let mut speed = self.take(Quantity::Speed);
-        if let Some(position) = self.take(Quantity::Position) {
+        let position = self.take(Quantity::Position);
+        if let (Some(speed), Some(position)) = (&speed, &position) {
+            let compared = [&time_s[..], &unwrapped(position.clone())[..], &speed[..]];
+            let is_complete = self.measured_at.iter().all(|of| of.quantity != Quantity::Position);
+            self.source.position_ratio = position_ratio(std::iter::once(compared)).filter(|_| is_complete);
+        } else if let Some(position) = position {
             speed = Some(self.speed_from(position, &time_s)?);
             self.source.notes.push("speed is the central difference of the position".to_owned());
             let of_position = self.measured_at.iter_mut().filter(|of| of.quantity == Quantity::Position);
