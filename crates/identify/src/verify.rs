@@ -91,8 +91,11 @@ pub(super) fn verify(prepared: &Prepared<'_>, fit: &Fit, estimate: Option<&Estim
     verified(prepared, &Claim::of(prepared, fit, estimate))
 }
 
-/// Replaces a fit by a better reference if the method is [`Method::Auto`], and verifies it again. Returns the verification, and
-/// true if the fit was replaced.
+/// Largest number of better references that replace a fit one after the other.
+const REPLACED_MAX: usize = 5;
+
+/// Replaces a fit by a better reference if the method is [`Method::Auto`], until none is better, and verifies it again each time. Returns
+/// the verification, and true if the fit was replaced.
 ///
 /// # Errors
 /// Propagates the errors of the refinement.
@@ -100,16 +103,19 @@ pub(super) fn settle(
     prepared: &Prepared<'_>,
     fit: &mut Fit,
     estimate: Option<&Estimate>,
-    verified: Verified,
+    mut verified: Verified,
 ) -> Result<(Verification, bool)> {
-    let (spec, Verified { verification, better }) = (prepared.spec.as_ref(), verified);
-    let Some(better) = better.filter(|_| spec.method == Method::Auto && spec.is_polished()) else {
-        return Ok((verification, false));
-    };
-    (fit.refined, fit.space) = refine_widening(&prepared.fitted(&fit.space), spec, &fit.space, &better.values)?;
-    // Under the weights of the new fit another optimum may be lowest.
-    let again = verify(prepared, fit, estimate);
-    Ok((again.verification, true))
+    let spec = prepared.spec.as_ref();
+    let is_open = spec.method == Method::Auto && spec.is_polished();
+    for replaced in 0..REPLACED_MAX {
+        let Some(better) = verified.better.take().filter(|_| is_open) else {
+            return Ok((verified.verification, replaced > 0));
+        };
+        (fit.refined, fit.space) = refine_widening(&prepared.fitted(&fit.space), spec, &fit.space, &better.values)?;
+        // Under the weights of the new fit another optimum may be lowest.
+        verified = verify(prepared, fit, estimate);
+    }
+    Ok((verified.verification, true))
 }
 
 /// Verifies given parameters, one value per free axis of the spec's space, as if a search had found them.
@@ -132,6 +138,9 @@ pub fn verify_at(records: &[Record], spec: &IdentifySpec, values: &[f64]) -> Res
 
 /// Largest relative difference of two costs that count as equal, above rounding and the tolerance of the refinement.
 pub(super) const EQUAL: f64 = 1e-6;
+/// Decrease of the sum of squares, in units of the noise variances, below which an optimum is no better: a hundredth of that which one more
+/// parameter makes by chance.
+const RESOLUTION: f64 = 0.01;
 /// Largest ratio of the misfit of a searched optimum to that of the reference at which both are the same optimum. The misfit is
 /// the root of the sum of squares in units of the variances of the signals.
 const MISFIT_TIMES: f64 = 2.0;
@@ -220,8 +229,9 @@ pub(super) fn compared(
     let misfit = |squares: &[Vec<f64>]| weighted(squares, deviations).sqrt();
     let count = misfit_of_mean(prepared.records);
     let is_far = || misfit(&start) > MISFIT_TIMES * misfit(&best.squares) + MISFIT_MORE * count;
+    let is_lower = relative(own) > EQUAL && own - lowest > RESOLUTION;
     let status = match relative(own) {
-        gap if gap > EQUAL || (is_judged && is_far()) => Status::SearchStuck,
+        _ if is_lower || (is_judged && is_far()) => Status::SearchStuck,
         gap if gap < -EQUAL || !is_conclusive => Status::ReferenceFailed,
         _ => Status::Agrees,
     };
@@ -235,9 +245,9 @@ pub(super) fn compared(
         starts: searched_box.map_or(0, |(_, starts, _)| starts),
         arrivals: searched_box.map_or(0, |(.., arrivals)| arrivals),
         cost_gap: Some(if of_search { relative(weighted(&start, sigma)) } else { relative(own) }),
-        refined_agrees: relative(own) <= EQUAL,
+        refined_agrees: !is_lower,
     };
-    Verified { verification, better: (relative(own) > EQUAL).then(|| best.clone()) }
+    Verified { verification, better: is_lower.then(|| best.clone()) }
 }
 
 /// Returns the total of the sums of squares in units of `sigma²`.
