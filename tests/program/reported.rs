@@ -223,3 +223,25 @@ fn a_speed_is_compared_with_the_position_beside_it() {
     let kv = found["characteristics"]["output_error"]["kV"]["value"].as_f64().unwrap();
     assert!((kv / 0.02572 - 1.0).abs() < 0.01, "{kv}");
 }
+
+#[test]
+fn the_selection_fits_no_worse_than_a_model_that_is_named() {
+    let Some(file) = case("auto_misses_coulomb", "operating_point.csv") else { return };
+    let found = json(&["identify", &file, "--json", "--with", "auto"]);
+    let fit = |document: &Value| document["fit_percent"]["speed"].as_f64().unwrap();
+    for extension in ["coulomb", "load", "dead-time", "deadband", "offset", "sensor-average"] {
+        let named = json(&["identify", &file, "--json", "--with", extension]);
+        assert!(fit(&found) > fit(&named) - 0.5, "{extension}: {} after {}", fit(&found), fit(&named));
+    }
+    // One step between two speeds does not tell friction from a load.
+    let of = &found["characteristics"]["output_error"];
+    for (name, truth) in [("kV", 0.0474), ("kA", 0.0133)] {
+        assert!(is_right(&of[name], truth), "{name}: {}", of[name]);
+    }
+    assert_eq!(level(&found), "check");
+    // An optimum that the search itself finds is taken.
+    let Some(file) = case("search_stuck_own_optimum", "nathan_1.csv") else { return };
+    let columns = "time=t:s,voltage=PWM*12/255:V,speed=SPEED:rpm";
+    let found = json(&["identify", &file, "--json", "--with", "auto", "--columns", columns]);
+    assert!(!reasons(&found).contains(&"search_stuck"), "{}", found["trust"]);
+}

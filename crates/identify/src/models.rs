@@ -69,6 +69,9 @@ impl Models<'_> {
         let there = (&from.space, &from.refined.values[..]);
         let mut starts = vec![warm_start(&problem, there)?];
         starts.extend(warm_start_with_delays(&problem, there).transpose()?);
+        if with_delay_starts && is_far(&self.prepared.fitted(&from.space), &from.refined) {
+            starts.extend(delay_starts(&problem, &self.start.motors)?.into_iter().take(OWN_STARTS));
+        }
         if with_delay_starts && with.iter().any(|e| e.is_delay_like() && !from.with.contains(e)) {
             starts.extend(
                 delay_starts(&problem, &[from.space.parameters(&from.refined.values, 0).to_array()])?
@@ -127,5 +130,8 @@ fn no_start() -> Error {
     )
 }
 
+/// Number of starts from a model's own initial estimates, beside those from the optimum of a smaller model: where the residuals of that
+/// are far above the noise, its optimum may lie in another basin.
+const OWN_STARTS: usize = 2;
 /// Number of starts for delays that are tried when an extension is added.
 const DELAY_STARTS: usize = 2;
