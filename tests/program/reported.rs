@@ -1,9 +1,13 @@
 //! Proves: recordings that users reported as wrong give the right value within its errors, or a level below good with a reason that names
 //! the fault and a next command that mends it.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and print")]
 
 use crate::support::program::{Folder, json, motorfit, run, simulated as simulated_to, text};
+use crate::support::rates::full;
 use crate::support::recordings::set;
+use rayon::prelude::*;
 use serde_json::Value;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Returns the path of a file of a case.
@@ -244,4 +248,58 @@ fn the_selection_fits_no_worse_than_a_model_that_is_named() {
     let columns = "time=t:s,voltage=PWM*12/255:V,speed=SPEED:rpm";
     let found = json(&["identify", &file, "--json", "--with", "auto", "--columns", columns]);
     assert!(!reasons(&found).contains(&"search_stuck"), "{}", found["trust"]);
+}
+
+/// The end of a walk along the next steps.
+#[derive(Debug, PartialEq)]
+enum End {
+    Good,
+    Advice,
+    Refusal,
+}
+
+/// Follows the next steps from the command without options to their end.
+fn walked(file: &str) -> End {
+    let mut seen: Vec<Vec<String>> = Vec::new();
+    let mut command = vec!["identify".to_owned(), file.to_owned(), "--json".to_owned()];
+    loop {
+        assert!(!seen.contains(&command), "a circle: {command:?}");
+        assert!(seen.len() <= 3, "more than three commands: {command:?}");
+        seen.push(command.clone());
+        let output = run(&command.iter().map(String::as_str).collect::<Vec<_>>());
+        let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+        if !document["error"].is_null() {
+            return End::Refusal;
+        }
+        if level(&document) == "good" {
+            return End::Good;
+        }
+        let next = document["trust"]["next"].as_str().unwrap_or_else(|| panic!("no next step: {command:?}"));
+        if !next.starts_with("motorfit ") {
+            return End::Advice;
+        }
+        assert!(next.starts_with("motorfit identify"), "{next}");
+        command = words(next)[1..].to_vec();
+    }
+}
+
+/// Largest file that is walked from without `MOTORFIT_FULL` \[bytes\].
+const BYTES: u64 = 60_000;
+
+#[test]
+fn a_next_step_leads_on() {
+    let Some(cases) = set("cases-2026-11-28") else { return };
+    let paths = |folder: &Path| -> Vec<PathBuf> {
+        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect()
+    };
+    let folders: Vec<PathBuf> = paths(&cases).into_iter().chain([cases.join("../newcomer-logs")]).collect();
+    let files = folders.iter().filter(|path| path.is_dir()).flat_map(|folder| paths(folder));
+    let is_small = |path: &PathBuf| full() || path.metadata().unwrap().len() < BYTES;
+    let files: Vec<PathBuf> =
+        files.filter(|path| path.extension().is_some_and(|of| of == "csv") && is_small(path)).collect();
+    let ends: Vec<End> = files.par_iter().map(|path| walked(path.to_str().unwrap())).collect();
+    let count = |end: End| ends.iter().filter(|own| **own == end).count();
+    let [good, advised, refused] = [End::Good, End::Advice, End::Refusal].map(count);
+    println!("{good} good, {advised} with advice, {refused} refused");
+    assert!(good >= 5 && advised >= 10, "{good} {advised} {refused}");
 }

@@ -212,6 +212,17 @@ impl Text {
         self
     }
 
+    /// Returns the references to settings whose values are complete, without placeholders for the user to replace.
+    pub fn steps(&self) -> impl Iterator<Item = &Reference> {
+        const PLACEHOLDERS: [&str; 6] = ["HEADING", "UNIT", "VALUE", "MIN", "HZ", "\u{2026}"];
+        self.0.iter().filter_map(|part| match part {
+            Part::Reference(reference @ Reference::Setting(_, Some(value))) => {
+                (!PLACEHOLDERS.iter().any(|placeholder| value.contains(placeholder))).then_some(reference)
+            }
+            _ => None,
+        })
+    }
+
     /// Returns true if the text is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {

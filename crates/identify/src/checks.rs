@@ -69,7 +69,8 @@ fn check_dead_time(records: &[Record], space: &Space) -> Result<()> {
     Err(Error::usage(message, format!("Give a value of {} s or more.", -longest)))
 }
 
-/// Checks after the fit that every free parameter is identifiable; without a refinement a warning replaces the error.
+/// Checks after the fit that every free parameter is identifiable; without a refinement a warning replaces the error. `open` are the
+/// parameters that a missing channel would identify: of these the inductance is not asked for.
 ///
 /// # Errors
 /// Returns `NotIdentified` if a refined fit leaves a free parameter unidentified.
@@ -78,7 +79,11 @@ pub(super) fn after(
     spec: &IdentifySpec,
     space: &Space,
     refined: &Refined,
+    open: &[Parameter],
 ) -> Result<Option<Warning>> {
+    if open.contains(&Parameter::L) && is_inductance(spec, space, refined) {
+        return Ok(None);
+    }
     let Some(what) = unknown(spec, space, refined) else { return Ok(None) };
     let constant = |r: &Record| r.input().windows(2).all(|v| v[0].to_bits() == v[1].to_bits());
     let input = driver(records);
@@ -93,6 +98,19 @@ pub(super) fn after(
         return Err(Error::not_identified(what, text!("{capital}" {rest} ".")));
     }
     Ok(Some(Warning::new("not_identifiable", text!("{what}; {first}" {rest}))))
+}
+
+/// Returns true if the inductance alone is not identified.
+fn is_inductance(spec: &IdentifySpec, space: &Space, refined: &Refined) -> bool {
+    let directions = &refined.uncertainty.unidentifiable;
+    let is_own = |direction: &Vec<f64>| {
+        let axes = space.free().iter().zip(direction).filter(|(_, part)| part.abs() > 0.1);
+        axes.into_iter().all(|(axis, _)| axis.parameter == Parameter::L)
+    };
+    match directions.is_empty() {
+        true => running(spec, space, refined).is_some_and(|(parameter, _)| parameter == Parameter::L),
+        false => directions.iter().all(is_own),
+    }
 }
 
 /// Returns the first motor parameter that ends at an automatic bound, and the side of that bound.

@@ -63,11 +63,6 @@ pub(super) fn lacking(prepared: &Prepared<'_>, fit: &Fit) -> Lacking {
 }
 
 impl Lacking {
-    /// Returns the extension that the residuals show most; `None` if no score is significant.
-    pub(super) fn extension(&self) -> Option<Extension> {
-        self.shown.map(|(extension, _)| extension)
-    }
-
     /// Returns the warnings for a model with the extensions `with`; `is_selected` is true if the model selection chose them.
     pub(super) fn warnings(&self, with: &[Extension], is_selected: bool) -> Vec<Warning> {
         let shown = self.shown.map(|(extension, shift)| shown((with, extension), shift, is_selected));

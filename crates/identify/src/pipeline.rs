@@ -137,7 +137,7 @@ pub(super) fn conclude(prepared: &Prepared<'_>, fit: &mut Fit, dropped: &Unident
         fit.refined.uncertainty = robust_uncertainty(&prepared.fitted(&fit.space), &fit.refined);
     }
     let mut warnings = std::mem::take(&mut fit.found.warnings);
-    warnings.extend(checks::after(records, spec, &fit.space, &fit.refined)?);
+    warnings.extend(checks::after(records, spec, &fit.space, &fit.refined, prepared.open())?);
     if spec.is_polished() {
         warnings.extend(homogeneity(records, &prepared.fitted(&fit.space), &fit.refined, prepared.open()));
     }
@@ -148,7 +148,7 @@ pub(super) fn conclude(prepared: &Prepared<'_>, fit: &mut Fit, dropped: &Unident
     warnings.extend(late.map(|late| late.warning(&extensions, spec.with == With::Auto)));
     let lacking = if spec.is_polished() { lacking(prepared, fit) } else { Lacking::default() };
     warnings.extend(lacking.warnings(&extensions, spec.with == With::Auto));
-    let evidence = Evidence { missed: missed(fit.problem.as_ref(), &fit.refined.sigmas), lacking: lacking.extension() };
+    let evidence = Evidence { missed: missed(fit.problem.as_ref(), &fit.refined.sigmas) };
     Ok(Conclusion { warnings, unidentified, evidence })
 }
 

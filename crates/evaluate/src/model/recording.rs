@@ -33,9 +33,10 @@ pub fn signal_requests(model: &Model) -> Vec<SignalRequest> {
 
 /// Returns the name of a quantity in requests for the columns of a model.
 fn name_of_signal(model: &Model, quantity: Quantity) -> String {
-    let names = model.inputs().iter().map(|input| &input.name).chain(model.outputs().iter().map(|output| &output.name));
+    let mut names =
+        model.inputs().iter().map(|input| &input.name).chain(model.outputs().iter().map(|output| &output.name));
     match quantity {
-        Quantity::Signal(number) => names.skip(usize::from(number)).next().cloned().unwrap_or_default(),
+        Quantity::Signal(number) => names.nth(usize::from(number)).cloned().unwrap_or_default(),
         other => other.key().to_owned(),
     }
 }

@@ -5,6 +5,7 @@
 //! The rules are the same for the DC motor (`motor.rs`) and for users' models (`model/trust.rs`).
 
 pub(super) mod motor;
+mod next;
 mod subject;
 mod validation;
 

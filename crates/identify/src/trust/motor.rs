@@ -1,16 +1,16 @@
 //! The level of trust in a result of the DC motor.
 
+use super::next::next_step;
 use super::{Facts, Missed, Reason, Subject, is_noise};
 use crate::estimates::ParameterEstimate;
 use crate::result::Identification;
 use crate::spec::IdentifySpec;
-use crate::trust_level::{Trust, TrustLevel, TrustReason};
+use crate::trust_level::{Trust, TrustLevel};
 use crate::verify::Status;
 use motorfit_core::numeric::peak;
-use motorfit_core::setting::{Text, text};
-use motorfit_motor::{Extension, Input, Parameter, With};
+use motorfit_motor::{Extension, Input, Parameter};
 use motorfit_record::warning::{Warning, name_of};
-use motorfit_record::{AssumedUnits, Record, speed_by_position};
+use motorfit_record::{AssumedUnits, Record};
 
 use TrustLevel::{Check, Poor};
 
@@ -23,10 +23,9 @@ pub(crate) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identificat
     // Without a voltage no fixed parameter makes R and L identifiable.
     let is_given = |e: &ParameterEstimate| e.fixed && Parameter::ALL.iter().any(|p| p.symbol() == e.name);
     let is_asked = found.input == Input::Voltage && found.estimates.iter().any(is_given);
-    let assumed = records.iter().find_map(AssumedUnits::of_motor);
     let facts = Facts {
         subject: Subject::new(found, is_asked),
-        assumed: assumed.clone(),
+        assumed: records.iter().find_map(AssumedUnits::of_motor),
         outputs: OUTPUTS.map(str::to_owned).to_vec(),
         recordings: records.iter().map(name_of).collect(),
         fit_percent: &found.fit_percent,
@@ -38,8 +37,8 @@ pub(crate) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identificat
         more: implausible(records, found).map(|message| (Check, "implausible", message.into())).into_iter().collect(),
     };
     let trust = facts.trust();
-    let named = (assumed.map(|assumed| assumed.step()), records.iter().find_map(speed_by_position));
-    let next = (trust.level != TrustLevel::Good).then(|| next(spec, found, (&trust.reasons, evidence), named));
+    let next = || next_step(records, (spec, found), &trust);
+    let next = (trust.level != TrustLevel::Good).then(next);
     Trust { next, ..trust }
 }
 
@@ -52,8 +51,6 @@ fn is_modelled(found: &Identification, warning: &Warning) -> bool {
 pub(crate) struct Evidence {
     /// Channels of recordings with residuals far above the noise.
     pub missed: Vec<Missed>,
-    /// Extension that the residuals show and the model lacks.
-    pub lacking: Option<Extension>,
 }
 
 /// Returns the reason from the verification of the search.
@@ -111,46 +108,4 @@ fn implausible(records: &[Record], found: &Identification) -> Option<String> {
         return Some(format!("a mechanical time constant of {mechanical:.2e} s is implausible"));
     }
     None
-}
-
-/// Returns the next step for the most severe reasons.
-fn next(
-    spec: &IdentifySpec,
-    found: &Identification,
-    (reasons, evidence): (&[TrustReason], &Evidence),
-    (named, by_position): (Option<Text>, Option<Text>),
-) -> Text {
-    let has = |codes: &[&str]| reasons.iter().any(|reason| codes.contains(&reason.code));
-    if has(&["between_samples"]) && found.input == Input::Voltage {
-        let better = if found.model.discretization == motorfit_motor::Discretization::Foh { "zoh" } else { "foh" };
-        return text!([Discretization = "{better}"]);
-    }
-    if let Some(step) = by_position {
-        return step;
-    }
-    if has(&["sign_reversed", "units", "implausible"]) {
-        return text!([Command::Inspect]);
-    }
-    if has(&["poor_fit", "recording_missed", "residuals", "averaged_sensor", "model_incomplete", "late_voltage"])
-        && spec.with != With::Auto
-    {
-        return text!([With = "auto"]);
-    }
-    if let Some(lacking) = evidence.lacking {
-        let list: Vec<&str> = found.extensions().into_iter().chain([lacking]).map(Extension::name).collect();
-        return text!([With = "{}", list.join(",")]);
-    }
-    if let Some(named) = named {
-        return named;
-    }
-    if has(&["at_bound"]) && Parameter::ALL.iter().any(|p| !spec.auto_bounds.contains(p)) {
-        return text!([Bounds = "auto"]);
-    }
-    if has(&["search_stuck", "search_inconclusive", "not_verified"]) && spec.method.is_search() {
-        return text!([Method = "auto"]);
-    }
-    if has(&["not_verified", "not_polished"]) && !spec.is_polished() {
-        return text!([Polish = "lm"]);
-    }
-    text!([Command::Inspect])
 }
