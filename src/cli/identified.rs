@@ -3,7 +3,7 @@
 use super::prelude::*;
 use super::terminal::Stream;
 use motorfit::identify::model::OwnModel;
-use motorfit::identify::{DcMotor, Identification};
+use motorfit::identify::{DcMotor, Identification, ParameterEstimate};
 use motorfit::motor::Input;
 use motorfit::record::{Quantity, Record};
 use motorfit::report::{
@@ -112,26 +112,25 @@ const DESCRIPTION_MAX: usize = 24;
 pub(super) fn parameters<M: Shown>(text: &mut String, found: &Identification<M>) {
     // In a narrow terminal the uncertainty is below the value.
     let is_narrow = terminal::width(Stream::Stdout).is_some_and(|columns| columns < PARAMETERS_WIDTH);
-    let (rows, open): (Vec<EstimateRow>, Vec<_>) =
-        estimate_rows(found).into_iter().partition(|row| row.value.is_some() || !row.unit.is_empty());
+    let (open, rows): (Vec<EstimateRow>, Vec<_>) = estimate_rows(found).into_iter().partition(EstimateRow::is_list);
+    let estimates = || rows.iter().map(|row| &row.estimate);
     let longest = |lengths: &mut dyn Iterator<Item = usize>| lengths.max().unwrap_or(0);
     let chars = |text: &str| text.chars().count();
-    let width = longest(&mut rows.iter().map(|row| chars(&row.name)));
-    let described = |row: &EstimateRow| {
-        let of = row.recording.map_or_else(String::new, |n| format!(" {}", n + 1));
-        format!("{}{of}", row.description)
+    let width = longest(&mut estimates().map(|e| chars(&e.name)));
+    let described = |e: &ParameterEstimate| {
+        let of = e.recording.map_or_else(String::new, |n| format!(" {}", n + 1));
+        format!("{}{of}", e.description)
     };
-    let description = longest(&mut rows.iter().map(|row| chars(&described(row))));
+    let description = longest(&mut estimates().map(|e| chars(&described(e))));
     // Long descriptions would push the values out of sight; the numbers of recordings remain.
     let is_described = description <= DESCRIPTION_MAX;
-    let described = |row: &EstimateRow| match is_described {
-        true => described(row),
-        false => row.recording.map_or_else(String::new, |n| (n + 1).to_string()),
+    let described = |e: &ParameterEstimate| match is_described {
+        true => described(e),
+        false => e.recording.map_or_else(String::new, |n| (n + 1).to_string()),
     };
-    let description =
-        longest(&mut rows.iter().map(|row| chars(&described(row)))).max(if is_described { 17 } else { 0 });
+    let description = longest(&mut estimates().map(|e| chars(&described(e)))).max(if is_described { 17 } else { 0 });
     let shown = |unit: &str| if unit == "1" { String::new() } else { unit.to_owned() };
-    let units = longest(&mut rows.iter().map(|row| chars(&row.unit))).max(10);
+    let units = longest(&mut estimates().map(|e| chars(&e.unit))).max(10);
     if found.uncertainty.is_some() && !is_narrow {
         let left = width + 2 + description + 12;
         let _ = writeln!(text, "  {DIM}{:<left$} {:<units$} {:>11}   95 % interval{DIM:#}", "", "", "std. error");
@@ -143,24 +142,24 @@ pub(super) fn parameters<M: Shown>(text: &mut String, found: &Identification<M>)
         }
         false => format!("{:>11}   {} … {}", significant(error, 2), significant(low, 6), significant(high, 6)),
     };
-    for row in &rows {
-        let remark = match (row.bounds, row.std_error.zip(row.ci95)) {
+    for EstimateRow { estimate: e, remark } in &rows {
+        let remark = match (e.bounds, e.std_error.zip(e.ci95)) {
             (_, Some((error, ends))) => uncertainty(error, ends),
-            (Some([min, max]), None) if row.value.is_some() => {
-                let bound = row.at_bound.map_or(String::new(), |side| format!(" (at its {side})"));
+            (Some([min, max]), None) if e.value.is_some() => {
+                let bound = e.at_bound.map_or(String::new(), |side| format!(" (at its {side})"));
                 format!("{DIM}within {} … {}{bound}{DIM:#}", significant(min, 3), significant(max, 3))
             }
-            _ => format!("{DIM}{}{DIM:#}", row.remark),
+            _ => format!("{DIM}{remark}{DIM:#}"),
         };
-        let value = row.value.map_or_else(|| "\u{2013}".to_owned(), |value| significant(value, 6));
-        let (name, described, unit) = (&row.name, described(row), shown(&row.unit));
+        let value = e.value.map_or_else(|| "\u{2013}".to_owned(), |value| significant(value, 6));
+        let (name, described, unit) = (&e.name, described(e), shown(&e.unit));
         let _ = writeln!(
             text,
             "  {STRONG}{name:<width$}{STRONG:#}  {described:<description$}{value:>12} {unit:<units$} {remark}"
         );
     }
     for row in open {
-        let _ = writeln!(text, "  {STRONG}{}{STRONG:#}  {DIM}{}{DIM:#}", row.name, row.remark);
+        let _ = writeln!(text, "  {STRONG}{}{STRONG:#}  {DIM}{}{DIM:#}", row.estimate.name, row.remark);
     }
 }
 

@@ -167,7 +167,7 @@ fn nearest(error: &clap::Error) -> Option<&str> {
     nearest_of(given, &values)
 }
 
-/// Returns the level of trust with what it is of and its reasons, or `otherwise` without any, and the next step if there is one.
+/// Returns the level of trust with that to which it applies and its reasons, or `otherwise` without any, and the next step if there is one.
 pub(super) fn trust_line(trust: &Trust, otherwise: &str, next: Option<&str>) -> String {
     let reasons: Vec<String> = trust.reasons.iter().map(|reason| reason.message.spelled(command_line)).collect();
     let reasons = if reasons.is_empty() { otherwise.to_owned() } else { reasons.join("; ") };

@@ -47,7 +47,7 @@ fn is_right(entry: &Value, truth: f64) -> bool {
 }
 
 #[test]
-fn a_level_of_trust_names_what_it_is_of() {
+fn a_level_of_trust_names_the_parameters_to_which_it_applies() {
     let Some(file) = case("trust-good-nothing", "vw.csv") else { return };
     let of = ["kV", "kA", "time_constant"];
     let motor = json(&["identify", &file, "--json", "--strict"]);
@@ -208,6 +208,12 @@ fn a_held_out_recording_judges_too() {
         assert_eq!((level(&wrong), reasons(&wrong)), ("poor", vec!["validation"]), "{more:?}: {}", wrong["trust"]);
         assert!(!wrong["trust"]["next"].is_null());
     }
+    // A sweep judges as the identification of each recording alone.
+    let keys = format!("recordings = [\"{own}\"]\nvalidate = [\"{other}\"]\nmethods = [\"auto\"]\n");
+    let study = folder.file("study.toml", keys);
+    assert!(run(&["sweep", &study, "--out", &folder.path("sweep")]).status.success());
+    let lines = std::fs::read_to_string(folder.path("sweep/results.jsonl")).unwrap();
+    assert!(lines.contains(r#""trust":{"level":"poor","reasons":["validation"]}"#), "{lines}");
 }
 
 #[test]
@@ -220,6 +226,19 @@ fn a_speed_is_compared_with_the_position_beside_it() {
     for (name, truth) in [("R", 1.2), ("L", 8e-4), ("K", 0.025), ("B", 1.5e-5), ("J", 8e-6), ("Tc", 0.003)] {
         assert!(is_right(&mended["parameters"][name], truth), "{name}: {}", mended["parameters"][name]);
     }
+    // Behind a gear the position is not that of the motor: the level is good once this is stated.
+    let folder = Folder::new();
+    let mut angle = 0.0;
+    let row = |[t, v, w]: &[f64; 3]| {
+        angle += w * 1e-3 / 7.3;
+        format!("{t},{v},{w},{angle}\n")
+    };
+    let rows: String = steps(&folder).iter().map(row).collect();
+    let geared = folder.file("geared.csv", format!("time_s,voltage_V,speed_rad_s,position_rad\n{rows}"));
+    let found = json(&["identify", &geared, "--json"]);
+    assert_eq!((level(&found), reasons(&found)), ("check", vec!["position_ratio"]), "{}", found["trust"]);
+    let stated = followed(&found);
+    assert_eq!((level(&stated), &stated["trust"]["of"][0]), ("good", &"kV".into()), "{}", stated["trust"]);
     // A position that is named takes the place of a speed that is not.
     let Some(file) = case("position_beside_speed", "position_and_omega.csv") else { return };
     let columns = "time=t:s,voltage=u:V,position=theta:turns";

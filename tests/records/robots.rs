@@ -164,6 +164,7 @@ fn a_duty_cycle_and_a_velocity_without_a_unit_cost_the_trust() {
     let assumed = fit(&read_bytes(&log.bytes, None, &options).unwrap());
     for (found, code) in [(duty, "voltage_small"), (assumed, "unit_assumed")] {
         assert!(found.found.trust.reasons.iter().any(|reason| reason.code == code), "{:?}", found.found.trust.reasons);
+        assert!(found.found.trust.reasons.iter().all(|reason| reason.code != "units_assumed"), "one fault, one reason");
         assert_eq!(found.found.trust.level, TrustLevel::Check);
     }
 }

@@ -62,7 +62,7 @@ result! {
         };
         /// Level of trust in the result: "good", "check" or "poor".
         trust = |of, py| given(py, of.common().trust.level.name());
-        /// Names of the parameters and combinations of parameters that the level of trust is of.
+        /// Names of the parameters and combinations of parameters to which the level of trust applies.
         trust_of = |of, py| given(py, of.common().trust.of.clone());
         /// Reasons for the level of trust, the most severe first: a list of `MotorfitWarning`; empty if it is good.
         trust_reasons = |of, py| given(py, reasons(py, &of.common().trust.reasons)?);

@@ -32,12 +32,19 @@ pub struct ParameterEstimate {
 impl ParameterEstimate {
     /// Makes the estimate of a parameter of the DC motor without a standard error, an interval or bounds.
     pub(super) fn of_motor(parameter: Parameter, scope: Scope, value: Option<f64>) -> Self {
+        let named = Self::named(parameter.symbol(), parameter.unit());
+        Self { recording: scope.recording(), description: parameter.name().to_owned(), value, ..named }
+    }
+
+    /// Makes an estimate without a value, of all recordings.
+    #[must_use]
+    pub fn named(name: &str, unit: &str) -> Self {
         Self {
-            name: parameter.symbol().to_owned(),
-            recording: scope.recording(),
-            description: parameter.name().to_owned(),
-            unit: parameter.unit().to_owned(),
-            value,
+            name: name.to_owned(),
+            recording: None,
+            description: String::new(),
+            unit: unit.to_owned(),
+            value: None,
             std_error: None,
             ci95: None,
             at_bound: None,

@@ -187,7 +187,7 @@ fn finished(
     let verification = verified(&fit, is_noise(&residual_tests, &missed(fit.problem.as_ref(), &fit.refined.sigmas)));
     let of_recordings = warnings::as_taken(diagnosis, records, spec);
     let mut warnings = warnings::with_normalized(of_recordings, prepared.normalized.as_ref());
-    let Conclusion { warnings: own, unidentified, evidence } = conclude(prepared, &mut fit, &dropped)?;
+    let Conclusion { warnings: own, unidentified, missed } = conclude(prepared, &mut fit, &dropped)?;
     warnings.extend(own);
     let result = reported(prepared, fit)?;
     let machine = DcMotor { model: spec.model, unidentified, ..result.machine };
@@ -202,7 +202,7 @@ fn finished(
             result.warnings.push(warning);
         }
     }
-    let judged = trust(records, spec, &result, &evidence);
+    let judged = trust(records, spec, &result, &missed);
     set_trust(&mut result, judged);
     Ok(result)
 }

@@ -71,7 +71,7 @@ pub use likelihood::{LikelihoodPoint, LikelihoodProfile};
 pub use machine::{Keys, Machine};
 pub use method::{Method, Polish};
 pub use motor_likelihood::likelihood_profiles;
-pub use motor_result::{hold_out, validate};
+pub use motor_result::{add_validation, hold_out, validate};
 pub use pipeline::{identify, identify_with};
 pub use profile::LIMIT as LIKELIHOOD_LIMIT;
 pub use result::{Identification, LeftOut, SearchOutcome};

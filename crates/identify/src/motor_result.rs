@@ -203,15 +203,24 @@ pub fn hold_out(
         found.warnings.extend(validation_repeats(records, held_out));
         let all: Vec<&Record> = records.iter().chain(held_out).collect();
         found.machine.noise_floor = noise_floor(&all, found.model)?;
-        let validation = validate(held_out, spec, found)?;
-        let next = || match spec.with {
-            With::Auto => {
-                "Fit the held-out recordings too; check whether the motor, its load or its supply changed.".into()
-            }
-            With::These(_) => text!([With = "auto"]),
-        };
-        judge_validation(found, (&validation.fit_percent, &validation.residual_sigma), next);
-        found.machine.validation = Some(validation);
+        add_validation(found, held_out, spec)?;
     }
+    Ok(())
+}
+
+/// Adds the validation on held-out recordings to a result, and its judgement to the level of trust.
+///
+/// # Errors
+/// Returns the same errors as [`validate`].
+pub fn add_validation(found: &mut Identification, held_out: &[Record], spec: &IdentifySpec) -> Result<()> {
+    let validation = validate(held_out, spec, found)?;
+    let next = || match spec.with {
+        With::Auto => {
+            "Fit the held-out recordings too; check whether the motor, its load or its supply changed.".into()
+        }
+        With::These(_) => text!([With = "auto"]),
+    };
+    judge_validation(found, (&validation.fit_percent, &validation.residual_sigma), next);
+    found.machine.validation = Some(validation);
     Ok(())
 }

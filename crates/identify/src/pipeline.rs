@@ -14,8 +14,8 @@ use super::refine::{Fit, Observer, fit};
 use super::result::{Identification, SearchOutcome, left_out};
 use super::result_warnings::residuals_follow_input;
 use super::spec::IdentifySpec;
-use super::trust::motor::{Evidence, OUTPUTS, trust};
-use super::trust::{missed, set as set_trust};
+use super::trust::motor::{OUTPUTS, trust};
+use super::trust::{Missed, missed, set as set_trust};
 use super::unidentified::fix_unidentified;
 use super::verify::{settle, verify};
 use super::warnings;
@@ -66,11 +66,11 @@ fn run(records: &[Record], spec: &IdentifySpec, observe: &mut Observer<'_>) -> R
     let of_recordings = || warnings::of_recordings(records, spec);
     let (of_recordings, result) = rayon::join(of_recordings, || estimated(records, spec, observe));
     let hinted = |error| of_the_only_file(records, warnings::with_findings(error, &of_recordings));
-    let (mut result, normalized, evidence) = result.map_err(hinted)?;
+    let (mut result, normalized, missed) = result.map_err(hinted)?;
     let mut warnings = warnings::with_normalized(of_recordings, normalized.as_ref());
     warnings.append(&mut result.warnings);
     result.warnings = warnings;
-    let judged = trust(records, spec, &result, &evidence);
+    let judged = trust(records, spec, &result, &missed);
     set_trust(&mut result, judged);
     Ok(result)
 }
@@ -84,12 +84,13 @@ fn of_the_only_file(records: &[Record], error: Error) -> Error {
     path.into_iter().fold(error, Error::in_file)
 }
 
-/// Runs the stages. Returns the result, the normalized model if a channel is missing, and the evidence for the level of trust.
+/// Runs the stages. Returns the result, the normalized model if a channel is missing, and the channels
+/// with residuals far above the noise.
 fn estimated(
     records: &[Record],
     spec: &IdentifySpec,
     observe: &mut Observer<'_>,
-) -> Result<(Identification, Option<NormalizedModel>, Evidence)> {
+) -> Result<(Identification, Option<NormalizedModel>, Vec<Missed>)> {
     let masked = without_undersampled(records, spec);
     let Chosen { prepared, start, selection } = choose(records, masked.as_deref(), spec)?;
     let left_out = left_out(records, prepared.records);
@@ -106,7 +107,7 @@ fn estimated(
         dropped = fix_unidentified(&prepared, &mut fit, dropped)?;
     }
     let residual_tests = if is_replaced { tested(&prepared, &fit) } else { tests };
-    let Conclusion { mut warnings, unidentified, evidence } = conclude(&prepared, &mut fit, &dropped)?;
+    let Conclusion { mut warnings, unidentified, missed } = conclude(&prepared, &mut fit, &dropped)?;
     let found = assembled(&prepared, fit);
     let found = Identification { selection, alternatives, left_out, ..found };
     let machine = DcMotor { unidentified, ..found.machine };
@@ -117,14 +118,15 @@ fn estimated(
     warnings.extend(warnings::of_result(&result, start.estimate.as_ref().err().copied()));
     result.warnings = warnings;
     analyse(&prepared, &mut result)?;
-    Ok((result, prepared.normalized, evidence))
+    Ok((result, prepared.normalized, missed))
 }
 
 /// The findings about a finished fit.
 pub(super) struct Conclusion {
     pub warnings: Vec<Warning>,
     pub unidentified: Vec<(Parameter, Scope)>,
-    pub evidence: Evidence,
+    /// Channels of recordings with residuals far above the noise.
+    pub missed: Vec<Missed>,
 }
 
 /// Widens the standard errors of a finished fit for correlated residuals and collects the findings about it.
@@ -148,8 +150,8 @@ pub(super) fn conclude(prepared: &Prepared<'_>, fit: &mut Fit, dropped: &Unident
     warnings.extend(late.map(|late| late.warning(&extensions, spec.with == With::Auto)));
     let lacking = if spec.is_polished() { lacking(prepared, fit) } else { Lacking::default() };
     warnings.extend(lacking.warnings(&extensions, spec.with == With::Auto));
-    let evidence = Evidence { missed: missed(fit.problem.as_ref(), &fit.refined.sigmas) };
-    Ok(Conclusion { warnings, unidentified, evidence })
+    let missed = missed(fit.problem.as_ref(), &fit.refined.sigmas);
+    Ok(Conclusion { warnings, unidentified, missed })
 }
 
 /// Returns the residual tests of a refined fit, one entry per recording; empty without a refinement.

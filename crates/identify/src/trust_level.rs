@@ -32,7 +32,7 @@ pub struct TrustReason {
 pub struct Trust {
     /// Level of trust, the lowest that any reason leaves.
     pub level: TrustLevel,
-    /// Names of the identified parameters and combinations, of which the level is; empty without standard errors.
+    /// Names of the identified parameters and combinations, to which the level applies; empty without standard errors.
     pub of: Vec<String>,
     /// Parameters that the recordings do not identify.
     pub open: Vec<String>,
@@ -48,7 +48,7 @@ pub struct Trust {
 const NAMES_MAX: usize = 8;
 
 impl Trust {
-    /// Returns the names of which the level is, as `kV, kA and the time constant; R and L need a current`; empty if there are none, or for a poor level.
+    /// Returns the names to which the level applies, as `kV, kA and the time constant; R and L need a current`; empty if there are none, or for a poor level.
     #[must_use]
     pub fn subject(&self) -> String {
         if self.of.is_empty() || self.level == TrustLevel::Poor {
@@ -74,7 +74,7 @@ fn named(names: &[String]) -> String {
 }
 
 /// The codes of reasons with their meanings.
-pub static REASONS: [(&str, &str); 40] = [
+pub static REASONS: [(&str, &str); 41] = [
     ("poor_fit", "The residuals of a channel are large and far above its noise."),
     ("recording_missed", "The model does not fit a channel of one recording of a joint fit."),
     ("search_stuck", "A better optimum is known."),
@@ -91,6 +91,10 @@ pub static REASONS: [(&str, &str); 40] = [
     ("residuals", "The residuals are autocorrelated, or correlated with the input."),
     ("implausible", "A current, speed or time constant is implausible for a motor: a unit may be wrong."),
     ("units_assumed", "No unit of a channel is given, and the assumed one scales the estimates."),
+    (
+        "position_ratio",
+        "The position changes by another factor or sign than the integral of the speed, as behind a gear.",
+    ),
     ("friction_differs", "Friction differs between the recordings."),
     ("model_incomplete", "The residuals show an effect that the model lacks."),
     ("not_separated", "Another model fits the recordings equally well."),

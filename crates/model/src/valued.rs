@@ -2,16 +2,21 @@
 
 use super::Role;
 use super::definition::{InitialState, Model};
-use super::graph::{Direction, Id, Leaf, evaluate};
+use super::graph::{Direction, Graph, Id, Leaf, evaluate};
+
+/// Evaluates nodes of a graph for values of the parameters in their units; NaN for a node that depends on anything else.
+fn valued(graph: &Graph, ids: &[Id], values: &[f64]) -> Vec<f64> {
+    let leaf = |leaf: Leaf| match leaf {
+        Leaf::Parameter(n) => values.get(usize::from(n)).copied().unwrap_or(f64::NAN),
+        _ => f64::NAN,
+    };
+    evaluate(graph, ids, &mut Vec::new(), &leaf)
+}
 
 impl Model {
     /// Evaluates nodes for values of the parameters in their units; NaN for a node that depends on anything else.
     fn valued(&self, ids: &[Id], values: &[f64]) -> Vec<f64> {
-        let leaf = |leaf: Leaf| match leaf {
-            Leaf::Parameter(n) => values.get(usize::from(n)).copied().unwrap_or(f64::NAN),
-            _ => f64::NAN,
-        };
-        evaluate(&self.graph, ids, &mut Vec::new(), &leaf)
+        valued(&self.graph, ids, values)
     }
 
     /// Returns the roles of the section `export` with their values in SI units, for values of the parameters in their units.
@@ -35,7 +40,7 @@ impl Model {
                 ids.push(Direction::new(rate).derivative(&mut graph, quantity.value));
             }
         }
-        let all = Self { graph, ..self.clone() }.valued(&ids, values);
+        let all = valued(&graph, &ids, values);
         all.chunks(1 + parameters).map(|own| (own[0], own[1..].to_vec())).collect()
     }
 

@@ -1,5 +1,5 @@
-//! Units of columns that neither a heading nor a request names, so that SI units, or those of a model, are assumed; and the unit of a speed
-//! by the position beside it.
+//! Units of columns that neither a heading nor a request names, so that SI units, or those of a model, are assumed; and the units of a
+//! speed and a position that agree.
 
 use super::heading::Quantity;
 use super::import::name_of;
@@ -50,10 +50,9 @@ impl AssumedUnits {
             format!("{}={}:{unit}", key(column.quantity), name_of(&column.heading))
         };
         let listed = |column: &&Column| format!("{} in {}", key(column.quantity).replace('_', " "), column.unit);
-        let joined = |list: Vec<String>, by: &str| list.join(by);
         (!columns.is_empty()).then(|| Self {
-            listed: joined(columns.iter().map(listed).collect(), ", "),
-            request: joined(columns.iter().map(request).collect(), ","),
+            listed: columns.iter().map(listed).collect::<Vec<_>>().join(", "),
+            request: columns.iter().map(request).collect::<Vec<_>>().join(","),
             doubt,
         })
     }
@@ -80,21 +79,22 @@ impl AssumedUnits {
     /// Returns the remedy of a warning.
     #[must_use]
     pub fn remedy(&self) -> Text {
-        text!("Name the units if they are others: ").and(self.step()).and(".")
+        text!("Name the units: ").and(self.step()).and(".")
     }
 }
 
-/// Returns the request for columns with the unit of the speed by which it is the derivative of the position, or without the speed, so that it
-/// is computed from the position; `None` if they agree.
+/// Returns the request for columns with the units by which the speed is the derivative of the position; `None` if they agree, or if their
+/// ratio has no usual cause with one remedy.
 #[must_use]
-pub fn speed_by_position(record: &Record) -> Option<Text> {
+pub fn agreeing_units(record: &Record) -> Option<Text> {
     let source = record.source();
     let ratio = source.position_ratio.filter(|ratio| position_disagrees(*ratio, "").is_some())?;
-    let column = source.columns.iter().find(|column| column.quantity == Quantity::Speed && column.unit == "rad/s");
-    let named =
-        column.filter(|column| column.conversion.is_empty()).zip(cause(ratio).filter(|(_, unit)| !unit.is_empty()));
-    Some(match named {
-        Some((column, (_, unit))) => text!([Columns = "speed={}:{unit}", name_of(&column.heading)]),
-        None => text!([Columns = "speed=-"]),
-    })
+    let (_, units) = cause(ratio).filter(|(_, [unit, _])| !unit.is_empty())?;
+    let item = |(quantity, unit): (Quantity, &str)| {
+        let is_plain = |column: &&Column| column.quantity == quantity && column.conversion.is_empty();
+        let column = source.columns.iter().find(is_plain).filter(|column| column.unit == quantity.unit())?;
+        Some(format!("{}={}:{unit}", quantity.key(), name_of(&column.heading)))
+    };
+    let [speed, position] = [(Quantity::Speed, units[0]), (Quantity::Position, units[1])].map(item);
+    Some(text!([Columns = "{},{}", speed?, position?]))
 }

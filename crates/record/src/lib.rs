@@ -26,7 +26,7 @@ mod stored;
 mod time;
 pub mod warning;
 
-pub use assumed::{AssumedUnits, PERIOD_DOUBTED_S, speed_by_position};
+pub use assumed::{AssumedUnits, PERIOD_DOUBTED_S, agreeing_units};
 pub use diagnose::{FINDINGS, Finding, Severity, can_cause_poor_fit, diagnose};
 pub use heading::Quantity;
 pub use import::{

@@ -11,25 +11,26 @@ const RATIO: f64 = 0.1;
 const EXPLAINED: f64 = 0.8;
 
 /// Ratios of the change of the position to the integral of the speed, each with the usual cause, as a sentence about `NAME`, the speed, and the
-/// unit of the speed if the position is right; empty for none.
-const CAUSES: [(f64, &str, &str); 10] = [
-    (1.0 / 60.0, "the NAME may be per minute", ""),
-    (TAU / 60.0, "the NAME may be in revolutions per minute", "rpm"),
-    (60.0 / TAU, "the NAME may have been converted from revolutions per minute twice", ""),
-    (TAU, "the position may be in radians, or the NAME in turns per second", "turns/s"),
-    (1.0 / TAU, "the NAME may be in radians per second, or the position in turns", ""),
-    (360.0, "the position may be in degrees, or the NAME in turns per second", ""),
-    (1.0 / 360.0, "the NAME may be in degrees per second, or the position in turns", ""),
-    (180.0 / PI, "the position may be in degrees", ""),
-    (PI / 180.0, "the NAME may be in degrees per second", "deg/s"),
-    (1000.0, "the position may be in thousandths of its unit", ""),
+/// units of speed and position that agree; empty if there is more than one remedy.
+const CAUSES: [(f64, &str, [&str; 2]); 10] = [
+    (1.0 / 60.0, "the NAME may be per minute", [""; 2]),
+    (TAU / 60.0, "the NAME may be in revolutions per minute", ["rpm", "rad"]),
+    (60.0 / TAU, "the NAME may have been converted from revolutions per minute twice", [""; 2]),
+    (TAU, "the position may be in radians, or the NAME in turns per second", ["turns/s", "rad"]),
+    (1.0 / TAU, "the NAME may be in radians per second, or the position in turns", ["rad/s", "turns"]),
+    (360.0, "the position may be in degrees, or the NAME in turns per second", [""; 2]),
+    (1.0 / 360.0, "the NAME may be in degrees per second, or the position in turns", [""; 2]),
+    (180.0 / PI, "the position may be in degrees", ["rad/s", "deg"]),
+    (PI / 180.0, "the NAME may be in degrees per second", ["deg/s", "rad"]),
+    (1000.0, "the position may be in thousandths of its unit", [""; 2]),
 ];
 
-/// Returns the usual cause of a ratio with the unit of the speed.
-pub(super) fn cause(ratio: f64) -> Option<(&'static str, &'static str)> {
-    let distance = |of: &&(f64, &str, &str)| (ratio / of.0).ln().abs();
+/// Returns the usual cause of a ratio, with the units of speed and position in place of rad/s and rad; `None` for another ratio, such as
+/// that of a gear.
+pub(super) fn cause(ratio: f64) -> Option<(&'static str, [&'static str; 2])> {
+    let distance = |of: &&(f64, &str, [&str; 2])| (ratio / of.0).ln().abs();
     let nearest = CAUSES.iter().filter(|_| ratio > 0.0).min_by(|a, b| distance(a).total_cmp(&distance(b)));
-    nearest.filter(|of| distance(of) < RATIO).map(|(_, cause, unit)| (*cause, *unit))
+    nearest.filter(|of| distance(of) < RATIO).map(|(_, cause, units)| (*cause, *units))
 }
 
 /// Returns the ratio of the change of a position to the integral of a speed over recordings, each with its times \[s\], positions and speeds;

@@ -1,4 +1,4 @@
-//! Rows of estimates for tables of any front end: identified combinations first where a parameter is not identified, then the parameters;
+//! Rows of estimates for tables of any front end: identified combinations first where parameters are not identified, then the parameters;
 //! those that are not identified are one row at the end.
 
 use motorfit_identify::{Combination, Identification, Machine, ParameterEstimate};
@@ -6,59 +6,29 @@ use motorfit_identify::{Combination, Identification, Machine, ParameterEstimate}
 /// A row of a table of estimates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EstimateRow {
-    /// Name, as `R`; several, separated by commas, of parameters that are not identified.
-    pub name: String,
-    /// Description; empty for none.
-    pub description: String,
-    /// Index of the recording that the parameter belongs to; `None` if all recordings share it.
-    pub recording: Option<usize>,
-    /// Value; `None` if it is not identified.
-    pub value: Option<f64>,
-    /// Unit.
-    pub unit: String,
-    /// Standard error in the same unit.
-    pub std_error: Option<f64>,
-    /// 95 % confidence interval.
-    pub ci95: Option<[f64; 2]>,
-    /// Bounds of a free parameter.
-    pub bounds: Option<[f64; 2]>,
-    /// Bound at which the value is, `min` or `max`.
-    pub at_bound: Option<&'static str>,
+    /// Estimate of a parameter or a combination. Several parameters that are not identified have their names, separated by commas, and no
+    /// unit.
+    pub estimate: ParameterEstimate,
     /// Reason for which there is no standard error, or the kind of row; empty for an estimated parameter.
     pub remark: String,
 }
 
 impl EstimateRow {
-    fn of_parameter(e: &ParameterEstimate) -> Self {
-        Self {
-            name: e.name.clone(),
-            description: e.description.clone(),
-            recording: e.recording,
-            value: e.value,
-            unit: e.unit.clone(),
-            std_error: e.std_error,
-            ci95: e.ci95,
-            bounds: e.bounds,
-            at_bound: e.at_bound,
-            remark: e.remark().to_owned(),
-        }
+    fn of_parameter(estimate: &ParameterEstimate) -> Self {
+        Self { estimate: estimate.clone(), remark: estimate.remark().to_owned() }
     }
 
     fn of_combination(c: &Combination) -> Self {
-        Self {
-            name: c.name.replace('_', " "),
-            value: Some(c.value),
-            unit: c.unit.clone(),
-            std_error: Some(c.std_error),
-            ci95: Some(c.ci95),
-            ..Self::named(String::new(), "identified combination".to_owned())
-        }
+        let (std_error, ci95) = (Some(c.std_error), Some(c.ci95));
+        let named = ParameterEstimate::named(&c.name.replace('_', " "), &c.unit);
+        let estimate = ParameterEstimate { value: Some(c.value), std_error, ci95, ..named };
+        Self { estimate, remark: "identified combination".to_owned() }
     }
 
-    fn named(name: String, remark: String) -> Self {
-        let (description, unit) = (String::new(), String::new());
-        let (recording, value, std_error, ci95, bounds, at_bound) = (None, None, None, None, None, None);
-        Self { name, description, recording, value, unit, std_error, ci95, bounds, at_bound, remark }
+    /// Returns true if the row is of several parameters that are not identified.
+    #[must_use]
+    pub fn is_list(&self) -> bool {
+        self.estimate.value.is_none() && self.estimate.unit.is_empty()
     }
 }
 
@@ -71,11 +41,11 @@ pub fn estimate_rows<M: Machine>(found: &Identification<M>) -> Vec<EstimateRow> 
     if open.len() < 2 {
         return found.estimates.iter().map(EstimateRow::of_parameter).chain(combinations).collect();
     }
-    let mut rows: Vec<EstimateRow> = combinations.collect();
-    rows.extend(known.into_iter().map(EstimateRow::of_parameter));
+    let mut rows: Vec<EstimateRow> = combinations.chain(known.into_iter().map(EstimateRow::of_parameter)).collect();
     let needs = M::missing_channel(found).map_or_else(String::new, |needs| format!(" without {needs}"));
     let mut names: Vec<&str> = open.iter().map(|e| e.name.as_str()).collect();
     names.dedup();
-    rows.push(EstimateRow::named(names.join(", "), format!("not identifiable{needs}")));
+    let estimate = ParameterEstimate::named(&names.join(", "), "");
+    rows.push(EstimateRow { estimate, remark: format!("not identifiable{needs}") });
     rows
 }

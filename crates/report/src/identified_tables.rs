@@ -1,6 +1,6 @@
 //! Tables of an identification: parameters, fit, feedforward characteristics, model selection.
 
-use super::estimate_rows::estimate_rows;
+use super::estimate_rows::{EstimateRow, estimate_rows};
 use super::identified::{verdicts, window, with_error};
 use super::requested::Requested;
 use super::shown::Shown;
@@ -15,17 +15,17 @@ pub(super) fn parameters_table<M: Machine>(found: &Identification<M>) -> Table {
     let heads = ["parameter", "value", "unit", "standard error", "95 % interval", "remark"];
     let mut table = Table::new("parameters", "Parameters", &heads);
     let interval = |[low, high]: [f64; 2]| format!("{} … {}", significant(low, 6), significant(high, 6));
-    for row in estimate_rows(found) {
-        let of = row.recording.map_or_else(String::new, |n| format!(" of recording {}", n + 1));
-        let description = Some(&row.description).filter(|text| !text.is_empty());
+    for EstimateRow { estimate: e, remark } in estimate_rows(found) {
+        let of = e.recording.map_or_else(String::new, |n| format!(" of recording {}", n + 1));
+        let description = Some(&e.description).filter(|text| !text.is_empty());
         let description = description.map_or_else(String::new, |text| format!(", {text}"));
         table.row(vec![
-            format!("{}{description}{of}", row.name),
-            row.value.map_or_else(dash, |value| significant(value, 6)),
-            row.unit,
-            row.std_error.map_or_else(dash, |error| significant(error, 2)),
-            row.ci95.map_or_else(dash, interval),
-            row.remark,
+            format!("{}{description}{of}", e.name),
+            e.value.map_or_else(dash, |value| significant(value, 6)),
+            e.unit,
+            e.std_error.map_or_else(dash, |error| significant(error, 2)),
+            e.ci95.map_or_else(dash, interval),
+            remark,
         ]);
     }
     table

@@ -49,8 +49,8 @@ pub fn identify_page<M: Shown>(
         title: format!("{} of {name}", found.machine.title()),
         trust: Some(trust(found, command_line)),
         cards: cards(records, found),
-        answer: String::new(),
         sections,
+        ..Page::default()
     }
 }
 
@@ -94,17 +94,15 @@ fn left_out<M>(found: &Identification<M>, number: usize) -> Vec<[f64; 2]> {
 
 /// Returns the values that all recordings share.
 fn cards<M: Shown>(records: &[Record], found: &Identification<M>) -> Vec<Card> {
-    let shared = |row: &EstimateRow| row.recording.is_none() || records.len() == 1;
-    let card = |row: EstimateRow| {
-        let EstimateRow { name: symbol, description: name, .. } = row;
-        let Some(value) = row.value else {
-            return Card { symbol, name, value: "\u{2013}".to_owned(), unit: String::new(), remark: row.remark };
+    let shared = |row: &EstimateRow| row.estimate.recording.is_none() || records.len() == 1;
+    let card = |EstimateRow { estimate: e, remark }: EstimateRow| {
+        let (symbol, name) = (e.name, e.description);
+        let Some(value) = e.value else {
+            return Card { symbol, name, value: "\u{2013}".to_owned(), unit: String::new(), remark };
         };
-        let [value, unit] = in_suitable_unit(value, row.std_error, &row.unit.replace('*', "·"));
-        let remark = match row.remark.as_str() {
-            "" if row.std_error.is_none() => "without a standard error".to_owned(),
-            _ => row.remark,
-        };
+        let [value, unit] = in_suitable_unit(value, e.std_error, &e.unit.replace('*', "·"));
+        let is_bare = remark.is_empty() && e.std_error.is_none();
+        let remark = if is_bare { "without a standard error".to_owned() } else { remark };
         Card { symbol, name, value, unit, remark }
     };
     estimate_rows(found).into_iter().filter(shared).map(card).collect()
@@ -122,7 +120,7 @@ pub fn identify_parts<M: Shown>(spec: &M::Spec, found: &Identification<M>, spell
     parts
 }
 
-/// Describes the level of trust in the result: what it is of, its reasons and the next step.
+/// Describes the level of trust in the result: to what it applies, its reasons and the next step.
 fn trust<M>(found: &Identification<M>, spelling: Spelling) -> Trust {
     let reasons: Vec<String> = found.trust.reasons.iter().map(|reason| reason.message.spelled(spelling)).collect();
     let next = found.trust.next.as_ref();

@@ -113,7 +113,8 @@ impl ModelRecording {
         let name = record.source().path.as_ref().map(|_| name_of(record));
         // The text of a user's model names the units of its columns.
         let is_general = BuiltIn::ALL.iter().any(|of| of.source() == model.text());
-        let assumed = AssumedUnits::of(record, &|quantity| name_of_signal(model, quantity)).filter(|_| is_general);
+        let key = |quantity| name_of_signal(model, quantity);
+        let assumed = is_general.then(|| AssumedUnits::of(record, &key)).flatten();
         let time_s = samples.time_s.clone();
         Ok(Self { time_s, step_s, inputs, measured, counting, effective_sample_ratio, name, assumed })
     }

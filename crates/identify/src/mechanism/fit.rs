@@ -169,8 +169,9 @@ pub fn identify_mechanism(
     let model = kind.model(spec.is_linear)?;
     let trimmed = if kind.has_gravity() { moving_parts(records) } else { records.to_vec() };
     let records = trimmed.as_slice();
-    let recordings: Vec<ModelRecording> =
-        records.iter().map(|record| ModelRecording::new(&model, record)).collect::<Result<_>>()?;
+    // Of assumed units that of the velocity has a warning of its own; voltages of robots are in volts.
+    let taken = |record: &Record| Ok(ModelRecording { assumed: None, ..ModelRecording::new(&model, record)? });
+    let recordings: Vec<ModelRecording> = records.iter().map(taken).collect::<Result<_>>()?;
     let settings = model_spec(&chosen, records, spec.seed);
     let period = records.iter().map(Record::period_s).fold(0.0, f64::max);
     let Selected { mut found, spec: fitted, recordings, gain } =

@@ -21,16 +21,9 @@ pub(super) fn estimates(problem: &ModelProblem, values: &[f64], refined: Option<
     let mut estimates = Vec::new();
     for (number, parameter) in problem.model().parameters().iter().enumerate() {
         let named = |value| ParameterEstimate {
-            name: parameter.name.clone(),
-            recording: None,
             description: parameter.description.clone(),
             value,
-            unit: parameter.unit.text.clone(),
-            std_error: None,
-            ci95: None,
-            at_bound: None,
-            fixed: false,
-            bounds: None,
+            ..ParameterEstimate::named(&parameter.name, &parameter.unit.text)
         };
         if let Some(value) = space.fixed[number] {
             estimates.push(ParameterEstimate { fixed: true, ..named(Some(value)) });

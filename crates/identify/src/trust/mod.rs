@@ -26,12 +26,13 @@ use TrustLevel::{Check, Poor};
 
 /// Warnings that are reasons, each with the level to which it lowers trust and a short description. Each code is also in
 /// [`crate::REASONS`].
-pub(super) const WARNINGS: [(&str, TrustLevel, &str); 22] = [
+pub(super) const WARNINGS: [(&str, TrustLevel, &str); 23] = [
     ("sign_reversed", Poor, "a channel has the opposite sign"),
     ("units", Poor, "magnitudes are implausible in these units"),
     ("units_disagree", Poor, "the speed is not the derivative of the position"),
     ("recordings_differ", Poor, "the recordings are not of one motor under one condition"),
     ("not_converged", Poor, "the refinement has not converged"),
+    ("position_ratio", Check, "the position is not that of the speed"),
     ("friction_differs", Check, "friction differs between the recordings"),
     ("model_incomplete", Check, "the residuals show an effect that the model lacks"),
     ("not_separated", Check, "another model fits the recordings equally well"),
@@ -56,7 +57,7 @@ pub(super) type Reason = (TrustLevel, &'static str, Text);
 
 /// The facts about the result of an identification, of any machine.
 pub(super) struct Facts<'a> {
-    /// Parameters and combinations of which the level is.
+    /// Parameters and combinations to which the level applies.
     pub subject: Subject,
     /// Units that no heading names.
     pub assumed: Option<AssumedUnits>,

@@ -17,9 +17,10 @@ use TrustLevel::{Check, Poor};
 /// Names of the outputs in sentences.
 pub(crate) const OUTPUTS: [&str; 2] = ["the current", "the speed"];
 
-/// Determines the level of trust in a result from its fit, verification, residual tests and warnings, and from `evidence`.
-pub(crate) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identification, evidence: &Evidence) -> Trust {
-    let is_noise = is_noise(&found.residual_tests, &evidence.missed);
+/// Determines the level of trust in a result from its fit, verification, residual tests and warnings. `missed` are
+/// channels of recordings with residuals far above the noise.
+pub(crate) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identification, missed: &[Missed]) -> Trust {
+    let is_noise = is_noise(&found.residual_tests, missed);
     // Without a voltage no fixed parameter makes R and L identifiable.
     let is_given = |e: &ParameterEstimate| e.fixed && Parameter::ALL.iter().any(|p| p.symbol() == e.name);
     let is_asked = found.input == Input::Voltage && found.estimates.iter().any(is_given);
@@ -29,7 +30,7 @@ pub(crate) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identificat
         outputs: OUTPUTS.map(str::to_owned).to_vec(),
         recordings: records.iter().map(name_of).collect(),
         fit_percent: &found.fit_percent,
-        missed: &evidence.missed,
+        missed,
         tests: &found.residual_tests,
         is_polished: found.uncertainty.is_some(),
         search: search(found).filter(|(level, ..)| !is_noise || *level == Poor),
@@ -45,12 +46,6 @@ pub(crate) fn trust(records: &[Record], spec: &IdentifySpec, found: &Identificat
 /// Returns true if the model includes the effect that a warning is about.
 fn is_modelled(found: &Identification, warning: &Warning) -> bool {
     warning.code == "averaged_sensor" && found.extensions().contains(&Extension::SensorAverage)
-}
-
-/// The evidence against a result besides its warnings.
-pub(crate) struct Evidence {
-    /// Channels of recordings with residuals far above the noise.
-    pub missed: Vec<Missed>,
 }
 
 /// Returns the reason from the verification of the search.

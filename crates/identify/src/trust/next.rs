@@ -6,14 +6,14 @@ use crate::spec::IdentifySpec;
 use crate::trust_level::{Trust, TrustReason};
 use motorfit_core::setting::{Reference, Setting, Text, text};
 use motorfit_motor::{Discretization, Input, Parameter, With};
-use motorfit_record::{AssumedUnits, Record, speed_by_position};
+use motorfit_record::{AssumedUnits, Record};
 
 /// Reasons for which a larger model may be the remedy.
 const LACKS: [&str; 6] =
     ["poor_fit", "recording_missed", "residuals", "averaged_sensor", "model_incomplete", "late_voltage"];
 
 /// Advice on what to record, or to look at, where no setting removes a reason.
-const ADVICE: [(&str, &str); 20] = [
+const ADVICE: [(&str, &str); 21] = [
     ("poor_fit", "Check the signals; a machine that is not this motor can be described by a model of its own."),
     ("recording_missed", "Leave the recording out, or check its signals."),
     ("search_stuck", "Record several levels of the input in both directions, with pauses."),
@@ -37,6 +37,7 @@ const ADVICE: [(&str, &str); 20] = [
     ("few_samples", "Record longer, or faster."),
     ("implausible", "Check the units of the columns."),
     ("units", "Check the units of the columns."),
+    ("units_disagree", "Check the units of speed and position."),
     ("sign_reversed", "Check the signs of the columns."),
     ("input_noise", "Record the commanded voltage, or measure it with less noise."),
     ("speed_falls", "Drive the motor all the time: a bridge that is off does not hold the voltage."),
@@ -53,7 +54,7 @@ pub(super) fn next_step(records: &[Record], (spec, found): (&IdentifySpec, &Iden
         let better = if found.model.discretization == Discretization::Foh { "zoh" } else { "foh" };
         return text!([Discretization = "{better}"]);
     }
-    if let Some(step) = records.iter().find_map(speed_by_position).or_else(|| of_findings(records, found, reasons)) {
+    if let Some(step) = of_findings(records, found, reasons) {
         return step;
     }
     if has(&LACKS) && spec.with != With::Auto {

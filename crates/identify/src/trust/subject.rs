@@ -7,7 +7,7 @@ use crate::result::Identification;
 use crate::trust_level::TrustLevel::{self, Check};
 use motorfit_core::setting::Text;
 
-/// The parameters and combinations of which the level of trust in a result is.
+/// The parameters and combinations to which the level of trust in a result applies.
 #[derive(Debug, Clone, Default)]
 pub(in super::super) struct Subject {
     /// Names of the identified parameters and combinations.

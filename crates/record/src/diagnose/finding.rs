@@ -79,10 +79,14 @@ impl Finding {
 }
 
 /// Codes of findings with their meanings, in decreasing order of their likelihood to cause a poor fit.
-pub static FINDINGS: [(&str, &str); 21] = [
+pub static FINDINGS: [(&str, &str); 22] = [
     ("sign_reversed", "A channel has the opposite sign of the others."),
     ("units", "The magnitudes are implausible for a motor, but plausible in another unit."),
     ("units_disagree", "The speed is not the derivative of the position beside it."),
+    (
+        "position_ratio",
+        "The position changes by another factor or sign than the integral of the speed, as behind a gear.",
+    ),
     ("no_motion", "The motor does not move under voltage."),
     ("motion_without_input", "The motor moves without voltage."),
     ("voltage_without_current", "The voltage does not reach the motor."),

@@ -3,9 +3,9 @@
 use super::finding::{Finding, Severity};
 use super::regression::{Row, Sums};
 use super::view::{Channel, View};
-use crate::assumed::speed_by_position;
+use crate::assumed::agreeing_units;
 use crate::heading::Quantity;
-use crate::position::position_disagrees;
+use crate::position::{cause, position_disagrees};
 use motorfit_core::numeric::{count, upper_median};
 use motorfit_core::setting::text;
 use motorfit_core::text::{engineering, significant};
@@ -60,9 +60,18 @@ fn time(view: &View<'_>) -> Option<Finding> {
 fn beside_position(view: &View<'_>) -> Option<Finding> {
     let ratio = view.position_ratio()?;
     let message = position_disagrees(ratio, "speed")?;
-    let step = speed_by_position(view.record)?;
-    let remedy = text!("If the position is right: ").and(step).and(".");
-    Some(Finding::new("units_disagree", Quantity::Speed, message, remedy).figure("ratio", ratio))
+    let is_of_units = cause(ratio).is_some();
+    let (code, remedy) = match agreeing_units(view.record) {
+        Some(units) => ("units_disagree", text!("If they are others, name them: ").and(units).and(".")),
+        None if is_of_units => {
+            ("units_disagree", text!("Name both units: " [Columns = "speed=HEADING:UNIT,position=HEADING:UNIT"] "."))
+        }
+        None => {
+            let what = "If the position is that of another shaft, leave it out: ";
+            ("position_ratio", text!("{what}" [Columns = "position=-"] "."))
+        }
+    };
+    Some(Finding::new(code, Quantity::Speed, message, remedy).figure("ratio", ratio))
 }
 
 fn speed_unit(view: &View<'_>, speed: &Channel<'_>) -> Option<Finding> {

@@ -65,7 +65,9 @@ fn chosen(headings: &[Heading], spec: &TableSpec<'_>) -> Result<(Vec<Used>, Vec<
             None => return Err(not_there(spec, quantity)),
         }
     }
-    let position = spec.request(Quantity::Position);
+    // Without a position the table is as if it had none.
+    let is_absent = |request: &&ColumnRequest| request.name == NONE;
+    let position = spec.request(Quantity::Position).filter(|request| !is_absent(request));
     if need != Need::Inputs && !has(&used, Quantity::Speed) && !has(&used, Quantity::Position) {
         // If there is a current, a position with an unusable unit is ignored rather than an error.
         let dispensable = has(&used, Quantity::Current) && position.is_none();

@@ -9,7 +9,7 @@ use motorfit_evaluate::criterion::Noise;
 use motorfit_evaluate::experiment::{noise_of, white_noise, with_noise};
 use motorfit_evaluate::model::ModelRecording;
 use motorfit_identify::analysis::{split, warnings_of_records};
-use motorfit_identify::{DcMotor, Diagnosed, Identification, IdentifySpec, needs_voltage, validate};
+use motorfit_identify::{Diagnosed, Identification, IdentifySpec, add_validation, needs_voltage};
 use motorfit_record::warning::Warning;
 use motorfit_record::{Reading, Record};
 use sha2::{Digest as _, Sha256};
@@ -55,13 +55,11 @@ impl Recordings {
     }
 
     /// Adds the validation on the held-out recordings to a result.
-    pub fn validated(&self, found: Identification, spec: &IdentifySpec) -> Result<Identification> {
-        if self.held_out.is_empty() {
-            return Ok(found);
+    pub fn validated(&self, mut found: Identification, spec: &IdentifySpec) -> Result<Identification> {
+        if !self.held_out.is_empty() {
+            add_validation(&mut found, &self.held_out, spec)?;
         }
-        let validation = validate(&self.held_out, spec, &found)?;
-        let machine = DcMotor { validation: Some(validation), ..found.machine };
-        Ok(Identification { machine, ..found })
+        Ok(found)
     }
 }
 

@@ -185,6 +185,7 @@ pub fn of_machine<M: Machine>(calls: &mut Calls, shown: &str, found: &Identifica
     drive!(calls, shown;
         "identify::Machine::title" => found.machine.title(),
         "identify::Machine::free" => found.machine.free(),
+        "identify::ParameterEstimate::named" => ParameterEstimate::named("", "\u{0}"),
         "identify::Machine::missing_channel" => M::missing_channel(found),
         "identify::Trust::subject" => found.trust.subject(),
         "identify::Machine::groups" => found.machine.groups().to_vec(),

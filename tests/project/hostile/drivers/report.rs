@@ -186,6 +186,7 @@ pub fn plots(calls: &mut Calls) {
 pub fn of_shown<M: Shown>(calls: &mut Calls, shown: &str, (spec, found): (&M::Spec, &Identification<M>)) {
     drive!(calls, shown;
         "report::estimate_rows" => estimate_rows(found).len(),
+        "report::EstimateRow::is_list" => estimate_rows(found).iter().filter(|row| row.is_list()).count(),
         "report::Shown::requested" => M::requested(spec),
         "report::Shown::named" => M::named(found),
         "report::Shown::settings" => M::settings(spec),
